@@ -108,7 +108,7 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
   if (windows.places.empty())
     return fail({.code = Errc::invalid_argument,
                  .what = "no window fits into the recordings",
-                 .hint = "Take shorter windows or fewer blocks"});
+                 .hint = "Take shorter windows or fewer parts"});
   std::vector<Split> out;
   if (options.protocol == Protocol::random) {
     RandomEngine engine(options.seed);

@@ -40,7 +40,7 @@ std::string reason_without_probability(const FeatureMatrix& windows, Learner lea
   const std::size_t found = testable_labels(windows, learner, options).size();
   if (found >= least_labels) return {};
   return "whole recordings can be held out of " + std::to_string(found) + " labels, it takes " +
-         std::to_string(least_labels) + " with two recordings each";
+         std::to_string(least_labels) + " with two recordings each, or two groups";
 }
 
 Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLearner& learner,
@@ -70,7 +70,7 @@ Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLear
     truths.push_back(truth[recording]);
   }
   VotePostprocessing out{{}, (*held)->calibration, {}};
-  if (!truths.empty()) out.calibration.sharpness = fit_sharpness(probability, truths);
+  if (!truths.empty()) out.calibration.sharpness = cautious_sharpness(probability, truths);
   return std::optional(std::move(out));
 }
 

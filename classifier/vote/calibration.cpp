@@ -226,6 +226,21 @@ double fit_sharpness(const std::vector<std::vector<double>>& coupled,
   return std::exp((low + high) / 2.0);
 }
 
+// Bisection on the logarithm: below the minimum the loss falls.
+double cautious_sharpness(const std::vector<std::vector<double>>& coupled,
+                          const std::vector<std::size_t>& truth) {
+  constexpr double half_of_chi_squared = 1.92;
+  const double best = fit_sharpness(coupled, truth);
+  const double most = log_loss(coupled, truth, best) + half_of_chi_squared;
+  double low = -std::log(8.0), high = std::log(best);
+  if (log_loss(coupled, truth, std::exp(low)) <= most) return std::exp(low);
+  while (high - low > 1e-4) {
+    const double middle = (low + high) / 2.0;
+    (log_loss(coupled, truth, std::exp(middle)) <= most ? high : low) = middle;
+  }
+  return std::exp(high);
+}
+
 std::vector<double> probabilities(const Calibration& calibration, std::size_t all_classes,
                                   std::span<const std::size_t> classes,
                                   std::span<const double> decision) {

@@ -91,5 +91,9 @@ void sharpen(std::vector<double>& p, double power);
 /// trial, at least one.
 double fit_sharpness(const std::vector<std::vector<double>>& probability,
                      const std::vector<std::size_t>& truth);
+/// The least power, from 1/8 on, whose likelihood is within the 95 % bound of the largest (half of
+/// chi-squared, 1.92): what few trials, all of them right, allow to say.
+double cautious_sharpness(const std::vector<std::vector<double>>& probability,
+                          const std::vector<std::size_t>& truth);
 
 }  // namespace weft::classifier

@@ -334,9 +334,13 @@ def sounds(t, d):
     by_day = t.succeeds(*ask, "--group", "session", cwd=folder)
     t.expect(len(by_day["results"]["lda"]["accuracy_of_splits"]) == 2 and by_day["leak"]["largest_share"] == 0, f"two sessions: {by_day['results']}")
     t.refuses(*ask, cwd=folder, says=["group"])
+    t.expect(by_day["dataset_sha256"] == t.succeeds("dataset", "info", "days.h5", cwd=folder)["dataset_sha256"], "the digest is that of the file, however it is grouped")
+    t.refuses("vibro", "evaluate", "days.h5", "--group", "session", "--window-s", "0.5", "--learner", "lda", cwd=folder, says=["--group", "contiguous parts"])
+    t.refuses("vibro", "features", "days.h5", "-o", "no.csv", "--components", "3", cwd=folder, says=["--components"], status=2)
     choose = ("vibro", "train", "days.h5", "-o", "days.model", "--window-s", "0.5", "--group", "session")
     for budget, skipped in (("1e-9", True), ("0", False)):
         tried = t.succeeds(*choose, "--time-budget", budget, cwd=folder)["candidates"]
+        t.expect(t.succeeds("vibro", "evaluate", *ask[2:-2], "--learner", "best", "--group", "session", "--time-budget", budget, cwd=folder)["results"]["best"]["candidates"][0]["skipped"] == skipped, f"evaluate, budget {budget}")
         t.expect(len(tried) > 10 and all(one["skipped"] == skipped for one in tried) and (tried[0]["tested"] == 0) == skipped, f"budget {budget}: {tried}")
     (folder / "cut.wav").write_bytes((folder / "a.wav").read_bytes()[:5000])
     write_manifest(folder / "cut.csv", rows + [["cut.wav", "felt", "2"]])

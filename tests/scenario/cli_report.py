@@ -6,6 +6,7 @@
 import hashlib
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -48,6 +49,13 @@ def made_afterwards(t, d, root, ran):
     evaluation = json.loads((d / "small/handover/evaluation.json").read_text())
     t.expect(evaluation["explorations"]["M1"]["accuracy"] == headline["accuracy"] and headline["base_rate"] == 1 / 3, f"one accuracy: {headline}")
     t.expect(f"M1: {100 * headline['accuracy']:.1f} %" in page, "the headline on the page")
+    for name, spoil in (("damaged", lambda folder: (folder / "handover/M1.model").open("ab").write(b"x")), ("none", lambda folder: shutil.rmtree(folder / "handover"))):
+        shutil.copytree(d / "small", d / name)
+        spoil(d / name)
+        told = t.run("report", name, "-o", f"{name}.html", "--no-audit", "--no-trade", cwd=d)
+        t.expect(told.returncode == (1 if name == "damaged" else 0), f"{name}: {told.stderr}")
+        measured = json.loads((d / f"{name}.json").read_text())["headline"][0]
+        t.expect(measured["tested"] == 15 and measured["labels"] == 3 and measured["not_tested"] == [], f"{name}: {measured}")
     one = now["audit"]["explorations"]["M1"]
     t.expect(one["verdict"] == now["audit"]["verdict"] and one["permutations"] == 99, f"audit: {now['audit']}")
     t.expect(one["probe"]["full_accuracy"] == t.succeeds("audit", "small/dataset.h5", cwd=d)["full"]["accuracy"], f"as weft audit has it: {one}")

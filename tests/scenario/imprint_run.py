@@ -111,6 +111,9 @@ def look_at_hand_over(t, d, told):
         # teeth and planes have little in common
         t.expect(row["perceptron-zscore"]["correct"] >= 7 and row["lda"]["correct"] >= 7, f"{name}: {row}")
     [model] = told["handover"]["models"]
+    [headline] = json.loads((d / "first/report.json").read_text())["headline"]
+    classes = handed["explorations"]["imprints"]["confusion"]["labels"]
+    t.expect(headline["labels"] == len(classes) and headline["accuracy"] == model["accuracy"], f"headline: {headline}, classes {classes}")
     print(f"SIMULATED handed-over model ({model['learner']}): {model['accuracy']} of objects never seen")
     t.expect((model["model"], model["trained"], model["asked"]) == ("handover/imprints.model", 8, 8), f"model: {model}")
     t.expect(handed["models"] == [model] and handed["explorations"]["imprints"]["left_out"] == "one object", f"{handed.keys()}")

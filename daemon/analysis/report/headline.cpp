@@ -1,6 +1,7 @@
 #include "daemon/analysis/report/headline.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -16,20 +17,27 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Labels and base rate of what was tested.
-void add_balance(const Dataset& dataset, Headline& headline) {
-  std::map<std::string_view, std::size_t> count;
-  std::size_t all = 0, most = 0;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const TrialRecord& record = dataset.records[i];
-    if (record.outcome != TrialOutcome::complete ||
-        (!holds_imprints(dataset) && record.spec.exploration != headline.exploration))
-      continue;
-    ++all;
-    most = std::max(most, ++count[dataset.trials[i].label]);
+/// Of every complete trial of the exploration, or of every imprint, the label that is learnt.
+std::vector<std::string> learnt_labels(const Dataset& dataset, const std::string& exploration) {
+  std::vector<std::string> out;
+  if (holds_imprints(dataset)) {
+    if (const auto imprints = extract_imprints(dataset))
+      for (const auto& one : *imprints) out.push_back(one.label);
+  } else {
+    for (const classifier::Trial& trial : complete_trials(dataset, exploration))
+      out.push_back(trial.label);
   }
+  return out;
+}
+
+/// A hand-over tests every trial once.
+void add_balance(const std::vector<std::string>& tested, Headline& headline) {
+  std::map<std::string_view, std::size_t> count;
+  std::size_t most = 0;
+  for (const std::string& label : tested) most = std::max(most, ++count[label]);
   headline.labels = count.size();
-  if (all > 0) headline.base_rate = static_cast<double>(most) / static_cast<double>(all);
+  if (!tested.empty())
+    headline.base_rate = static_cast<double>(most) / static_cast<double>(tested.size());
 }
 
 constexpr const char* by_repetition = "each group of repetitions left out in turn";
@@ -41,12 +49,17 @@ std::string format_chosen(const classifier::Evaluation& evaluation) {
   return joined(std::vector<std::string>(names.begin(), names.end()), " or ");
 }
 
-/// Those that can be asked: of an incomplete campaign a group may have a label that no other has.
+/// Labels that two groups have: of an incomplete campaign others neither train nor test.
 std::vector<classifier::Split> usable(std::vector<classifier::Split> splits,
                                       const classifier::FeatureMatrix& matrix) {
+  std::map<std::string_view, std::size_t> groups;
+  for (const classifier::Split& split : splits)
+    for (const std::string& label : classifier::labels_in(matrix, split.test))
+      ++groups[*std::ranges::find(matrix.labels, label)];
+  const auto alone = [&](std::size_t row) { return groups[matrix.labels[row]] < 2; };
   for (classifier::Split& split : splits) {
-    const std::set<std::string> trained = classifier::labels_in(matrix, split.train);
-    std::erase_if(split.test, [&](std::size_t r) { return !trained.contains(matrix.labels[r]); });
+    std::erase_if(split.train, alone);
+    std::erase_if(split.test, alone);
   }
   std::erase_if(splits, [&](const classifier::Split& split) {
     return split.test.empty() || classifier::labels_in(matrix, split.train).size() < 2;
@@ -77,7 +90,13 @@ Result<std::vector<Headline>> measure_exploration(const Dataset& dataset,
   Headline out{exploration,   format_chosen(*evaluation),
                by_repetition, evaluation->confusion.total(),
                "trials",      {evaluation->accuracy, evaluation->ci95.low, evaluation->ci95.high}};
-  add_balance(dataset, out);
+  std::vector<std::string> tested;
+  for (const classifier::Split& split : splits)
+    for (const std::size_t row : split.test) tested.push_back(matrix->labels[row]);
+  add_balance(tested, out);
+  const std::set<std::string> all(matrix->labels.begin(), matrix->labels.end());
+  std::ranges::set_difference(all, std::set<std::string>(tested.begin(), tested.end()),
+                              std::back_inserter(out.not_tested));
   return std::vector{std::move(out)};
 }
 
@@ -113,7 +132,8 @@ std::vector<Headline> handover_headlines(const HandoverResult& handover, const D
   for (const HandoverEvaluation& one : handover.evaluations)
     out.push_back(
         {one.exploration, one.learner, by_repetition, one.recordings, "slides heard", one.slides});
-  for (Headline& headline : out) add_balance(dataset, headline);
+  for (Headline& headline : out)
+    add_balance(learnt_labels(dataset, headline.exploration), headline);
   return out;
 }
 
@@ -135,7 +155,10 @@ std::string headline_text(const Headline& headline) {
          " to " + percent(a.ci95_high, 1) + ") of " + thousands(headline.tested) + " " +
          headline.unit + ", " + headline.learner + "; " + headline.protocol + "; of " +
          std::to_string(headline.labels) + " labels the most frequent one has " +
-         percent(headline.base_rate, 1) + " %";
+         percent(headline.base_rate, 1) + " %" +
+         (headline.not_tested.empty() ? ""
+                                      : "; not tested, for want of trials in another group: " +
+                                            joined(headline.not_tested));
 }
 
 ordered_json headline_json(const Headline& headline) {
@@ -147,6 +170,7 @@ ordered_json headline_json(const Headline& headline) {
       {"tested", headline.tested},
       {"unit", headline.unit},
       {"labels", headline.labels},
+      {"not_tested", headline.not_tested},
       {"base_rate", headline.base_rate},
       {"chance", headline.labels == 0 ? 0.0 : 1.0 / static_cast<double>(headline.labels)}});
   return out;

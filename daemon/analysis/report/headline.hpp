@@ -25,6 +25,7 @@ struct Headline {
   std::string unit;        ///< what is counted: "trials", "slides", "imprints"
   HandoverShare accuracy;  ///< mean over the groups left out
   std::size_t labels = 0;
+  std::vector<std::string> not_tested = {};  ///< labels that no other group has
   double base_rate = 0;  ///< share of the most frequent label: what naming it always would give
 };
 
@@ -33,12 +34,12 @@ struct Headline {
 std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint32_t>& repetition,
                                                     const std::vector<std::size_t>& group_of);
 
-/// Of each exploration that was handed over.
+/// One for each exploration that was handed over.
 std::vector<Headline> handover_headlines(const HandoverResult& handover, const Dataset& dataset);
 
 /// The same protocol where nothing was handed over: Learner::best, five groups of repetitions, each
-/// left out in turn. Of every exploration with complete trials that it can be asked of; others have
-/// none. Errors: the classifier's.
+/// left out in turn. An exploration without two groups that share labels has no headline. Errors:
+/// the classifier's.
 Result<std::vector<Headline>> measure_headlines(const Dataset& dataset, std::size_t threads = 0);
 
 /// "M1: 98.2 % (95 %: 96.0 to 99.2) of 340 trials, lda; each of ...; ..."

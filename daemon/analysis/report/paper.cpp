@@ -48,14 +48,16 @@ std::string first_features_html(const CoreLine& line) {
   return out;
 }
 
-std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count) {
+std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count,
+                                  bool papers_first) {
   std::vector<CoreLine> out;
   for (const paper::Core& core : paper::cores)
-    std::ranges::copy_if(lines, std::back_inserter(out),
-                         [&](const CoreLine& line) { return same_pair(line, core.a, core.b); });
+    if (papers_first)
+      std::ranges::copy_if(lines, std::back_inserter(out),
+                           [&](const CoreLine& line) { return same_pair(line, core.a, core.b); });
   std::vector<CoreLine> others;
   for (const CoreLine& line : lines)
-    if (paper_core(line) == nullptr) others.push_back(line);
+    if (!papers_first || paper_core(line) == nullptr) others.push_back(line);
   std::stable_sort(others.begin(), others.end(), harder);
   for (const CoreLine& line : others)
     if (out.size() < count) out.push_back(line);

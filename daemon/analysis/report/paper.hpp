@@ -99,8 +99,9 @@ struct CoreLine {
 std::vector<CoreLine> core_lines(const classifier::FabricModel& model);
 
 /// The paper's three pairs that the model has, then those with the most cross-validation errors
-/// (then the greatest loss), at most `count` in all.
-std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count);
+/// (then the greatest loss), at most `count` in all; without `papers_first` by errors alone.
+std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count,
+                                  bool papers_first = true);
 
 /// The first four that it looks at, as the paper writes them.
 std::string first_features_html(const CoreLine& line);

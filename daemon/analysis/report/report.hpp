@@ -44,6 +44,9 @@ struct ReportInput {
   std::vector<Headline> headlines = {};   ///< of each exploration; may be empty
 };
 
+/// Whether the part about the design is a learning curve; of a sweep it is of its cells.
+bool has_learning_curve(const ReportInput& input);
+
 /// Every planned trial is there and nothing went wrong. What is shown of any other run says so.
 bool is_complete(const CampaignSummary& run);
 /// "INCOMPLETE, 12 of 680 trials", or empty.

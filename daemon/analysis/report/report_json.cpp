@@ -271,6 +271,10 @@ std::string simulation_text(const SimulationNote& note) {
   return out;
 }
 
+bool has_learning_curve(const ReportInput& input) {
+  return !input.design.json.empty() && input.dataset.info.factors.empty();
+}
+
 // Text of unknown origin may hold bytes that are not UTF-8: they become U+FFFD. NaN becomes null.
 std::string report_json(const ReportInput& input) {
   ordered_json out;
@@ -282,7 +286,7 @@ std::string report_json(const ReportInput& input) {
     out["headline"].push_back(headline_json(headline));
   out["other_protocols"] = ordered_json::array();
   for (const OtherProtocol& other :
-       other_protocols(!input.results.empty(), !input.design.json.empty()))
+       other_protocols(!input.results.empty(), has_learning_curve(input)))
     out["other_protocols"].push_back({{"key", other.name}, {"why", other.text}});
   out["results"] = ordered_json::object();
   for (const ExplorationResult& result : input.results)

@@ -210,7 +210,7 @@ std::string table_of_cores(const std::vector<CoreLine>& lines, bool beside) {
   for (const char* const name : {"least p", "delta", "C", "gamma", "CV errors"})
     head.emplace_back(name);
   HtmlTable table(head, beside ? 3 : 2);
-  for (const CoreLine& line : shown_cores(lines, cores_beside_paper)) {
+  for (const CoreLine& line : shown_cores(lines, cores_beside_paper, beside)) {
     std::vector<std::string> cells{escape(line.a + " vs " + line.b), first_features_html(line)};
     if (beside) cells.push_back(printed_features(line));
     cells.push_back(std::to_string(line.info->inputs));
@@ -328,7 +328,7 @@ std::string headline_html(const ReportInput& input) {
 
 std::string other_protocols_html(const ReportInput& input) {
   std::string out = "<ul>\n";
-  for (const OtherProtocol& other : other_protocols(true, !input.design.json.empty()))
+  for (const OtherProtocol& other : other_protocols(true, has_learning_curve(input)))
     out += "<li>" + escape(std::string(other.text)) + "</li>\n";
   return out + "</ul>\n";
 }

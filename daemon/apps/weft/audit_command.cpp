@@ -12,6 +12,7 @@
 #include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/storage/dataset/group_columns.hpp"
+#include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
 
 namespace weft::daemon::cli {
@@ -61,12 +62,12 @@ bool has_taxels(const Dataset& dataset) {
 Status load_recordings(const AuditArgs& args, AuditReport& out) {
   auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
+  out.sha256 = recordings_sha256(*set);
   if (auto ok = set_groups(*set, args.trials.group); !ok)
     return pass(ok.error(), args.dataset.string());
   auto tables = recording_tables(*set, recording_window_s);
   if (!tables) return pass(tables.error(), args.dataset.string());
   out.tables = std::move(*tables);
-  out.sha256 = recordings_sha256(*set);
   out.kind = set->kind;
   out.banner = bench_banner(set->kind);
   return {};
@@ -78,6 +79,12 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
   const auto dataset = open_dataset(args.dataset);
   if (!dataset) return pass(dataset.error());
   if (!has_taxels(*dataset)) return load_recordings(args, out);
+  if (holds_imprints(*dataset) && !args.trials.exploration.empty())
+    return fail({.code = Errc::invalid_argument,
+                 .where = args.dataset.string() + ": --exploration",
+                 .what = "imprints are audited together",
+                 .got = args.trials.exploration,
+                 .hint = "Leave the option out"});
   auto chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
   auto tables = chosen->imprint_plan ? imprint_tables(*chosen) : slide_tables(*chosen);
@@ -232,10 +239,13 @@ std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file,
   if (!dataset.info.ended_early.empty() || !dataset.info.factors.empty())
     return {{"all", "", "",
              "slides that a live vote ended early, and cells of a sweep, are no one experiment"}};
-  for (const std::string& exploration : list_explorations(dataset)) {
+  // Imprints are one exploration: what a recipe calls one is how hard they were pressed.
+  const std::vector<std::string> explorations =
+      holds_imprints(dataset) ? std::vector<std::string>{"imprints"} : list_explorations(dataset);
+  for (const std::string& exploration : explorations) {
     AuditArgs args;
     args.dataset = file;
-    args.trials.exploration = exploration;
+    if (!holds_imprints(dataset)) args.trials.exploration = exploration;
     args.options.permutations = 99;  // the fewest whose p can be 2 %
     out.push_back(make_headline(exploration, compute_audit(args, AuditForm::quick)));
   }

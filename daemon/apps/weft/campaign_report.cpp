@@ -40,13 +40,16 @@ Result<std::vector<CampaignBeside>> evaluated_beside(
   return out;
 }
 
-/// `can_measure`: there are slides to be told apart.
-Result<std::vector<Headline>> headlines_of(const Dataset& dataset, const HandoverResult* handover,
-                                           bool can_measure, Console& console) {
+/// `can_measure`: there are slides to be told apart. None, and why, where the classifier refuses.
+std::vector<Headline> headlines_of(const Dataset& dataset, const HandoverResult* handover,
+                                   bool can_measure, Console& console) {
   if (handover != nullptr) return handover_headlines(*handover, dataset);
-  if (!can_measure) return std::vector<Headline>{};
+  if (!can_measure) return {};
   console.err << "classify: the headline, each group of repetitions left out in turn" << std::endl;
-  return measure_headlines(dataset);
+  auto measured = measure_headlines(dataset);
+  if (measured) return std::move(*measured);
+  console.err << "weft: no headline: " << to_string(measured.error()) << std::endl;
+  return {};
 }
 
 std::string share_text(const HandoverShare& share) {
@@ -104,9 +107,7 @@ Result<CampaignReport> write_report(const CampaignSummary& summary, const Datase
   const auto beside = evaluated_beside(extras.beside, options, console);
   if (!beside) return pass(beside.error());
   if (!beside->empty()) input.beside = &*beside;
-  auto headlines = headlines_of(dataset, extras.handover, results && !results->empty(), console);
-  if (!headlines) return pass(headlines.error());
-  input.headlines = std::move(*headlines);
+  input.headlines = headlines_of(dataset, extras.handover, results && !results->empty(), console);
   input.verified = extras.verified;
   input.tradeoff_html = extras.tradeoff_html;
   input.audit = extras.audit;

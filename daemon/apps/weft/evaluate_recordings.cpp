@@ -2,11 +2,14 @@
 
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <ranges>
 
+#include "classifier/learners/training_cost.hpp"
 #include "classifier/vibro/cross_validation.hpp"
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/analysis/tradeoff/vibro_paper.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
+#include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/base/file/atomic_file.hpp"
@@ -40,7 +43,8 @@ vibro::FeatureChoice extracted_features(const RecordingsPlan& plan) {
           plan.features.combine};
 }
 
-Status choose_learners(const RecordingChoice& choice, RecordingsPlan& plan) {
+Status choose_learners(const RecordingChoice& choice, CommandModality modality,
+                       RecordingsPlan& plan) {
   for (const std::string& word : choice.methods) {
     if (word == "best") {
       plan.best = true;
@@ -50,7 +54,7 @@ Status choose_learners(const RecordingChoice& choice, RecordingsPlan& plan) {
     } else if (const auto learner = classifier::single_learner_from(word)) {
       plan.learners.push_back(*learner);
     } else {
-      return pass(learner.error(), "--method");
+      return pass(learner.error(), name_in(modality, "--method"));
     }
   }
   plan.best = plan.best || choice.methods.empty();
@@ -95,7 +99,7 @@ Result<RecordingsPlan> make_plan(const EvaluateArgs& args) {
                                          .outliers = choice.outliers,
                                          .budget = args.training.time_budget_s},
                                         out.protocol.protocol);
-  if (auto ok = choose_learners(choice, out); !ok) return pass(ok.error());
+  if (auto ok = choose_learners(choice, args.trials.modality, out); !ok) return pass(ok.error());
   out.chooses_features = out.best && choice.features.empty() && choice.importance == 0;
   return out;
 }
@@ -139,25 +143,28 @@ json method_json(const vibro::CrossValidation& a) {
     chosen.push_back(classifier::to_string(one.learner));
     if (!one.features.empty()) features.push_back(one.features);
   }
-  return {{"accuracy", a.accuracy},
-          {"accuracy_of_splits", a.split_accuracy},
-          {"balanced_accuracy", a.confusion.balanced_accuracy()},
-          {"f_score", a.f_score},
-          {"recordings_accuracy", a.voted_accuracy},
-          {"recordings_tested", a.voted},
-          {"recordings_answers", a.voted_answers},
-          {"windows_tested", a.confusion.total()},
-          {"components", a.components},
-          {"explained", a.explained},
-          {"outliers", a.outliers},
-          {"train_s", a.train_s},
-          {"answer_s", a.answer_s},
-          {"labels", a.confusion.labels},
-          {"confusion", a.confusion.count},
-          {"chosen", chosen},
-          {"chosen_features", features},
-          {"accuracy_ci95", interval_json(a.accuracy_ci95)},
-          {"recordings_ci95", interval_json(a.voted_ci95)}};
+  return {
+      {"accuracy", a.accuracy},
+      {"accuracy_of_splits", a.split_accuracy},
+      {"balanced_accuracy", a.confusion.balanced_accuracy()},
+      {"f_score", a.f_score},
+      {"recordings_accuracy", a.voted_accuracy},
+      {"recordings_tested", a.voted},
+      {"recordings_answers", a.voted_answers},
+      {"windows_tested", a.confusion.total()},
+      {"components", a.components},
+      {"explained", a.explained},
+      {"outliers", a.outliers},
+      {"train_s", a.train_s},
+      {"answer_s", a.answer_s},
+      {"labels", a.confusion.labels},
+      {"confusion", a.confusion.count},
+      {"chosen", chosen},
+      {"candidates", candidates_json(a.candidates.empty() ? std::vector<classifier::RecipeScore>{}
+                                                          : a.candidates.front())},
+      {"chosen_features", features},
+      {"accuracy_ci95", interval_json(a.accuracy_ci95)},
+      {"recordings_ci95", interval_json(a.voted_ci95)}};
 }
 
 std::vector<std::string> method_row(const std::string& name, const vibro::CrossValidation& a) {
@@ -307,7 +314,7 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
 }
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
-                  const Windows& windows, const std::string& what,
+                  const std::string& sha256, const Windows& windows, const std::string& what,
                   std::vector<WindowLearner> measured, const std::string& weighed) {
   std::vector<std::pair<std::string, std::string>> facts = {
       {"data", what},
@@ -319,11 +326,21 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
     facts.emplace_back("never tested", format_never_tested(windows.never_tested, "recordings"));
   for (const Warning& warning : find_data_warnings(set))
     facts.emplace_back("WARNING", warning.text);
-  const auto page = vibro_evaluation_html(
-      {set.kind, args.dataset.filename().string(), recordings_sha256(set), std::move(facts),
-       plan.protocol.window_s, windows.features_s_each, std::move(measured), weighed});
+  const auto page = vibro_evaluation_html({set.kind, args.dataset.filename().string(), sha256,
+                                           std::move(facts), plan.protocol.window_s,
+                                           windows.features_s_each, std::move(measured), weighed});
   if (!page) return pass(page.error());
   return write_text_file(args.report, *page);
+}
+
+/// What the budget kept from being tried in the first split; nothing where all was.
+std::string format_untried(const std::vector<WindowLearner>& measured) {
+  std::string out;
+  for (const WindowLearner& one : measured)
+    for (const auto& scores : one.result.candidates | std::views::take(1))
+      if (const std::string text = classifier::format_skipped(scores); !text.empty())
+        out += one.name + ": " + text + "\n";
+  return out;
 }
 
 /// What a reader of the table has to know first, a line each.
@@ -343,6 +360,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
     if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
   auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
+  const std::string sha256 = recordings_sha256(*set);
   if (auto ok = set_groups(*set, args.trials.group); !ok)
     return pass(ok.error(), args.dataset.string());
   const auto plan = make_plan(args);
@@ -378,10 +396,11 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
                            std::string(to_string(set->kind)) + "): " + what + "\n" +
                            format_plan(*plan) + "\n" + warnings_text(warnings) +
                            format_warnings(*plan, *windows) + balance + table.text() +
-                           format_explained(measured, papers) +
+                           format_untried(measured) + format_explained(measured, papers) +
                            format_left_out(plan->training.outliers, measured) + *weighed;
   if (!args.report.empty())
-    if (Status ok = write_page(args, *plan, *set, *windows, what, std::move(measured), *weighed);
+    if (Status ok =
+            write_page(args, *plan, *set, sha256, *windows, what, std::move(measured), *weighed);
         !ok)
       return pass(ok.error());
   print(console, text,
@@ -389,7 +408,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
          {"kind", "recordings"},
          {"exploration", args.trials.exploration},
          {"dataset", args.dataset.string()},
-         {"dataset_sha256", recordings_sha256(*set)},
+         {"dataset_sha256", sha256},
          {"bench", to_string(set->kind)},
          {"protocol", vibro::to_string(plan->protocol.protocol)},
          {"protocol_words", format_plan(*plan)},

@@ -57,6 +57,8 @@ CLI::Option* add_outliers_option(CLI::App& command, double& outliers);
 void add_recording_options(CLI::App& command, LearningOptions& options, RecordingChoice& choice);
 /// Those of them that say how recordings become rows of features.
 void add_recording_feature_options(LearningOptions& options, RecordingChoice& choice);
+/// And what is done to the rows before a learner sees them.
+void add_row_options(LearningOptions& options, RecordingChoice& choice);
 /// What they say. Refuses names that are not known.
 Result<classifier::vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice);
 /// ", training windows beyond 3 standard deviations left out"; empty of 0. `found`: per label, as

@@ -80,8 +80,11 @@ void add_options(CLI::App& command, FeaturesArgs& args) {
 Result<int> run_window_features(const FeaturesArgs& args, Console& console) {
   if (auto ok = check_command(args.trials, DataKind::whole_recordings); !ok)
     return pass(ok.error(), args.dataset.string());
-  const auto set = open_recordings(args.dataset, args.trials.exploration, false);
+  auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
+  const std::string sha256 = recordings_sha256(*set);
+  if (auto ok = set_groups(*set, args.trials.group); !ok)
+    return pass(ok.error(), args.dataset.string());
   const auto features = parse_feature_choice(args.recordings);
   if (!features) return pass(features.error());
   vibro::ProtocolOptions cut;
@@ -100,7 +103,7 @@ Result<int> run_window_features(const FeaturesArgs& args, Console& console) {
         {{"command", "features"},
          {"file", args.out.string()},
          {"bench", to_string(set->kind)},
-         {"dataset_sha256", recordings_sha256(*set)},
+         {"dataset_sha256", sha256},
          {"rows", windows->matrix.size()},
          {"recordings", set->recordings.size()},
          {"too_short", too_short_json(windows->too_short)},

@@ -72,7 +72,7 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
     } else {
       return fail(
           {.code = Errc::parse,
-           .where = "--imprint-features",
+           .where = "features of imprints",
            .what = "no such features of imprints",
            .expected = "10, 7, steps, extrema, laws3, laws5, maps or a sum such as 10+laws5",
            .got = kinds});
@@ -80,7 +80,7 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
   }
   constexpr std::size_t any_side = 8;  // what an array is too small for is found when it is read
   if (const auto features = ci::PlannedFeatures::make(out, any_side, any_side); !features)
-    return pass(features.error(), "--imprint-features");
+    return pass(features.error(), "features of imprints");
   return out;
 }
 

@@ -74,12 +74,11 @@ constexpr Instead if_vibration{for_slides, "--method with it"};
 
 const std::vector<OptionRow>& options_by_kind() {
   static const std::vector<OptionRow> rows = {
-      {{"DATASET",    "DATA",           "--help",        "--output",
-        "--report",   "--seed",         "--threads",     "--time-budget",
-        "--help-all", "--train-groups", "--test-groups", "--leave-one-group-out",
-        "--group",    "--predict",      "--accuracy",    "--most",
-        "--first",    "--strokes",      "--draws",       "--resamples"},
+      {{"DATASET", "DATA", "--help", "--output", "--report", "--seed", "--threads", "--time-budget",
+        "--help-all", "--train-groups", "--test-groups", "--leave-one-group-out", "--predict",
+        "--accuracy", "--most", "--first", "--strokes", "--draws", "--resamples"},
        for_all},
+      {{"--group"}, for_fabrics | bit(DataKind::whole_recordings)},
       {{"--window-s", "--exploration"}, for_slides | for_recordings},
       {{"--norm", "--remove-level", "--live"}, for_slides},
       {{"--window-step-s"},
@@ -246,9 +245,9 @@ CLI::App& LearningOptions::place_of(std::string_view option) {
   return is_for(modality_, option) ? *command_ : others_;
 }
 
-std::string LearningOptions::name_of(std::string_view option) const {
+std::string name_in(CommandModality modality, std::string_view option) {
   for (const OtherName& other : other_names)
-    if (modality_ == other.modality && option == other.of_all) return std::string(other.own);
+    if (modality == other.modality && option == other.of_all) return std::string(other.own);
   return std::string(option);
 }
 

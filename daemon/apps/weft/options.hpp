@@ -77,6 +77,9 @@ using GivenOptions = std::map<std::string, std::string>;
 /// Whose data a learning command is about; empty: the file tells.
 using CommandModality = std::optional<classifier::Modality>;
 
+/// What an option of the commands of all kinds is called in those of a modality.
+std::string name_in(CommandModality modality, std::string_view option);
+
 /// Where the options of a learning command are declared: `weft fabric evaluate` has those alone
 /// that say something about slides, `weft evaluate` those of all kinds of data.
 class LearningOptions {
@@ -87,8 +90,10 @@ class LearningOptions {
 
   /// The command, or, where another option has its name here, one that nobody types.
   [[nodiscard]] CLI::App& place_of(std::string_view option);
-  /// What the option is called here; `option` in commands of all kinds.
-  [[nodiscard]] std::string name_of(std::string_view option) const;
+  /// name_in() its modality.
+  [[nodiscard]] std::string name_of(std::string_view option) const {
+    return name_in(modality_, option);
+  }
   [[nodiscard]] CommandModality modality() const { return modality_; }
   /// Once all are declared: takes away what says nothing about the modality's data, notes what is
   /// typed, and leaves to --help-all what is rarely needed.

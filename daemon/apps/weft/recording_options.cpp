@@ -41,13 +41,17 @@ void add_recording_feature_options(LearningOptions& options, RecordingChoice& ch
       "(ours); where none is named, best chooses, and others take SMMRPFFT");
   command.add_option("--combine", choice.combine, "figures of channels: concat, or their mean")
       ->capture_default_str();
+  add_number(command, "--step-s", choice.step_s, 0.001, 1e6,
+             "from one window of sound and vibration to the next");
+}
+
+void add_row_options(LearningOptions& options, RecordingChoice& choice) {
+  CLI::App& command = options.place_of("--components");
   command
       .add_option("--components", choice.components,
                   "principal components, the paper's 3; 0: the features themselves")
       ->capture_default_str();
   add_outliers_option(command, choice.outliers);
-  add_number(command, "--step-s", choice.step_s, 0.001, 1e6,
-             "from one window of sound and vibration to the next");
 }
 
 void add_recording_options(CLI::App& command, LearningOptions& options, RecordingChoice& choice) {
@@ -58,6 +62,7 @@ void add_recording_options(CLI::App& command, LearningOptions& options, Recordin
   add_keyword(command, "--protocol", choice.protocol, {"blocks", "random"},
               "blocks: contiguous parts left out; random: the paper's, which leaks");
   add_recording_feature_options(options, choice);
+  add_row_options(options, choice);
   add_count(command, options.name_of("--blocks"), choice.blocks, 2, 1000,
             "contiguous parts of every recording");
   add_count(command, "--per-recording", choice.per_recording, 2, 100000, "windows at random");

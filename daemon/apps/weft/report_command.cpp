@@ -190,6 +190,19 @@ void add_options(CLI::App& command, ReportArgs& args) {
       ->check(CLI::ExistingFile);
 }
 
+/// Nothing, and why, where it is damaged or of another data set: the report measures then.
+std::optional<HandoverResult> usable_handover(const fs::path& folder,
+                                              const std::string& dataset_sha256, Console& console) {
+  auto found = read_handover(folder);
+  if (found && !*found) return std::nullopt;
+  if (found && (*found)->dataset_sha256 == dataset_sha256) return std::move(*found);
+  console.err << "weft: the accuracy of the hand-over is not taken: "
+              << (found ? "it is of another data set, " + (*found)->dataset_sha256
+                        : to_string(found.error()))
+              << std::endl;
+  return std::nullopt;
+}
+
 /// Errors: not_found, where the folder has no data set; verify()'s, the trade's.
 Result<int> run_report(const ReportArgs& args, Console& console) {
   if (Status ok = check_places(args); !ok) return pass(ok.error());
@@ -199,9 +212,8 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   if (!dataset) return pass(dataset.error());
   const auto summary = load_summary(args.folder, *verified, *dataset);
   if (!summary) return pass(summary.error());
-  const auto handover = read_handover(args.folder);
-  if (!handover) return pass(handover.error());
-  ReportExtras extras{&*verified, {}, *handover ? &**handover : nullptr, args.beside};
+  const auto handover = usable_handover(args.folder, verified->dataset_sha256, console);
+  ReportExtras extras{&*verified, {}, handover ? &*handover : nullptr, args.beside};
   if (tradeoffs(args, *dataset)) {
     auto sections = tradeoff_sections(args, *summary, console);
     const bool is_whole = summary->outcome == recipes::Outcome::complete;

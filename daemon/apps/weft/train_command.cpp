@@ -275,6 +275,7 @@ void add_options(CLI::App& command, TrainArgs& args) {
                       "svm, lg, nn, mlp2, xgb, xgbrf, lda or any other learner")
       ->expected(1);
   add_recording_feature_options(options, args.recordings);
+  add_row_options(options, args.recordings);
   options.finish();
 }
 

@@ -34,7 +34,7 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
     return pass(ok.error(), args.dataset.string());
   if (choice.methods.size() > 1)
     return fail({.code = Errc::invalid_argument,
-                 .where = "--method",
+                 .where = name_in(args.trials.modality, "--method"),
                  .what = "a model has one learner",
                  .expected = "one name",
                  .got = joined(choice.methods, ",")});
@@ -45,13 +45,15 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
-  out.training = {.seed = args.training.seed,
-                  .threads = args.training.threads,
-                  .outliers = choice.outliers,
-                  .budget = args.training.time_budget_s};
+  // Groups stay whole in folds: what a session has in common must not be learnt as a texture.
+  out.training = vibro::window_training({.seed = args.training.seed,
+                                         .threads = args.training.threads,
+                                         .outliers = choice.outliers,
+                                         .budget = args.training.time_budget_s},
+                                        vibro::Protocol::groups);
   if (!choice.methods.empty() && choice.methods.front() != "best") {
     const auto learner = classifier::single_learner_from(choice.methods.front());
-    if (!learner) return pass(learner.error(), "--method");
+    if (!learner) return pass(learner.error(), name_in(args.trials.modality, "--method"));
     out.recipe = vibro::window_recipe(*learner, std::min(choice.components, columns));
     return out;
   }
@@ -95,6 +97,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   auto set = open_recordings(args.dataset, args.trials.exploration, true);
   if (!set) return pass(set.error());
+  const std::string sha256 = recordings_sha256(*set);
   if (auto ok = set_groups(*set, args.trials.group); !ok)
     return pass(ok.error(), args.dataset.string());
   const auto plan = plan_for(args, *set);
@@ -102,7 +105,7 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   const double began_s = steady_wall_seconds();
   auto model = vibro::train_recording_model(
       set->recordings, plan->setup, plan->recipe, plan->training,
-      {std::string(to_string(set->kind)), recordings_sha256(*set), software_version(), {}});
+      {std::string(to_string(set->kind)), sha256, software_version(), {}});
   if (!model) return pass(model.error(), args.dataset.string());
   model->provenance.training =
       format_plan(*plan, args.trials.exploration, model->learner.outliers());

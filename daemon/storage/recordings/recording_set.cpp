@@ -153,10 +153,12 @@ Status check(const RecordingSet& set) {
 }
 
 std::vector<GroupColumn> list_group_columns(const RecordingSet& set) {
-  return transposed_columns(
+  auto out = transposed_columns(
       set.group_columns, set.recordings.size(), [&](std::size_t r) -> auto& {
         return set.recordings[r].group_values;
       });
+  out.insert(out.end(), set.columns_of_trials.begin(), set.columns_of_trials.end());
+  return out;
 }
 
 Result<std::vector<std::string>> group_labels(const RecordingSet& set, std::string_view column) {
@@ -235,6 +237,8 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
                  .what = "the data set has neither sound nor acceleration",
                  .hint = "Its rig needs a device of role vibro"});
   RecordingSet out{info.name, "campaign", info.kind, {}};
+  const std::vector<GroupColumn> columns = list_group_columns(dataset);
+  for (const GroupColumn& column : columns) out.columns_of_trials.push_back({column.name, {}});
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     const classifier::Trial& trial = dataset.trials[i];
     const TrialRecord& record = dataset.records[i];
@@ -259,6 +263,8 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
     if (!done) return pass(done.error());
     own.gaps = find_gaps(trial, record, align(begin_ns, channels, own.samples));
     out.recordings.push_back(std::move(own));
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      out.columns_of_trials[c].of_row.push_back(columns[c].of_row[i]);
   }
   if (auto fine = check(out); !fine) return pass(fine.error());
   return out;

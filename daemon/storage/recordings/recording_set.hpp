@@ -22,6 +22,7 @@ struct RecordingSet {
   std::vector<classifier::vibro::Recording> recordings;  ///< all with the same channels
   std::vector<Warning> warnings = {};                    ///< of an import; in no file
   std::vector<std::string> group_columns = {};           ///< names of each Recording::group_values
+  std::vector<GroupColumn> columns_of_trials = {};       ///< of a campaign; in no file
 };
 
 /// The first broken promise, if any: no recordings, names that are missing or not unique, a missing
@@ -29,7 +30,7 @@ struct RecordingSet {
 /// finite, a channel without samples.
 Status check(const RecordingSet& set);
 
-/// The named columns.
+/// The named columns, and of a campaign those of its trials.
 std::vector<GroupColumn> list_group_columns(const RecordingSet& set);
 /// As that of a data set of trials.
 Result<std::vector<std::string>> group_labels(const RecordingSet& set, std::string_view column);

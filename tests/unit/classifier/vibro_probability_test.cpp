@@ -101,6 +101,29 @@ TEST_CASE("the answer is the most frequent label whether a probability is known 
   }
 }
 
+TEST_CASE("few recordings, all of them right, claim little") {
+  const auto stated = [](std::size_t recordings) {
+    std::vector<std::vector<double>> shares;
+    std::vector<std::size_t> truth;
+    for (std::size_t i = 0; i < recordings; ++i) {
+      shares.push_back(share_of_windows(std::vector<std::size_t>{10, 1}));
+      truth.push_back(0);
+    }
+    std::vector<double> p = shares.front();
+    CHECK(fit_sharpness(shares, truth) > 7.9);
+    sharpen(p, cautious_sharpness(shares, truth));
+    return p[0];
+  };
+  CHECK(stated(4) == Approx(std::exp(-1.92 / 4)).epsilon(1e-3));
+  CHECK(stated(40) == Approx(std::exp(-1.92 / 40)).epsilon(1e-3));
+  // Where some are wrong, many of them leave no doubt and the two powers meet.
+  std::vector<std::vector<double>> shares(3000, share_of_windows(std::vector<std::size_t>{7, 4}));
+  std::vector<std::size_t> truth(3000, 0);
+  std::fill_n(truth.begin(), 600, std::size_t{1});
+  CHECK(cautious_sharpness(shares, truth) < fit_sharpness(shares, truth));
+  CHECK(cautious_sharpness(shares, truth) == Approx(fit_sharpness(shares, truth)).epsilon(0.1));
+}
+
 TEST_CASE("shares of windows are positive, and sharpness keeps their order") {
   const std::vector<std::size_t> windows{5, 0, 2, 0};
   const std::vector<double> plain = share_of_windows(windows), sharp = share_of_windows(windows, 3);

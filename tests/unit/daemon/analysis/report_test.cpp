@@ -237,7 +237,22 @@ TEST_CASE("the headline is of groups of repetitions, with what naming one label 
   CHECK(given.front().base_rate == Approx(1.0 / 3));
 }
 
-TEST_CASE("splits by repetition leave a whole group out, and none is empty") {
+TEST_CASE("a headline says which labels it does not test") {
+  Dataset set = campaign().set;
+  const std::string lonely = set.trials.front().label;
+  for (std::size_t i = 0; i < set.records.size(); ++i)
+    if (set.trials[i].label == lonely && set.records[i].spec.repetition != 1)
+      set.records[i].outcome = TrialOutcome::aborted;
+  const auto measured = measure_headlines(set, 1);
+  REQUIRE(measured.has_value());
+  REQUIRE(measured->size() == 1);
+  CHECK(measured->front().labels == 2);
+  CHECK(measured->front().base_rate == Approx(0.5));
+  CHECK(measured->front().not_tested == std::vector<std::string>{lonely});
+  CHECK(headline_text(measured->front()).find(lonely) != std::string::npos);
+}
+
+TEST_CASE("one group of repetitions gives no headline") {
   Dataset set = campaign().set;
   for (TrialRecord& record : set.records) record.spec.repetition = 1;
   const auto none = measure_headlines(set, 1);  // one group: nothing is left to train
