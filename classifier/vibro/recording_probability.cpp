@@ -9,6 +9,9 @@
 namespace weft::classifier::vibro {
 namespace {
 
+// Below, the likeliest sharpness says more than was seen; from here on its lower bound would only
+// make true answers look unsure (README.md).
+constexpr std::size_t few_recordings = 100;
 constexpr std::size_t least_labels = 2;  // one label alone is always right
 
 // Labels of which whole recordings are held out.
@@ -70,7 +73,10 @@ Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLear
     truths.push_back(truth[recording]);
   }
   VotePostprocessing out{{}, (*held)->calibration, {}};
-  if (!truths.empty()) out.calibration.sharpness = cautious_sharpness(probability, truths);
+  if (!truths.empty())
+    out.calibration.sharpness = truths.size() < few_recordings
+                                    ? cautious_sharpness(probability, truths)
+                                    : fit_sharpness(probability, truths);
   return std::optional(std::move(out));
 }
 

@@ -18,7 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Of every complete trial of the exploration, or of every imprint, the label that is learnt.
-std::vector<std::string> learnt_labels(const Dataset& dataset, const std::string& exploration) {
+std::vector<std::string> labels_of_model(const Dataset& dataset, const std::string& exploration) {
   std::vector<std::string> out;
   if (holds_imprints(dataset)) {
     if (const auto imprints = extract_imprints(dataset))
@@ -133,7 +133,7 @@ std::vector<Headline> handover_headlines(const HandoverResult& handover, const D
     out.push_back(
         {one.exploration, one.learner, by_repetition, one.recordings, "slides heard", one.slides});
   for (Headline& headline : out)
-    add_balance(learnt_labels(dataset, headline.exploration), headline);
+    add_balance(labels_of_model(dataset, headline.exploration), headline);
   return out;
 }
 

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "daemon/analysis/report/audit_headline.hpp"
 #include "daemon/apps/weft/console.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
@@ -50,7 +49,7 @@ struct ReportExtras {
   const HandoverResult* handover = nullptr;
   /// Folders of campaigns that differ in what a repetition is: rows beside this one's.
   std::vector<std::filesystem::path> beside = {};
-  std::vector<AuditHeadline> audit = {};  ///< see ReportInput
+  bool audit = true;  ///< its quick form: a second for a small campaign, ten for 680 trials
 };
 /// --beside, for run and report.
 void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside);

@@ -5,7 +5,6 @@
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
-#include "daemon/apps/weft/audit_headline.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
@@ -226,10 +225,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   const auto fidelity = fidelity_section(args, *summary);
   if (!fidelity) return pass(fidelity.error());
   extras.tradeoff_html += *fidelity;
-  if (!args.no_audit) {
-    console.err << "audit, in its quick form" << std::endl;
-    extras.audit = audit_quickly(summary->dataset_file, *dataset);
-  }
+  extras.audit = !args.no_audit;
   const auto report = write_report(*summary, *dataset, args.out, args.repeats, extras, console);
   if (!report) return pass(report.error());
   if (report->not_classified)
