@@ -111,10 +111,10 @@ std::string format_skipped(std::span<const RecipeScore> scores) {
   for (const RecipeScore& score : scores) {
     if (!score.skipped()) continue;
     budget = score.budget_s;
-    out += (out.empty() ? "not tried: " : "; ") + to_string(score.recipe) + ", about " +
+    out += (out.empty() ? "not tried: " : "; ") + to_string(score.recipe) + ", estimated " +
            seconds_text(score.cost_s);
   }
-  return out.empty() ? out : out + " of the " + seconds_text(budget) + " that --time-budget allows";
+  return out.empty() ? out : out + " (--time-budget allows " + seconds_text(budget) + " in all)";
 }
 
 }  // namespace weft::classifier

@@ -32,7 +32,7 @@ double training_cost(const Recipe& recipe, const TrainingShape& shape, const Tra
 std::vector<RecipeScore> within_budget(std::span<const Recipe> candidates,
                                        const TrainingShape& shape, const TrainOptions& options);
 
-/// "not tried: svc, WIDE, about 80 s of the 60 s that --time-budget allows"; empty where nothing
+/// "not tried: svc, WIDE, estimated 80 s (--time-budget allows 60 s in all)"; empty where nothing
 /// was skipped.
 std::string format_skipped(std::span<const RecipeScore> scores);
 

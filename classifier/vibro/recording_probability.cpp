@@ -42,8 +42,8 @@ std::string reason_without_probability(const FeatureMatrix& windows, Learner lea
                                        const TrainOptions& options) {
   const std::size_t found = testable_labels(windows, learner, options).size();
   if (found >= least_labels) return {};
-  return "whole recordings can be held out of " + std::to_string(found) + " labels, it takes " +
-         std::to_string(least_labels) + " with two recordings each, or two groups";
+  return std::to_string(found) + " labels have two recordings or groups, so that one can be held " +
+         "out; at least " + std::to_string(least_labels) + " labels are needed";
 }
 
 Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLearner& learner,

@@ -19,7 +19,7 @@ ordered_json text_or_null(std::string_view text) {
 std::string verdict_text(const AuditHeadline& one) {
   if (one.verdict.empty()) return "not made";
   if (one.verdict == "no_sign") return "no sign of a confound";
-  return one.verdict == "cannot_tell" ? "cannot be told" : one.verdict;
+  return one.verdict == "cannot_tell" ? "cannot be decided" : one.verdict;
 }
 
 ordered_json probe_json(const AuditHeadline& one) {
@@ -37,9 +37,8 @@ std::string format_headline(const AuditHeadline& one, BenchKind bench) {
   if (!one.reason.empty()) out += ": " + one.reason;
   if (!out.ends_with('.')) out += ".";
   if (one.probe)
-    out += (one.probe->name == "phase S" ? " Phase S" : " The " + one.probe->name) +
-           std::string(" alone reaches ") + percent(one.probe->accuracy, 1) +
-           " %, the full features " + percent(one.probe->full, 1) + " %, chance " +
+    out += " Accuracy from " + one.probe->name + " alone " + percent(one.probe->accuracy, 1) +
+           " %, from all features " + percent(one.probe->full, 1) + " %, by chance " +
            percent(one.probe->chance, 1) + " %" +
            (bench == BenchKind::real ? "" : " (" + std::string(bench_text(bench)) + ")") + ".";
   return out;
@@ -54,9 +53,9 @@ std::string_view overall_verdict(std::span<const AuditHeadline> all) {
 std::string quick_form_note(std::span<const AuditHeadline> all) {
   const auto made = std::ranges::find_if(all, [](const auto& one) { return one.permutations > 0; });
   if (made == all.end()) return {};
-  return "Quick form of weft audit: p of " + std::to_string(made->permutations) +
-         " permutations with LDA and none with trees, so what only trees would find is not "
-         "accused; nothing without level or pad pattern. weft audit does all.";
+  return "Quick form of weft audit: " + std::to_string(made->permutations) +
+         " permutations with LDA and none with trees, so it misses what only trees find; no "
+         "figures without level or pad pattern. weft audit computes all.";
 }
 
 ordered_json headlines_json(std::span<const AuditHeadline> all, BenchKind bench) {

@@ -5,12 +5,12 @@
 #include <set>
 #include <tuple>
 
-#include "daemon/apps/weft/audit_headline.hpp"
 #include "daemon/apps/weft/audit_text.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/quick_audit.hpp"
 #include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/imprints/imprint_dataset.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"

@@ -10,7 +10,7 @@
 #include "daemon/analysis/handover/handover.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/apps/weft/audit_headline.hpp"
+#include "daemon/apps/weft/quick_audit.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"

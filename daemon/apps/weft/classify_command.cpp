@@ -422,7 +422,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (args.modality && *args.modality != kind->modality)
     return fail({.code = Errc::invalid_argument,
                  .where = args.model.string(),
-                 .what = "the model is of another modality than the command",
+                 .what = "this command does not accept such a model",
                  .expected = std::string(to_string(*args.modality)),
                  .got = std::string(to_string(kind->modality)),
                  .hint = "Take weft " + std::string(to_string(kind->modality)) + " classify"});
@@ -452,8 +452,8 @@ std::string answer_line(const classifier::TrainedLearner& learner, const Predict
 CLI::App* add_classify_command(const CommandGroup& group, CommandModality modality) {
   ClassifyArgs preset;
   preset.modality = modality;
-  return group.add<ClassifyArgs>("classify", "what a model says of recordings", run_classify,
-                                 preset);
+  return group.add<ClassifyArgs>("classify", "name the labels of recordings with a trained model",
+                                 run_classify, preset);
 }
 
 }  // namespace weft::daemon::cli

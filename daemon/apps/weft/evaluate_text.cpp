@@ -298,9 +298,8 @@ std::string format_duplicates(const classifier::DuplicateRows& duplicates, std::
 }
 
 std::string format_balance(const classifier::Confusion& confusion) {
-  return "of " + thousands(confusion.total()) + " answers " + percent(confusion.base_rate(), 1) +
-         " % are on the most frequent label; a guess among " + std::to_string(confusion.classes()) +
-         " is right in " +
+  return thousands(confusion.total()) + " test answers; the most frequent label has " +
+         percent(confusion.base_rate(), 1) + " % of them, chance is " +
          percent(1.0 / static_cast<double>(std::max<std::size_t>(1, confusion.classes())), 1) +
          " %";
 }

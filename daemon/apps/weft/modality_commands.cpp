@@ -20,7 +20,8 @@ void add_modality_commands(const CommandGroup& weft) {
 void add_earlier_commands(const CommandGroup& weft) {
   for (const auto add_command :
        {add_features_command, add_evaluate_command, add_train_command, add_classify_command})
-    add_command(weft, {})->group("As in version 1, for any kind of data (going in the next)");
+    add_command(weft, {})->group(
+        "Commands of version 1, for any kind of data; the next version removes them");
 }
 
 }  // namespace weft::daemon::cli

@@ -38,7 +38,7 @@ struct OptionRow {
   std::vector<Instead> instead = {};
 };
 
-/// Of one modality: what is called otherwise where no other modality has the name.
+/// An option with another name in the commands of a modality than in those of all.
 struct OtherName {
   classifier::Modality modality;
   std::string_view of_all, own;
@@ -50,7 +50,7 @@ constexpr std::array other_names = {
     OtherName{classifier::Modality::vibro, "--blocks", "--parts"},
 };
 
-/// The first page of help is for everybody; these are for the few.
+/// Options that most users never need: --help leaves them out.
 constexpr std::array<std::string_view, 20> rarely_needed = {
     "--permute-labels", "--curve-draws", "--norm",       "--remove-level",  "--cap",
     "--folds",          "--fold-unit",   "--t-test",     "--solver",        "--tie",

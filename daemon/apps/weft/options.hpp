@@ -74,7 +74,7 @@ std::string_view describe_kind(DataKind kind);
 /// Options that were typed, by their names in the commands of all kinds, and as they were typed.
 using GivenOptions = std::map<std::string, std::string>;
 
-/// Whose data a learning command is about; empty: the file tells.
+/// The modality whose data a command accepts; empty: any, and the file decides.
 using CommandModality = std::optional<classifier::Modality>;
 
 /// What an option of the commands of all kinds is called in those of a modality.
@@ -88,7 +88,7 @@ class LearningOptions {
   LearningOptions(CLI::App& command, CommandModality modality, GivenOptions& given)
       : command_(&command), modality_(modality), given_(&given) {}
 
-  /// The command, or, where another option has its name here, one that nobody types.
+  /// The command; a discarded one where the option is not of the modality.
   [[nodiscard]] CLI::App& place_of(std::string_view option);
   /// name_in() its modality.
   [[nodiscard]] std::string name_of(std::string_view option) const {

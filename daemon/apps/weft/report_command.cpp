@@ -195,7 +195,7 @@ std::optional<HandoverResult> usable_handover(const fs::path& folder,
   auto found = read_handover(folder);
   if (found && !*found) return std::nullopt;
   if (found && (*found)->dataset_sha256 == dataset_sha256) return std::move(*found);
-  console.err << "weft: the accuracy of the hand-over is not taken: "
+  console.err << "weft: the accuracy of the hand-over is not used: "
               << (found ? "it is of another data set, " + (*found)->dataset_sha256
                         : to_string(found.error()))
               << std::endl;

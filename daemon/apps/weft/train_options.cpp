@@ -28,8 +28,9 @@ void add_train_options(CLI::App& command, TrainChoice& choice) {
       ->check(seed_problem)
       ->capture_default_str();
   add_number(command, "--time-budget", choice.time_budget_s, 0.0, 1e6,
-             "what best may try: candidates of so many seconds in all, of the reference machine "
-             "and by their shapes, so that every machine chooses alike; 0: all");
+             "limit on the estimated training time of all candidates of best [s on the reference "
+             "machine]; it depends on the size of the data alone, so that every machine chooses "
+             "alike; 0: no limit");
   add_count(command, "--cap", choice.cap, 1, 100000,
             "most features or components of a core, the paper's N");
   add_count(command, "--folds", choice.folds, 2, 1000, "of the cross-validation");

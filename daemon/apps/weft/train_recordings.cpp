@@ -71,7 +71,7 @@ std::string choice_text(const RecordingPlan& plan) {
   if (plan.scores.empty()) return {};
   const classifier::RecipeScore& first = plan.scores.front();
   if (first.tested == 0 && !first.skipped())
-    return "  one training group: windows cannot be parted, " + to_string(first.recipe) +
+    return "  one training group: its windows cannot be split, " + to_string(first.recipe) +
            " taken untested\n";
   if (first.skipped())
     return "  " + to_string(first.recipe) + " taken untested; " +

@@ -103,9 +103,10 @@ Status set_groups(RecordingSet& set, std::string_view by) {
 
 void add_group_option(CLI::App& command, std::string& group) {
   command
-      .add_option("--group", group,
-                  "groups as recorded, or by repetition, mounting, piece, patch or another column "
-                  "of the manifest")
+      .add_option(
+          "--group", group,
+          "what makes a group: recorded (the manifest's groups), repetition, mounting, piece, "
+          "patch or another column of the manifest")
       ->capture_default_str();
 }
 
@@ -116,7 +117,7 @@ void add_trial_options(CLI::App& command, const LearningOptions& options, TrialC
   command
       .add_option("--window-s", choice.window_s,
                   options.modality() == classifier::Modality::vibro
-                      ? "length of a window, 2 where not told"
+                      ? "length of a window, by default 2"
                       : "cut phase M into windows of this many seconds; without it whole strokes")
       ->check(number_range(1e-3, 1e6));
   command
@@ -159,7 +160,7 @@ Status check_command(const TrialChoice& choice, DataKind kind) {
                                                         : Modality::vibro;
   if (choice.modality && *choice.modality != of_data)
     return fail({.code = Errc::invalid_argument,
-                 .what = "the command is of other data",
+                 .what = "this command does not accept such data",
                  .expected = "data for weft " + std::string(to_string(*choice.modality)),
                  .got = std::string(describe_kind(kind)),
                  .hint = "Take weft " + std::string(to_string(of_data))});

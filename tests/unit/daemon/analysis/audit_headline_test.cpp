@@ -52,11 +52,12 @@ TEST_CASE("report.json has each exploration's verdict and probe, and the worst v
 TEST_CASE("page and terminal have the probe's figure beside the full features' and chance") {
   ReportInput input = report_test::campaign().input();
   const std::string sentence =
-      "The pad pattern alone reaches 75.0 %, the full features 100.0 %, chance 50.0 % (SIMULATED).";
+      "Accuracy from pad pattern alone 75.0 %, from all features 100.0 %, by chance 50.0 % "
+      "(SIMULATED).";
   CHECK(format_headline(confounded(), BenchKind::simulated).ends_with(sentence));
   CHECK(format_headline(confounded(), BenchKind::real).find("SIMULATED") == std::string::npos);
   const std::string before = report_html(input);
-  CHECK(before.find("75.0 %, the full") == std::string::npos);
+  CHECK(before.find("75.0 %, from all") == std::string::npos);
   input.audit = {confounded()};
   CHECK(report_html(input).find(sentence) != std::string::npos);
   CHECK(summary_text(input).find("confounded") != std::string::npos);
