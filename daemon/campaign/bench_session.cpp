@@ -11,6 +11,7 @@
 #include "daemon/base/loop/real_loop.hpp"
 #include "daemon/base/loop/threads.hpp"
 #include "daemon/campaign/monitor.hpp"
+#include "daemon/hardware/rig/device_lock.hpp"
 #include "drivers/api/driver.hpp"
 
 namespace weft::daemon {
@@ -167,11 +168,14 @@ RigFile rig_at(const RigFile& rig, const SimulatedPlace& place) {
 /// Devices behind ports, in real time.
 class PortSession final : public BenchSession {
  public:
-  explicit PortSession(std::unique_ptr<Monitor> monitor) : monitor_(std::move(monitor)) {}
+  PortSession(std::unique_ptr<DeviceLocks> locks, std::unique_ptr<Monitor> monitor)
+      : locks_(std::move(locks)), monitor_(std::move(monitor)) {}
   static Result<std::unique_ptr<BenchSession>> open(const SessionRequest& request) {
+    auto locks = std::make_unique<DeviceLocks>();
+    if (Status locked = locks->acquire(request.rig); !locked) return pass(locked.error());
     auto monitor = Monitor::start(emergency_stops(request.rig));
     if (!monitor) return pass(monitor.error());
-    auto session = std::make_unique<PortSession>(std::move(*monitor));
+    auto session = std::make_unique<PortSession>(std::move(locks), std::move(*monitor));
     if (request.rig.mode == BenchMode::emulated) {
       auto console = open_tcp(session->loop_, request.rig.console);
       if (!console) return pass(Error(console.error()).in("weft-rig"));
@@ -180,9 +184,7 @@ class PortSession final : public BenchSession {
     auto bench = Bench::create(
         request.rig, session->loop_,
         [&](const DeviceEntry& entry) { return open_link(session->loop_, entry.link); },
-        [&](const DeviceEntry& entry) {
-          return open_requests(session->loop_, std::get<TcpPort>(*entry.http).end);
-        });
+        [&](const DeviceEntry& entry) { return open_page(session->loop_, entry); });
     if (!bench) return pass(bench.error());
     session->bench_ = std::move(*bench);
     return std::unique_ptr<BenchSession>(std::move(session));
@@ -215,7 +217,8 @@ class PortSession final : public BenchSession {
     heart_ = loop_.after(heart_period, [this] { beat(); });
   }
 
-  std::unique_ptr<Monitor> monitor_;  ///< began before the priority and the ports
+  std::unique_ptr<DeviceLocks> locks_;  ///< unlocked last, when the ports are closed
+  std::unique_ptr<Monitor> monitor_;    ///< began before the priority and the ports
   RealTimeScope real_time_;
   RealLoop loop_;
   TimerId heart_ = 0;

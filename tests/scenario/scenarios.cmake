@@ -180,6 +180,11 @@ add_test(NAME scenario_rig_tcp
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_tcp PROPERTIES TIMEOUT 120 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# One program at a time has a device, and the doctor examines what a run would.
+add_test(NAME scenario_device_locks
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/device_locks.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_device_locks PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Hosts as nobody should write them: gone without a word, reading nothing, asking everything, two at once.
 add_test(NAME scenario_rig_hosts
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_hosts.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
@@ -338,6 +343,6 @@ function(weft_waits cost)
   endforeach()
 endfunction()
 weft_waits(1000 scenario_modbus_clients scenario_apt_client scenario_docs_commands)
-weft_waits(100 scenario_rig_tcp scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
+weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
            unit_python_client)

@@ -7,6 +7,7 @@
 #include "daemon/base/loop/real_loop.hpp"
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/bench_session.hpp"
+#include "daemon/hardware/rig/device_lock.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -104,24 +105,32 @@ Status require_safe_to_try(const DeviceEntry& entry, const RigFile& rig,
                .hint = "End that program first: the device would be taken from it"});
 }
 
+/// As a run makes it, with its page. Errors: those of a run.
+Result<std::unique_ptr<Device>> open_device(RealLoop& loop, const RigFile& rig,
+                                            const DeviceEntry& entry) {
+  Result<std::unique_ptr<Link>> link = open_link(loop, entry.link);
+  if (!link) return pass(link.error());
+  Result<std::unique_ptr<Link>> page = open_page(loop, entry);
+  if (!page) return pass(page.error());
+  return Device::create(entry, loop, std::move(*link), rig.drivers, std::move(*page));
+}
+
 void examine_ports(const RigFile& rig, const DoctorRequest& request, DoctorReport& report) {
   RealLoop loop;
   check_console(loop, rig, report);
+  DeviceLocks locks;
   std::vector<std::unique_ptr<Device>> devices;
   std::vector<BenchExamination::Patient> patients;
   for (const std::size_t i : make_order(rig)) {
     const DeviceEntry& entry = rig.devices[i];
-    if (Status free = require_safe_to_try(entry, rig, report); !free) {
-      report.devices[i].error = free.error();
+    Status is_free = locks.acquire(entry, rig.name);
+    if (is_free) is_free = require_safe_to_try(entry, rig, report);
+    if (!is_free) {
+      report.devices[i].error = is_free.error();
       continue;
     }
     if (!can_try_port(entry, report)) continue;
-    Result<std::unique_ptr<Link>> link = open_link(loop, entry.link);
-    if (!link) {
-      report.devices[i].error = link.error();
-      continue;
-    }
-    auto device = Device::create(entry, loop, std::move(*link), rig.drivers);
+    auto device = open_device(loop, rig, entry);
     if (!device) {
       report.devices[i].error = device.error();
       continue;

@@ -68,7 +68,7 @@ Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
     if (!link) return pass(link.error(), entry.name);
     Result<std::unique_ptr<Link>> http = std::unique_ptr<Link>{};
     if (entry.http && pages) http = pages(entry);
-    if (!http) return pass(http.error(), entry.name + ": /http");
+    if (!http) return pass(http.error(), entry.name);
     Result<std::unique_ptr<Device>> device =
         Device::create(entry, loop, std::move(*link), rig.drivers, std::move(*http));
     if (!device) return pass(device.error());

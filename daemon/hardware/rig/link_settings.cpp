@@ -125,4 +125,11 @@ Result<std::unique_ptr<Link>> open_link(RealLoop& loop, const LinkSettings& sett
   return std::visit(Opener{&loop}, settings);
 }
 
+Result<std::unique_ptr<Link>> open_page(RealLoop& loop, const DeviceEntry& device) {
+  if (!device.http) return std::unique_ptr<Link>{};
+  auto page = open_requests(loop, std::get<TcpPort>(*device.http).end);
+  if (!page) return pass(page.error(), "/http");
+  return page;
+}
+
 }  // namespace weft::daemon

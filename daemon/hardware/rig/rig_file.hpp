@@ -59,6 +59,10 @@ struct DeviceEntry {
   std::optional<LinkSettings> commands;  ///< emulated: weft-rig serves the device's command port
 };
 
+/// Opens the page of a device behind a port; null where it has none. Errors: those of the port, at
+/// /http.
+Result<std::unique_ptr<Link>> open_page(RealLoop& loop, const DeviceEntry& device);
+
 /// What stands behind the links, and whose time passes.
 enum class BenchMode : std::uint8_t {
   simulated,  ///< emulators in this process, virtual time; every link is in memory
