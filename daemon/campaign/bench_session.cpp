@@ -168,14 +168,17 @@ RigFile rig_at(const RigFile& rig, const SimulatedPlace& place) {
 /// Devices behind ports, in real time.
 class PortSession final : public BenchSession {
  public:
-  PortSession(std::unique_ptr<DeviceLocks> locks, std::unique_ptr<Monitor> monitor)
-      : locks_(std::move(locks)), monitor_(std::move(monitor)) {}
+  PortSession(std::unique_ptr<DeviceLocks> locks, std::unique_ptr<Monitor> monitor,
+              double clear_z_m)
+      : locks_(std::move(locks)), monitor_(std::move(monitor)), clear_z_m_(clear_z_m) {}
   static Result<std::unique_ptr<BenchSession>> open(const SessionRequest& request) {
     auto locks = std::make_unique<DeviceLocks>();
     if (Status locked = locks->acquire(request.rig); !locked) return pass(locked.error());
-    auto monitor = Monitor::start(emergency_stops(request.rig));
+    auto monitor = Monitor::start({emergency_stops(request.rig, request.limits.max_speed_mps),
+                                   locks->descriptors(), request.monitor_log});
     if (!monitor) return pass(monitor.error());
-    auto session = std::make_unique<PortSession>(std::move(locks), std::move(*monitor));
+    auto session = std::make_unique<PortSession>(std::move(locks), std::move(*monitor),
+                                                 request.limits.clear_z_m());
     if (request.rig.mode == BenchMode::emulated) {
       auto console = open_tcp(session->loop_, request.rig.console);
       if (!console) return pass(Error(console.error()).in("weft-rig"));
@@ -208,17 +211,42 @@ class PortSession final : public BenchSession {
     if (!console_) return BenchSession::inject_fault(order);
     console_->inject_fault(order.json, order.ends, order.callback);
   }
+  void forbid_lift() override {
+    lift_forbidden_ = true;
+    monitor_->lift_to(std::nullopt);
+  }
   [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
 
  private:
   static constexpr Duration heart_period = std::chrono::milliseconds(100);
   void beat() {
+    monitor_->lift_to(lift_target_m());
     monitor_->beat();
+    if (!monitor_->is_alive()) report_lost_monitor();
     heart_ = loop_.after(heart_period, [this] { beat(); });
+  }
+
+  /// Never lower than the probe is: the clear height, or its own where that is higher.
+  [[nodiscard]] std::optional<double> lift_target_m() const {
+    const StageSample& z = bench_->snapshot().stage[recipes::index(StageAxis::z)];
+    if (!z.homed || lift_forbidden_) return std::nullopt;
+    return std::min(clear_z_m_, z.position);
+  }
+
+  /// Nobody would stop the stages if this process ended: the run ends tidily, by a fault.
+  void report_lost_monitor() {
+    bench_->report_fault({.code = Errc::wrong_state,
+                          .where = "monitor",
+                          .what = "the process that watches this run has ended",
+                          .expected = "process " + std::to_string(monitor_->process()),
+                          .got = "none",
+                          .hint = "Look in the system log for who killed it, then resume the run"});
   }
 
   std::unique_ptr<DeviceLocks> locks_;  ///< unlocked last, when the ports are closed
   std::unique_ptr<Monitor> monitor_;    ///< began before the priority and the ports
+  double clear_z_m_;
+  bool lift_forbidden_ = false;
   RealTimeScope real_time_;
   RealLoop loop_;
   TimerId heart_ = 0;

@@ -18,6 +18,9 @@
 
 namespace weft::daemon {
 
+/// In the campaign's folder: what the monitor reports of a host that was lost.
+inline constexpr const char* monitor_log_name = "monitor.log";
+
 /// Where the session before left a simulated bench: the emulated devices end with their session,
 /// and motion outside a run begins where the run ended. A run itself always begins from the rig
 /// file, so that it is the same each time.
@@ -77,6 +80,8 @@ class BenchSession {
   [[nodiscard]] virtual bool real_time() const { return false; }
   /// The emulated bench, where it is this process's; its trials can be played again.
   virtual sim::Rig* plant() { return nullptr; }
+  /// From now on the probe stays where it is, whatever becomes of this process: after a halt.
+  virtual void forbid_lift() {}
   /// What would let it keep time better; empty when there is nothing.
   [[nodiscard]] virtual std::string advice() const { return {}; }
 };
@@ -89,6 +94,8 @@ struct SessionRequest {
   /// Of a simulated bench: written when the session ends. Null: not kept. Outlives the session.
   SimulatedPlace* place = nullptr;
   bool begins_there = false;  ///< at `place`, where it is known
+  /// On ports: where the monitor reports the loss of this process, beside standard error.
+  std::filesystem::path monitor_log = {};
 };
 
 /// Opens the devices and, unless told otherwise, homes the stages. Errors: the bench's; wrong_state

@@ -175,6 +175,7 @@ class Run {
     if (hooks_->orders->is_idle()) return;  // as a rule, and asked at every event
     while (const auto given = hooks_->orders->take()) {
       apply_order(*given, supervisor, recording);
+      if (given->order == Order::halt) session_->forbid_lift();
       supervisor.request(event_of(*given));
     }
   }
@@ -389,7 +390,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
   const auto session =
-      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.place});
+      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.place, false,
+                    request.out / monitor_log_name});
   if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / campaign_file_name;
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));

@@ -8,32 +8,44 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/time.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <nlohmann/json.hpp>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <system_error>
 
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/hardware/link/serial_line.hpp"
+#include "drivers/thorlabs_apt/settings.hpp"
 #include "protocols/apt/bodies.hpp"
 
 namespace weft::daemon {
+namespace {
+
+constexpr double no_lift = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
 
 struct Monitor::Shared {
   std::atomic<std::uint64_t> beats{0};
   std::atomic<bool> watched{false};
+  std::atomic<double> lift_to_m{no_lift};
 };
-static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+static_assert(std::atomic<std::uint64_t>::is_always_lock_free &&
+              std::atomic<double>::is_always_lock_free);
 
 namespace {
 
@@ -45,21 +57,28 @@ constexpr std::chrono::milliseconds own_stall{200};
 // Over the control loop's 10: a loop that spins must not keep it from running.
 constexpr int priority = 20;
 constexpr char goodbye = 'q';
+// Stages at 4 mm/s and 20 mm/s2 stand still after 0.2 s.
+constexpr int braking_ms = 300;
 
-/// A channel's profiled stop (APT16 p. 56): the stage keeps its position afterwards.
-Bytes apt_stop(const std::string& config_json) {
-  const auto config = nlohmann::json::parse(config_json, nullptr, false);
-  const auto number = [&](const char* key, int otherwise) {
-    return config.is_object() && config.contains(key) && config[key].is_number_integer()
-               ? config[key].get<int>()
-               : otherwise;
-  };
-  const Route route{static_cast<std::uint8_t>(number("destination", address::usb_unit)),
-                    address::host};
-  Bytes message;
-  append_short(message, MessageId::move_stop, static_cast<std::uint8_t>(number("channel", 1)),
+/// A channel's profiled stop (APT16 p. 56): the stage keeps its position afterwards. For z the move
+/// that lifts the probe, too.
+EmergencyStop apt_stop(const DeviceEntry& device, double lift_speed_mps) {
+  EmergencyStop stop;
+  stop.link = device.link;
+  const auto settings = drivers::read_stage_settings(device.config_json);
+  if (!settings) return stop;  // the driver refuses it too: the run does not begin
+  const Route route{settings->destination, address::host};
+  append_short(stop.message, MessageId::move_stop, settings->channel,
                static_cast<std::uint8_t>(StopMode::profiled), route);
-  return message;
+  if (device.role != "z" || lift_speed_mps <= 0) return stop;
+  const double speed = std::min(lift_speed_mps, settings->max_speed);
+  VelocityParams velocity{settings->channel, 0, settings->acceleration_counts, 0};
+  velocity.maximum_velocity_counts =
+      velocity_to_counts(settings->scale, speed).value_or(settings->default_velocity_counts);
+  append_message(stop.lift, MessageId::set_velparams, velocity, route);
+  append_message(stop.lift, MessageId::move_absolute, ChannelCounts{settings->channel, 0}, route);
+  stop.counts_per_m = settings->scale.counts_per_unit;
+  return stop;
 }
 
 int open_line(const SerialSettings& line) {
@@ -109,18 +128,45 @@ int open_socket(const std::vector<Bytes>& addresses) {
   return -1;
 }
 
-void send(const EmergencyStop& stop) {
+/// Whether the whole message went out.
+bool send(const EmergencyStop& stop, const Bytes& message) {
   const auto* line = std::get_if<SerialSettings>(&stop.link);
   const int port = line != nullptr ? open_line(*line) : open_socket(stop.addresses);
-  if (port < 0) return;
-  const ssize_t sent = ::write(port, stop.message.data(), stop.message.size());
+  if (port < 0) return false;
+  const ssize_t sent = ::write(port, message.data(), message.size());
   if (sent > 0 && line != nullptr) ::tcdrain(port);
   ::close(port);
+  return sent == static_cast<ssize_t>(message.size());
+}
+
+/// Whether a probe was sent up. What its messages lack is known only now.
+bool send_lift(EmergencyStop& stop, double z_m) {
+  if (stop.lift.empty() || std::isnan(z_m)) return false;
+  auto counts = static_cast<std::uint32_t>(
+      static_cast<std::int32_t>(std::lround(z_m * stop.counts_per_m)));
+  for (std::size_t i = stop.lift.size() - 4; i < stop.lift.size(); ++i, counts >>= 8)
+    stop.lift[i] = static_cast<std::uint8_t>(counts & 0xFF);
+  return send(stop, stop.lift);
+}
+
+/// What became of the stages.
+struct Stopped {
+  std::size_t stopped = 0;
+  bool lifted = false;
+};
+
+Stopped stop_stages(std::vector<EmergencyStop>& stops, double lift_to_m) {
+  Stopped done;
+  for (const EmergencyStop& stop : stops) done.stopped += send(stop, stop.message) ? 1 : 0;
+  if (std::isnan(lift_to_m)) return done;
+  ::poll(nullptr, 0, braking_ms);
+  for (EmergencyStop& stop : stops) done.lifted = send_lift(stop, lift_to_m) || done.lifted;
+  return done;
 }
 
 enum class HostSignal { nothing, farewell, end };
 
-/// Waits a little for the host's end of the pipe.
+/// Waits a little for the host's end of the line.
 HostSignal poll_host(int line, int wait_ms) {
   pollfd end{line, POLLIN, 0};
   if (::poll(&end, 1, wait_ms) <= 0) return HostSignal::nothing;
@@ -128,19 +174,24 @@ HostSignal poll_host(int line, int wait_ms) {
   return ::read(line, &byte, 1) == 1 && byte == goodbye ? HostSignal::farewell : HostSignal::end;
 }
 
-/// Keeps standard input, output and error and this end of the pipe, and returns it. Whatever else
-/// the host had open stays the host's alone: a lock of a folder is let go and a client's connection
-/// ends when the host closes it, not when the monitor goes.
-int close_all_except(int line) {
-  constexpr int log_fd = STDERR_FILENO + 1;
-  if (line != log_fd) ::dup2(line, log_fd);
-  ::close_range(log_fd + 1, ~0U, 0);
-  return log_fd;
+/// Keeps standard input, output and error, this end of the pipe and the device locks. Whatever else
+/// the host had open stays the host's alone: a lock of a folder is released and a client's
+/// connection ends when the host closes it, not when the monitor goes. `kept`: sorted.
+void close_all_except(const std::vector<int>& kept) {
+  unsigned next = STDERR_FILENO + 1;
+  for (const int fd : kept) {
+    const auto number = static_cast<unsigned>(fd);
+    if (number > next) ::close_range(next, number - 1, 0);
+    next = std::max(next, number + 1);
+  }
+  ::close_range(next, ~0U, 0);
 }
 
 void become_monitor() {
   ::setsid();  // Ctrl-C is for the host, which then ends tidily
-  for (const int number : {SIGINT, SIGHUP, SIGPIPE, SIGTERM}) ::signal(number, SIG_IGN);
+  for (const int number :
+       {SIGINT, SIGHUP, SIGPIPE, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGXFSZ})
+    ::signal(number, SIG_IGN);
   sched_param parameters{};
   parameters.sched_priority = priority;
   ::sched_setscheduler(0, SCHED_FIFO, &parameters);  // refused: it watches less punctually
@@ -170,46 +221,103 @@ HostEnd watch_host(const Shared& shared, int line, pid_t host, Duration max_wait
   }
 }
 
-/// What standard error is told of a host that is lost. Made before the fork: a child of a
-/// process with threads may not allocate.
-struct Notices {
+/// How the notice of a lost host begins and ends. Made before the fork: a child of a process with
+/// threads may not allocate.
+struct NoticeText {
   std::string died, killed;
+  std::filesystem::path log;
+  bool is_journal;  ///< standard error is systemd's journal, which takes a priority
 };
 
-Notices format_notices(pid_t host, std::size_t stops, Duration max_wait) {
+NoticeText format_notices(pid_t host, const Monitor::Settings& settings) {
   using seconds = std::chrono::duration<double>;
   std::ostringstream limit;
-  limit << std::chrono::duration_cast<seconds>(max_wait).count();
-  // systemd's journal takes the priority; elsewhere it would be in the way.
-  const char* const log_level = std::getenv("JOURNAL_STREAM") != nullptr ? "<3>" : "";
-  const std::string begin =
-      std::string(log_level) + "weft monitor: process " + std::to_string(host);
-  const std::string end = "; stop sent to " + std::to_string(stops) +
-                          " stages; the rig is as the run left it: inspect it, start again, then "
-                          "see weft status\n";
-  return {begin + " ended while a run had the rig" + end,
+  limit << std::chrono::duration_cast<seconds>(settings.max_wait).count();
+  const std::string begin = "weft monitor: process " + std::to_string(host);
+  return {begin + " ended while a run had the rig",
           begin + " killed: its control loop gave no sign of life for " + limit.str() +
-              " s (hung, stopped or starved of the processor)" + end};
+              " s (hung, stopped or starved of the processor)",
+          settings.log, std::getenv("JOURNAL_STREAM") != nullptr};
+}
+
+using Line = std::array<char, 512>;
+
+/// "2026-11-29 06:33:06 UTC ", by arithmetic alone: the C library's calendar takes a lock.
+int print_time(Line& line) {
+  using namespace std::chrono;
+  const auto now = time_point<system_clock, nanoseconds>(utc_now());
+  const auto day = floor<days>(now);
+  const year_month_day date(day);
+  const hh_mm_ss time(floor<seconds>(now - day));
+  return std::snprintf(line.data(), line.size(), "%04d-%02u-%02u %02d:%02d:%02d UTC ",
+                       static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
+                       static_cast<unsigned>(date.day()), static_cast<int>(time.hours().count()),
+                       static_cast<int>(time.minutes().count()),
+                       static_cast<int>(time.seconds().count()));
+}
+
+void append_to_log(const std::filesystem::path& log, const Line& text) {
+  if (log.empty()) return;
+  const int file = ::open(log.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) return;
+  Line line{};
+  const int length = print_time(line);
+  std::snprintf(line.data() + length, line.size() - static_cast<std::size_t>(length), "%.440s\n",
+                text.data());
+  static_cast<void>(!::write(file, line.data(), std::strlen(line.data())));
+  ::fsync(file);
+  ::close(file);
+}
+
+/// Without syslog(3), which takes locks: the message to the socket that it would go to.
+void send_to_system_log(const Line& text) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, "/dev/log", sizeof address.sun_path - 1);
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket < 0) return;
+  Line line{};
+  const int length = std::snprintf(line.data(), line.size(), "<27>%.500s", text.data());  // daemon.err
+  static_cast<void>(!::sendto(socket, line.data(), static_cast<std::size_t>(length), 0,
+                              reinterpret_cast<const sockaddr*>(&address), sizeof address));
+  ::close(socket);
 }
 
 /// After the stops, which wait for nothing. A reader that keeps its writer waiting gets none.
-void write_notice(const std::string& text) {
+void write_notice(const NoticeText& notices, bool killed, const Stopped& done, std::size_t stages) {
+  Line text{};
+  std::snprintf(text.data(), text.size(),
+                "%s; stop sent to %zu of %zu stages%s; inspect the rig, start again, then see "
+                "weft status",
+                (killed ? notices.killed : notices.died).c_str(), done.stopped, stages,
+                done.lifted ? ", then the probe was sent up"
+                            : ", the probe is where the run left it");
+  append_to_log(notices.log, text);
   pollfd out{STDERR_FILENO, POLLOUT, 0};
-  if (::poll(&out, 1, 0) > 0) static_cast<void>(!::write(STDERR_FILENO, text.data(), text.size()));
+  if (::poll(&out, 1, 0) > 0) {
+    Line line{};
+    const int length = std::snprintf(line.data(), line.size(), "%s%.500s\n",
+                                     notices.is_journal ? "<3>" : "", text.data());
+    static_cast<void>(!::write(STDERR_FILENO, line.data(), static_cast<std::size_t>(length)));
+  }
+  if (!notices.is_journal) send_to_system_log(text);
 }
 
 }  // namespace
 
-std::vector<EmergencyStop> emergency_stops(const RigFile& rig) {
+std::vector<EmergencyStop> emergency_stops(const RigFile& rig, double lift_speed_mps) {
   std::vector<EmergencyStop> stops;
-  for (const DeviceEntry& device : rig.devices)
-    if (device.driver == "thorlabs_apt")
-      stops.push_back({device.link, apt_stop(device.config_json), addresses_of(device.link)});
+  for (const DeviceEntry& device : rig.devices) {
+    if (device.driver != "thorlabs_apt") continue;
+    EmergencyStop stop = apt_stop(device, lift_speed_mps);
+    if (stop.message.empty()) continue;
+    stop.addresses = addresses_of(device.link);
+    stops.push_back(std::move(stop));
+  }
   return stops;
 }
 
-Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops,
-                                                Duration max_wait) {
+Result<std::unique_ptr<Monitor>> Monitor::start(Settings settings) {
   const auto failed = [](const char* what) {
     return fail({.code = Errc::io,
                  .where = "monitor",
@@ -221,19 +329,22 @@ Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops
   if (memory == MAP_FAILED) return failed("no memory to share with the monitor");
   auto* shared = new (memory) Shared;
   std::array<int, 2> line{};
-  if (::pipe2(line.data(), O_CLOEXEC) != 0) return failed("no pipe to the monitor");
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, line.data()) != 0)
+    return failed("no sockets to the monitor");
   const pid_t host = ::getpid();
-  const Notices notices = format_notices(host, stops.size(), max_wait);
+  const NoticeText notices = format_notices(host, settings);
+  std::vector<int> kept = settings.locks;
+  kept.push_back(line[0]);
+  std::ranges::sort(kept);
   const pid_t child = ::fork();
   if (child < 0) return failed("the monitor could not be started");
   if (child == 0) {
-    ::close(line[1]);  // or its end would never be heard
-    const int host_line = close_all_except(line[0]);
+    close_all_except(kept);  // the other end too, or its end would never be seen
     become_monitor();
-    const HostEnd end = watch_host(*shared, host_line, host, max_wait);
+    const HostEnd end = watch_host(*shared, line[0], host, settings.max_wait);
     if (end == HostEnd::farewell) ::_exit(0);
-    for (const EmergencyStop& stop : stops) send(stop);
-    write_notice(end == HostEnd::killed ? notices.killed : notices.died);
+    const Stopped done = stop_stages(settings.stops, shared->lift_to_m);
+    write_notice(notices, end == HostEnd::killed, done, settings.stops.size());
     ::_exit(0);
   }
   ::close(line[0]);
@@ -242,10 +353,10 @@ Result<std::unique_ptr<Monitor>> Monitor::start(std::vector<EmergencyStop> stops
 
 Monitor::~Monitor() {
   watch(false);
-  while (::write(line_, &goodbye, 1) < 0 && errno == EINTR) {
+  while (::send(line_, &goodbye, 1, MSG_NOSIGNAL) < 0 && errno == EINTR) {
   }
   ::close(line_);
-  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  while (!ended_ && ::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }
   ::munmap(shared_, sizeof(Shared));
 }
@@ -257,6 +368,15 @@ void Monitor::watch(bool on) {
 
 void Monitor::beat() {
   shared_->beats.fetch_add(1, std::memory_order_relaxed);
+}
+
+void Monitor::lift_to(std::optional<double> z_m) {
+  shared_->lift_to_m = z_m.value_or(no_lift);
+}
+
+bool Monitor::is_alive() {
+  if (!ended_ && ::waitpid(process_, nullptr, WNOHANG) == process_) ended_ = true;
+  return !ended_;
 }
 
 }  // namespace weft::daemon

@@ -4,7 +4,9 @@
 
 #include <sys/types.h>
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "daemon/hardware/rig/rig_file.hpp"
@@ -13,31 +15,44 @@
 
 namespace weft::daemon {
 
-/// What to say, and where, to stop a device without knowing anything else about it.
+/// What to send, and where, to stop a device without knowing anything else about it.
 struct EmergencyStop {
   LinkSettings link;
   Bytes message;
   /// Of a TCP port: each sockaddr that its host's name has, found before anything can hang.
   std::vector<Bytes> addresses = {};
+  /// The stage that carries the probe: the messages that move it to a position, whose last four
+  /// bytes are that position [counts, little-endian]. Others: empty.
+  Bytes lift = {};
+  double counts_per_m = 0;
 };
 
 /// For every device of the rig file that can be stopped by one message to a serial line or a TCP
 /// port: the stages. Others are left out; their motions are finite anyhow. Looks host names up,
-/// which may take a while.
-std::vector<EmergencyStop> emergency_stops(const RigFile& rig);
+/// which may take a while. `lift_speed_mps`: of the stage with role z; 0: none is lifted.
+std::vector<EmergencyStop> emergency_stops(const RigFile& rig, double lift_speed_mps);
 
 /// Thread-bound. While watched, the loop owes a beat within `max_wait`. If none comes the monitor
-/// kills this process, and then, as when this process died by itself, sends every stop and writes
-/// to standard error what happened and what to do.
+/// kills this process. Then, as when this process died by itself, it sends every stop, lifts the
+/// probe where lift_to() allows it, and reports what happened and what to do: to standard error, the
+/// system log and `log`.
 class Monitor {
  public:
   static constexpr Duration default_timeout = std::chrono::seconds(2);
 
+  struct Settings {
+    std::vector<EmergencyStop> stops = {};
+    /// Device locks that the monitor keeps until the stages have their messages.
+    std::vector<int> locks = {};
+    /// A line is appended to this file when the host is lost; empty: to none.
+    std::filesystem::path log = {};
+    Duration max_wait = default_timeout;
+  };
+
   /// Forks: call it before the bench has ports or a real-time priority. Threads of a daemon may be
-  /// there: the monitor keeps none of their descriptors and waits for none of their locks.
+  /// there: the monitor keeps none of their other descriptors and waits for none of their locks.
   /// Errors: io.
-  static Result<std::unique_ptr<Monitor>> start(std::vector<EmergencyStop> stops,
-                                                Duration max_wait = default_timeout);
+  static Result<std::unique_ptr<Monitor>> start(Settings settings);
   /// Sends the monitor away; nothing is stopped.
   ~Monitor();
   Monitor(const Monitor&) = delete;
@@ -46,6 +61,11 @@ class Monitor {
   /// From now on beats are owed, or no more.
   void watch(bool on);
   void beat();
+  /// Where the stage that carries the probe goes when the host is lost [m from home]; nothing: it
+  /// only stops, as before homing and after a halt.
+  void lift_to(std::optional<double> z_m);
+  /// False once the monitor's process has ended: nobody watches any more.
+  [[nodiscard]] bool is_alive();
   [[nodiscard]] pid_t process() const { return process_; }
 
  private:
@@ -55,7 +75,8 @@ class Monitor {
 
   Shared* shared_;  ///< memory that both processes see
   pid_t process_;
-  int line_;  ///< a pipe that closes with this process
+  bool ended_ = false;  ///< the monitor's process was seen to have ended
+  int line_;  ///< a socket that closes with this process
 };
 
 }  // namespace weft::daemon

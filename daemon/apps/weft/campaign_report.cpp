@@ -127,7 +127,7 @@ std::optional<RunHandover> handover_of_run(const CampaignSummary& summary,
   const auto wanted = load_handover_spec(folder);
   if (!wanted) return RunHandover{std::nullopt, wanted.error()};
   if (!*wanted) return std::nullopt;
-  const StopSignals signals;
+  const StopSignals signals(StopSignals::Hangup::stops, StopSignals::Suspend::allowed);
   HandoverHooks hooks;
   hooks.stop = [&signals] { return signals.requested().load(std::memory_order_relaxed); };
   hooks.seconds_now = steady_wall_seconds;

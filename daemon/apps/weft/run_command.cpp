@@ -211,7 +211,9 @@ std::function<void(const Callback&)> both(std::function<void(const Callback&)> o
 /// `prompts`: the recipe has operator steps.
 Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
-  const StopSignals signals;
+  const StopSignals signals(StopSignals::Hangup::stops, runs_in_real_time(args.rig)
+                                                            ? StopSignals::Suspend::refused
+                                                            : StopSignals::Suspend::allowed);
   const CampaignRequest request = request_of(args, console);
   const Campaign campaign = [&](CampaignHooks hooks) {
     RunOrders own_orders;
@@ -357,7 +359,7 @@ void add_options(CLI::App& command, RunArgs& args) {
 /// exit_failure when not every trial is complete, exit_promise_missed when they are but not within
 /// the accuracy asked for, exit_signal + number after SIGINT or SIGTERM.
 Result<int> run_run(const RunArgs& args, Console& console) {
-  const IgnoreBrokenPipe to_the_end;
+  const IgnoreWriteSignals to_the_end;
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());
   const Result<Preflight> found = preflight(request_of(args, console));
   if (!found) return pass(found.error());

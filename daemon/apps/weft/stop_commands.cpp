@@ -147,7 +147,7 @@ std::string clipped_reason(const std::string& reason) {
 
 /// A daemon that hangs keeps the stop from no other one.
 Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) {
-  const IgnoreBrokenPipe to_the_end;  // of `weft halt | head`
+  const IgnoreWriteSignals to_the_end;  // of `weft halt | head`
   const std::string reason = clipped_reason(args.reason);
   std::vector<Sent> sent;
   for (const SocketArgs& target : targets_of(args))

@@ -1,5 +1,10 @@
 #include "daemon/apps/weft/stop_signals.hpp"
 
+#include <unistd.h>
+
+#include <cerrno>
+#include <string_view>
+
 namespace weft::daemon::cli {
 namespace {
 
@@ -44,19 +49,42 @@ void install(int number, struct sigaction& before) {
   if (before.sa_handler != SIG_IGN || is_reload) sigaction(number, &action, nullptr);
 }
 
+constexpr std::array suspensions{SIGTSTP, SIGTTIN, SIGTTOU};
+
+extern "C" void on_suspend_signal(int) {
+  constexpr std::string_view text =
+      "weft: not suspended, because the rig would be without control. Ctrl-C ends tidily; weft "
+      "pause holds a run\n";
+  const int before = errno;
+  static_cast<void>(!write(STDERR_FILENO, text.data(), text.size()));
+  errno = before;
+}
+
+void refuse_suspension(std::array<struct sigaction, suspensions.size()>& before) {
+  for (std::size_t i = 0; i < suspensions.size(); ++i) {
+    struct sigaction action {};
+    action.sa_handler = suspensions[i] == SIGTSTP ? on_suspend_signal : SIG_IGN;
+    action.sa_flags = SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    sigaction(suspensions[i], &action, &before[i]);
+  }
+}
+
 }  // namespace
 
-IgnoreBrokenPipe::IgnoreBrokenPipe() {
+IgnoreWriteSignals::IgnoreWriteSignals() {
   struct sigaction ignored {};
   ignored.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &ignored, &before_);
+  sigaction(SIGPIPE, &ignored, &before_pipe_);
+  sigaction(SIGXFSZ, &ignored, &before_size_);
 }
 
-IgnoreBrokenPipe::~IgnoreBrokenPipe() {
-  sigaction(SIGPIPE, &before_, nullptr);
+IgnoreWriteSignals::~IgnoreWriteSignals() {
+  sigaction(SIGPIPE, &before_pipe_, nullptr);
+  sigaction(SIGXFSZ, &before_size_, nullptr);
 }
 
-StopSignals::StopSignals(Hangup hangup) {
+StopSignals::StopSignals(Hangup hangup, Suspend suspend) : suspend_(suspend) {
   hangup_reloads.store(hangup == Hangup::reloads);
   reload_wanted.store(false);
   stop_requested.store(false);
@@ -65,12 +93,15 @@ StopSignals::StopSignals(Hangup hangup) {
   install(SIGINT, before_interrupt_);
   install(SIGTERM, before_terminate_);
   install(SIGHUP, before_hangup_);
+  if (suspend_ == Suspend::refused) refuse_suspension(before_suspend_);
 }
 
 StopSignals::~StopSignals() {
   sigaction(SIGINT, &before_interrupt_, nullptr);
   sigaction(SIGTERM, &before_terminate_, nullptr);
   sigaction(SIGHUP, &before_hangup_, nullptr);
+  for (std::size_t i = 0; suspend_ == Suspend::refused && i < suspensions.size(); ++i)
+    sigaction(suspensions[i], &before_suspend_[i], nullptr);
 }
 
 const std::atomic<bool>& StopSignals::requested() const {

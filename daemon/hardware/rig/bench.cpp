@@ -134,7 +134,7 @@ void Bench::on_taxels(const Sample& sample) {
 const Error* Bench::fault() const {
   for (const auto& device : devices_)
     if (device->fault_seen()) return &*device->fault_seen();
-  return nullptr;
+  return host_fault_ ? &*host_fault_ : nullptr;
 }
 
 void Bench::on_log(const Device::LogSink& sink) {

@@ -83,8 +83,12 @@ class Bench {
   void begin_recent() { snapshot_.wrench_recent = {}; }
   /// What the sensor reads at its zero; taken off every sample from now on, recorded ones included.
   void set_zero(const WrenchSample& zero) { zero_ = zero; }
-  /// The first fault of any device.
+  /// The first fault of any device, or of what the host itself needs.
   [[nodiscard]] const Error* fault() const;
+  /// A fault that no device has: the run ends by it as by a device's. The first one counts.
+  void report_fault(Error error) {
+    if (!host_fault_) host_fault_ = std::move(error);
+  }
   Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
   Device& wrench() { return *wrench_; }
   Device& taxels() { return *taxels_; }
@@ -112,6 +116,7 @@ class Bench {
   Device* wrench_ = nullptr;
   Device* taxels_ = nullptr;
   Snapshot snapshot_;
+  std::optional<Error> host_fault_;
   WrenchSample zero_;  ///< forces and torques at rest
   SensorSink sensor_sink_;
 

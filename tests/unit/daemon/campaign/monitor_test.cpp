@@ -60,7 +60,7 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
   const pid_t host = ::fork();
   if (host == 0) {
     ::dup2(words[1], STDERR_FILENO);
-    const auto monitor = Monitor::start(emergency_stops(rig));
+    const auto monitor = Monitor::start({.stops = emergency_stops(rig, 0)});
     if (!monitor) ::_exit(1);
     (*monitor)->watch(true);
     ::_exit(0);  // without a farewell
