@@ -104,6 +104,8 @@ class Run {
       if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
       skip_completed_prompts(supervisor, history.replayed);
       publish_step(supervisor);
+      if (auto notice = recorder.take_notice())
+        log_.add({session_->loop().now(), LogLevel::warning, "recorder", std::move(*notice)});
       if (supervisor.state().trial >= history.replayed) publish_live_frame();
       apply_pending_faults(supervisor, recording, history.replayed);
       apply_pending_orders(supervisor, recording, history.replayed);
@@ -389,9 +391,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
                  .what = "the recipe asks for people, and nobody can confirm here"});
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
-  const auto session =
-      open_session({rig, request.rig, checked.plan.limits, checked.plan.seed, hooks.place, false,
-                    request.out / monitor_log_name});
+  const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed,
+                                     hooks.place, false, request.out / monitor_log_name});
   if (!session) return pass(session.error(), request.rig.string());
   const std::filesystem::path campaign_file = request.out / campaign_file_name;
   const auto folder = prepare_folder(request.out, disk_forecast(checked.plan));

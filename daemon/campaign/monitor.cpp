@@ -142,8 +142,8 @@ bool send(const EmergencyStop& stop, const Bytes& message) {
 /// Whether a probe was sent up. What its messages lack is known only now.
 bool send_lift(EmergencyStop& stop, double z_m) {
   if (stop.lift.empty() || std::isnan(z_m)) return false;
-  auto counts = static_cast<std::uint32_t>(
-      static_cast<std::int32_t>(std::lround(z_m * stop.counts_per_m)));
+  auto counts =
+      static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(z_m * stop.counts_per_m)));
   for (std::size_t i = stop.lift.size() - 4; i < stop.lift.size(); ++i, counts >>= 8)
     stop.lift[i] = static_cast<std::uint8_t>(counts & 0xFF);
   return send(stop, stop.lift);
@@ -189,8 +189,7 @@ void close_all_except(const std::vector<int>& kept) {
 
 void become_monitor() {
   ::setsid();  // Ctrl-C is for the host, which then ends tidily
-  for (const int number :
-       {SIGINT, SIGHUP, SIGPIPE, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGXFSZ})
+  for (const int number : {SIGINT, SIGHUP, SIGPIPE, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGXFSZ})
     ::signal(number, SIG_IGN);
   sched_param parameters{};
   parameters.sched_priority = priority;
@@ -245,7 +244,7 @@ using Line = std::array<char, 512>;
 /// "2026-11-29 06:33:06 UTC ", by arithmetic alone: the C library's calendar takes a lock.
 int print_time(Line& line) {
   using namespace std::chrono;
-  const auto now = time_point<system_clock, nanoseconds>(utc_now());
+  const sys_time<nanoseconds> now(utc_now());
   const auto day = floor<days>(now);
   const year_month_day date(day);
   const hh_mm_ss time(floor<seconds>(now - day));
@@ -277,7 +276,8 @@ void send_to_system_log(const Line& text) {
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket < 0) return;
   Line line{};
-  const int length = std::snprintf(line.data(), line.size(), "<27>%.500s", text.data());  // daemon.err
+  const int length =
+      std::snprintf(line.data(), line.size(), "<27>%.500s", text.data());  // daemon.err
   static_cast<void>(!::sendto(socket, line.data(), static_cast<std::size_t>(length), 0,
                               reinterpret_cast<const sockaddr*>(&address), sizeof address));
   ::close(socket);
@@ -286,12 +286,12 @@ void send_to_system_log(const Line& text) {
 /// After the stops, which wait for nothing. A reader that keeps its writer waiting gets none.
 void write_notice(const NoticeText& notices, bool killed, const Stopped& done, std::size_t stages) {
   Line text{};
-  std::snprintf(text.data(), text.size(),
-                "%s; stop sent to %zu of %zu stages%s; inspect the rig, start again, then see "
-                "weft status",
-                (killed ? notices.killed : notices.died).c_str(), done.stopped, stages,
-                done.lifted ? ", then the probe was sent up"
-                            : ", the probe is where the run left it");
+  std::snprintf(
+      text.data(), text.size(),
+      "%s; stop sent to %zu of %zu stages%s; inspect the rig, start again, then see "
+      "weft status",
+      (killed ? notices.killed : notices.died).c_str(), done.stopped, stages,
+      done.lifted ? ", then the probe was sent up" : ", the probe is where the run left it");
   append_to_log(notices.log, text);
   pollfd out{STDERR_FILENO, POLLOUT, 0};
   if (::poll(&out, 1, 0) > 0) {

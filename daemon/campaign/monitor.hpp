@@ -34,8 +34,8 @@ std::vector<EmergencyStop> emergency_stops(const RigFile& rig, double lift_speed
 
 /// Thread-bound. While watched, the loop owes a beat within `max_wait`. If none comes the monitor
 /// kills this process. Then, as when this process died by itself, it sends every stop, lifts the
-/// probe where lift_to() allows it, and reports what happened and what to do: to standard error, the
-/// system log and `log`.
+/// probe where lift_to() allows it, and reports what happened and what to do: to standard error,
+/// the system log and `log`.
 class Monitor {
  public:
   static constexpr Duration default_timeout = std::chrono::seconds(2);
@@ -76,7 +76,7 @@ class Monitor {
   Shared* shared_;  ///< memory that both processes see
   pid_t process_;
   bool ended_ = false;  ///< the monitor's process was seen to have ended
-  int line_;  ///< a socket that closes with this process
+  int line_;            ///< a socket that closes with this process
 };
 
 }  // namespace weft::daemon

@@ -140,6 +140,8 @@ class DeviceLog {
   DeviceLog(const DeviceLog&) = delete;
   DeviceLog& operator=(const DeviceLog&) = delete;
 
+  /// A line of no device.
+  void add(DeviceLogEntry line) { take(std::move(line)); }
   /// Null: lines are kept again.
   void journal_to(TrialRecording* recording);
 

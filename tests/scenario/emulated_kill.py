@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The host of the emulated bench is killed (SIGKILL) or hangs (SIGSTOP) at seeded moments of every phase of a trial. Each time: the true
-force stays under the cap, the stages stop (the monitor's stop, not the end of the slide), a hung host is ended by its monitor, the file opens
-and lacks at most 100 ms. The next host goes on with the same campaign: it finds the attempt interrupted and all that was recorded as it was,
+force stays under the cap, the stages stop along the cloth (the monitor's stop, not the end of the slide), the monitor lifts the probe off the
+cloth and leaves a line, a hung host is ended by its monitor, the file opens and lacks at most 100 ms. The next host goes on with the same campaign: it finds the attempt interrupted and all that was recorded as it was,
 homes, and the place that it records is where the rig truly is. A last one completes the campaign, and `weft verify` finds it whole.
 
     emulated_kill.py WEFT WEFT_RIG SOURCE_ROOT [KILLS [SEED [JSON]]]     so many SIGKILL and a SIGSTOP after every fourth, their figures into a file
@@ -26,7 +26,8 @@ from killed_campaign import Campaign
 from machine_pace import TimedChecks, skip_as_too_slow
 
 FORCE_CAP_N = 10.0
-STOPPED_WITHIN_S = 1.0      # of the kill; without the monitor a slide goes on to its end
+STOPPED_WITHIN_S = 1.0      # of the kill, along the cloth; without the monitor a slide goes on to its end
+LIFTED_WITHIN_S = 4.0       # 0.3 s of braking and 8 mm of clearance and the cloth at 4 mm/s, and STOPPED_WITHIN_S
 HUNG_ENDED_WITHIN_S = 4.0   # patience of the monitor (2 s) and a busy machine
 LACKS_AT_MOST_S = 0.12      # 100 ms of the recorder, and a sample of the force sensor (10 ms) on each side
 PLACE_WITHIN_M = 200e-6     # of what is recorded and the truth: 2 mm/s, and 100 ms of the recorder on one side
@@ -84,12 +85,17 @@ class Watch(threading.Thread):
     def place_at(self, when):
         return min(self.seen, key=lambda seen: abs(seen[0] - when))[2]
 
-    def last_motion(self):
-        """When a stage last was away from where it ends: 2 um along the cloth, 50 um in height, where the cloth creeps."""
+    def last_motion(self, axes, least_m):
+        """When one of these axes last was further away from where it ends."""
         *_, place = self.seen[-1]
-        far = [t for t, _, p in self.seen
-               if max(abs(p[0] - place[0]), abs(p[1] - place[1]), abs(p[2] - place[2]) / 25) > 2e-6]
+        far = [t for t, _, p in self.seen if max(abs(p[i] - place[i]) for i in axes) > least_m]
         return far[-1] if far else self.seen[0][0]
+
+    def force_at(self, when):
+        return min(self.seen, key=lambda seen: abs(seen[0] - when))[1]
+
+    def peak_after(self, when):
+        return max(force for t, force, _ in self.seen if t >= when)
 
 
 def recipe(root, folder):
@@ -188,18 +194,37 @@ class Bench:
         process.send_signal(kill.how)
         process.wait(30)
         ended = time.time()
-        time.sleep(2 * STOPPED_WITHIN_S)
+        time.sleep(LIFTED_WITHIN_S + 0.5)
         watch.finish()
         if kill.how is signal.SIGSTOP:
             self.t.expect_in_time(ended - killed < HUNG_ENDED_WITHIN_S, f"{kill}: the monitor took {ended - killed:.2f} s", began)
         figures = {"planned": kill.window.name, "how": kill.how.name, "peak_n": watch.peak_n(),
-                   "coast_s": max(0.0, watch.last_motion() - ended)}
+                   "coast_s": max(0.0, watch.last_motion((0, 1), 2e-6) - ended),
+                   "lift_s": max(0.0, watch.last_motion((2,), 50e-6) - ended)}
         self.t.expect_in_time(figures["coast_s"] < STOPPED_WITHIN_S, f"{kill}: the stages went on for {figures['coast_s']:.2f} s", began)
+        self.t.expect_in_time(figures["lift_s"] < LIFTED_WITHIN_S, f"{kill}: the lift took {figures['lift_s']:.2f} s", began)
         self.under_cap(watch, kill)
         figures.update(self.recorded(kill, watch, killed, self.found_as_left(kill), began))
+        self.lifted(kill, process, watch, ended, figures["fell"].startswith("in phase"))
         self.kills.append(figures)
-        print(f"SIMULATED {kill}: {figures['fell']}, peak {figures['peak_n']:.2f} N, stages stopped {figures['coast_s']:.2f} s after"
+        print(f"SIMULATED {kill}: {figures['fell']}, peak {figures['peak_n']:.2f} N, stages stopped {figures['coast_s']:.2f} s and the probe up {figures['lift_s']:.2f} s after"
               + (f", {1e3 * figures['lacks_s']:.0f} ms lacking" if "lacks_s" in figures else ""), flush=True)
+
+    def lifted(self, kill, process, watch, ended, is_on_cloth):
+        """The monitor's line names the host and what became of the probe; nothing presses the cloth any more, and the lift pressed no more."""
+        if not kill.window.phase and kill.after_s < 1:
+            return  # perhaps before it had a monitor
+        lines = (self.out / "monitor.log").read_text().splitlines() if (self.out / "monitor.log").exists() else []
+        line = next((one for one in lines if f"process {process.pid} " in one), "")
+        what = "killed:" if kill.how is signal.SIGSTOP else "ended while"
+        self.t.expect(what in line and "5 of 5 stages" in line, f"{kill}: the monitor's line: {lines[-1:]}")
+        said = process.stdout.read().decode(errors="replace")
+        self.t.expect(line[len("2026-11-29 06:33:06 UTC "):] in said, f"{kill}: standard error lacks the line: {said[-300:]}")
+        if not is_on_cloth:
+            return
+        self.t.expect("sent up" in line and abs(watch.seen[-1][1]) < 0.01, f"{kill}: {watch.seen[-1][1]:.2f} N left on the cloth; {line}")
+        self.t.expect(watch.peak_after(ended) < watch.force_at(ended) + 0.2,
+                      f"{kill}: {watch.peak_after(ended):.2f} N after the end, {watch.force_at(ended):.2f} N at it")
 
     def found_as_left(self, kill):
         """The host that was killed had found the attempts before it interrupted, and changed nothing of them. Whether it had begun one."""
@@ -265,10 +290,10 @@ def summary(kills):
     """Lines of how many fell where, and the worst of each figure. SIMULATED."""
     fell = collections.Counter((kill["fell"], kill["how"]) for kill in kills)
     worst = {figure: max((kill[figure] for kill in kills if figure in kill), default=0.0)
-             for figure in ("peak_n", "coast_s", "lacks_s", "apart_m")}
+             for figure in ("peak_n", "coast_s", "lift_s", "lacks_s", "apart_m")}
     recording = sum("lacks_s" in kill for kill in kills)
     return [f"SIMULATED {how} {where}: {count}" for (where, how), count in sorted(fell.items())] + [
-        f"SIMULATED {len(kills)} kills: peak force {worst['peak_n']:.2f} N of {FORCE_CAP_N:g} N, longest coast {worst['coast_s']:.2f} s, "
+        f"SIMULATED {len(kills)} kills: peak force {worst['peak_n']:.2f} N of {FORCE_CAP_N:g} N, longest coast {worst['coast_s']:.2f} s, lift {worst['lift_s']:.2f} s, "
         f"recording lacks at most {1e3 * worst['lacks_s']:.0f} ms ({recording} of them while recording), "
         f"places apart {1e6 * worst['apart_m']:.0f} um at most"]
 

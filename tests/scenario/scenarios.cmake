@@ -185,6 +185,13 @@ add_test(NAME scenario_device_locks
          COMMAND ${WEFT_PYTHON} ${cli_tests}/device_locks.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_device_locks PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Signals that are not a kill, a monitor that is killed, a limit of a file's size; files that other programs hold.
+add_test(NAME scenario_host_signals
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/host_signals.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_files_in_use COMMAND ${WEFT_PYTHON} ${cli_tests}/files_in_use.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_host_signals scenario_files_in_use
+                     PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Hosts as nobody should write them: gone without a word, reading nothing, asking everything, two at once.
 add_test(NAME scenario_rig_hosts
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_hosts.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
@@ -343,6 +350,6 @@ function(weft_waits cost)
   endforeach()
 endfunction()
 weft_waits(1000 scenario_modbus_clients scenario_apt_client scenario_docs_commands)
-weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
+weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_host_signals scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
            unit_python_client)

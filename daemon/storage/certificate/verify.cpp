@@ -22,6 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::chrono::milliseconds for_a_moment{2'000};
+
 /// Recipe and rig of a campaign file or a data set against their SHA-256. `where`: for a finding.
 void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report) {
   const auto same = [&](const char* what, const std::string& text, const std::string& recorded) {
@@ -41,17 +43,15 @@ class CampaignCheck {
                 const StopRequested& stop_requested, VerifyReport& report)
       : file_(file), certificate_(certificate), stop_requested_(stop_requested), report_(report) {}
 
-  void run() {
+  /// Errors: busy, where another program has locked the file: that is no finding.
+  Status run() {
     log();
     auto opened = sqlite::Database::open(file_, sqlite::Mode::read_only);
-    if (!opened) return found({}, opened.error());
-    database_ = std::move(*opened);
-    structure();
-    progress();
-    const std::size_t before = report_.found_problems.size();
-    chunks();
-    tables();
-    trials(report_.found_problems.size() == before);
+    if (opened)
+      check_contents(std::move(*opened));
+    else
+      found({}, opened.error());
+    return busy_ ? pass(*busy_) : Status{};
   }
 
  private:
@@ -59,7 +59,23 @@ class CampaignCheck {
     const std::string name = file_.filename().string();
     report_.add(where.empty() ? name : name + ": " + where, std::move(what), std::move(hint));
   }
+  void check_contents(sqlite::Database database) {
+    database_ = std::move(database);
+    database_.wait_for_others(for_a_moment);
+    structure();
+    if (busy_) return;
+    progress();
+    const std::size_t before = report_.found_problems.size();
+    chunks();
+    tables();
+    trials(report_.found_problems.size() == before);
+  }
+
   void found(const std::string& where, Error error) {
+    if (error.code == Errc::busy) {
+      if (!busy_) busy_ = std::move(error);
+      return;
+    }
     std::string hint = std::exchange(error.hint, {});
     found(where, to_string(error), std::move(hint));
   }
@@ -170,6 +186,7 @@ class CampaignCheck {
   const StopRequested& stop_requested_;
   VerifyReport& report_;
   sqlite::Database database_;
+  std::optional<Error> busy_;
 };
 
 bool there(const fs::path& path) {
@@ -195,9 +212,10 @@ void compare_bytes(const FileChecksums& then, const fs::path& file,
     report.add(name, "altered: its SHA-256 disagrees");
 }
 
-/// What this build cannot read, as a filter that it lacks, is no damage.
-Status found_unless_unsupported(const Error& error, const fs::path& file, VerifyReport& report) {
-  if (error.code == Errc::unsupported) return pass(error);
+/// What this build cannot read, as a filter that it lacks, is no damage; nor is a file that another
+/// program has locked.
+Status found_if_damage(const Error& error, const fs::path& file, VerifyReport& report) {
+  if (error.code == Errc::unsupported || error.code == Errc::busy) return pass(error);
   report.add(file.filename().string(), to_string(error));
   return {};
 }
@@ -205,7 +223,7 @@ Status found_unless_unsupported(const Error& error, const fs::path& file, Verify
 /// Sound and vibration: a data set of another layout, with a digest of its own.
 Status check_recordings(const fs::path& file, VerifyReport& report) {
   const auto set = read_recordings(file);
-  if (!set) return found_unless_unsupported(set.error(), file, report);
+  if (!set) return found_if_damage(set.error(), file, report);
   report.dataset_sha256 = recordings_sha256(*set);
   report.planned = report.complete = report.attempts = set->recordings.size();
   report.of = "recordings";
@@ -216,7 +234,7 @@ Status check_dataset(const fs::path& file, const Certificate* certificate, Verif
   if (certificate == nullptr && is_recordings_file(file)) return check_recordings(file, report);
   const auto dataset = read_hdf5(file);
   const std::string name = file.filename().string();
-  if (!dataset) return found_unless_unsupported(dataset.error(), file, report);
+  if (!dataset) return found_if_damage(dataset.error(), file, report);
   report.dataset_sha256 = dataset_sha256(*dataset);
   report.software_version = dataset->info.software_version;
   check_documents(dataset->info, name + ": /provenance", report);
@@ -275,8 +293,7 @@ Status check_file(const fs::path& file, const Certificate* certificate,
   report.blank |= is_campaign && is_blank_campaign(file);
   if (report.blank && certificate == nullptr && report.dataset.empty()) return {};
   if (!is_campaign) return check_dataset(file, then == nullptr ? nullptr : certificate, report);
-  CampaignCheck(file, then == nullptr ? nullptr : certificate, stop_requested, report).run();
-  return {};
+  return CampaignCheck(file, then == nullptr ? nullptr : certificate, stop_requested, report).run();
 }
 
 }  // namespace

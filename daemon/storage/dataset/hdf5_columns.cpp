@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "daemon/base/file/file_holders.hpp"
 #include "daemon/base/file/file_kind.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/dataset/hdf5_pack.hpp"
@@ -107,6 +108,21 @@ struct OpenColumn {
   Handle handle, type, space;
 };
 
+/// A file system that knows no locks (some network shares) does not keep a file from being opened.
+void allow_without_locks(const Handle& access) {
+  H5Pset_file_locking(access.id(), true, true);
+}
+
+Error in_use(const std::filesystem::path& path) {
+  const std::string holders = file_holders({path});
+  return {.code = Errc::busy,
+          .where = path.string(),
+          .what = "the file is in use by another program",
+          .expected = "a file that nobody has locked",
+          .got = holders.empty() ? "a lock whose holder is not seen" : "a lock of " + holders,
+          .hint = "Close it there and try again; nothing is wrong with the file"};
+}
+
 }  // namespace
 
 Writer Writer::create(const std::filesystem::path& path) {
@@ -114,6 +130,7 @@ Writer Writer::create(const std::filesystem::path& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // The 1.10 layout carries checksums on its own structures; h5py 2.7 of 2017 and later read it.
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
+  allow_without_locks(access);
   const Handle properties = timeless_properties(H5P_FILE_CREATE);
   writer.file_ =
       Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties.id(), access.id()), H5Fclose);
@@ -201,13 +218,17 @@ Result<Reader> Reader::open(const std::filesystem::path& path) {
                  .hint = "A campaign's data set is the file dataset.h5 in its folder"});
   if (!std::filesystem::is_regular_file(path, ignored))
     return fail({.code = Errc::not_found, .where = path.string(), .what = "no such data set file"});
+  if (is_locked_by_another(path)) return tl::unexpected<Error>(in_use(path));
   if (H5Fis_hdf5(path.c_str()) <= 0)
     return fail(with_file_kind({.code = Errc::parse,
                                 .where = path.string(),
                                 .what = "not an HDF5 file, or cut short within its first bytes"},
                                path));
   Reader reader;
-  reader.file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  allow_without_locks(access);
+  reader.file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose);
+  if (!reader.file_.ok() && is_locked_by_another(path)) return tl::unexpected<Error>(in_use(path));
   if (!reader.file_.ok())
     return fail({.code = Errc::corrupt,
                  .where = path.string(),

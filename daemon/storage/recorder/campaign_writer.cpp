@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "daemon/base/file/file_holders.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 #include "daemon/storage/recorder/schema.hpp"
@@ -22,6 +23,10 @@ constexpr const char* log_sql = "PRAGMA journal_mode=WAL";
 /// while it is made, holds it for the moment of that. Where the file is made or reopened nothing
 /// moves yet; later the writer's own thread waits.
 constexpr std::chrono::milliseconds read_timeout{2'000};
+
+/// How long the recording waits for another program that has locked the file: samples wait in
+/// memory meanwhile (WriterThread::most_waiting), or the time of a simulated bench stands still.
+constexpr std::chrono::milliseconds lock_patience{30'000};
 
 /// How long the end of a campaign waits for those who have the file open, and for those who are in
 /// the middle of reading it.
@@ -172,6 +177,17 @@ Status CampaignWriter::begin() {
   if (Status done = guard(database_.execute("BEGIN")); !done) return done;
   in_transaction_ = true;
   return {};
+}
+
+void CampaignWriter::wait_for_locks(std::function<void(std::string)> on_wait) {
+  const auto report = [file = database_.name(),
+                       on_wait = std::move(on_wait)](std::chrono::milliseconds waited) {
+    const std::string holders = file_holders({file, file + "-wal", file + "-shm"});
+    on_wait(file + " has been locked for " + std::to_string(waited.count() / 1000) + " s by " +
+            (holders.empty() ? "another program" : holders) + "; the recording waits up to " +
+            std::to_string(lock_patience.count() / 1000) + " s, then the run ends: close it there");
+  };
+  database_.wait_for_others(lock_patience, report);
 }
 
 void CampaignWriter::sync_commits() {

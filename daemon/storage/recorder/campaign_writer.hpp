@@ -3,6 +3,7 @@
 // time. Used by one thread at a time.
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -50,6 +51,9 @@ class CampaignWriter {
   /// write-ahead log, and expects one.
   Status begin_writing();
 
+  /// From here on a statement waits half a minute for another program that has locked the file, and
+  /// after a second calls `on_wait`, on the writing thread, with a sentence that names the program.
+  void wait_for_locks(std::function<void(std::string)> on_wait);
   /// From here on a commit is on the disk when it returns, and a power cut takes none of it.
   void sync_commits();
 

@@ -71,8 +71,19 @@ struct Recorder::Impl {
   std::optional<ReplayVerifier> verifier;  ///< while the past is played
   bool resumed = true;                     ///< false: the file still says that the run has ended
   std::atomic<std::int64_t> commit_lag_ns{-1};  ///< longest since commit_lag(); -1: no commit
+  std::atomic<bool> has_notice{false};
+  std::mutex notice_mutex;
+  std::string notice;
   std::unique_ptr<WriterThread> thread;  ///< gone before the writer; none: all is written at once
 
+  /// Locks of others are waited for, and reported by take_notice().
+  void wait_for_locks() {
+    writer->wait_for_locks([this](std::string text) {
+      const std::lock_guard lock(notice_mutex);
+      notice = std::move(text);
+      has_notice = true;
+    });
+  }
   Status ready(bool in_trial);
   /// Does it with the writer now, or hands it to the thread. Keeps the first failure.
   template <class Job>
@@ -130,6 +141,7 @@ Status Recorder::Impl::resume_recording(TimePoint now) {
   Status ok = writer->require_no_reader();
   if (ok && continuation.before_writing) ok = continuation.before_writing();
   if (ok) ok = writer->begin_writing();
+  wait_for_locks();
   if (!ok) {
     failure = ok.error();
     return ok;
@@ -241,6 +253,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& path, const Campa
   auto writer = CampaignWriter::create(path, header);
   if (!writer) return pass(std::move(writer).error(), path.string());
   Recorder recorder(std::make_unique<Impl>(std::move(*writer), header, path));
+  recorder.impl_->wait_for_locks();
   for (const DeviceInfo& device : header.info.devices)
     if (auto stored = recorder.device(device); !stored)
       return pass(std::move(stored).error(), path.string());
@@ -394,6 +407,12 @@ std::optional<std::chrono::nanoseconds> Recorder::commit_lag() {
   const std::int64_t lag_ns = impl_->commit_lag_ns.exchange(-1);
   if (lag_ns < 0) return std::nullopt;
   return std::chrono::nanoseconds(lag_ns);
+}
+
+std::optional<std::string> Recorder::take_notice() {
+  if (!impl_->has_notice.exchange(false)) return std::nullopt;
+  const std::lock_guard lock(impl_->notice_mutex);
+  return std::exchange(impl_->notice, {});
 }
 
 Status Recorder::finish() {

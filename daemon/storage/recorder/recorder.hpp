@@ -113,6 +113,8 @@ class Recorder {
   /// The longest time since the last call from the hand-over of a commit until it was on the disk;
   /// nothing without a commit.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> commit_lag();
+  /// A sentence for people, once: another program has had the file locked for a second.
+  [[nodiscard]] std::optional<std::string> take_notice();
   /// Commits, marks the campaign finished and folds the write-ahead log into the one file.
   Status finish();
 

@@ -4,7 +4,10 @@
 #include <array>
 #include <cstdio>
 #include <limits>
+#include <system_error>
+#include <utility>
 
+#include "daemon/base/file/file_holders.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
 
 namespace weft::daemon::sqlite {
@@ -26,15 +29,36 @@ Errc code_of(int sqlite_code) {
   }
 }
 
+/// Who has locked the file, for people; empty where the fault is another one or nobody is seen.
+std::string holders_of(int sqlite_code, const FilePath& file) {
+  if (!file || code_of(sqlite_code) != Errc::busy) return {};
+  return file_holders({*file, *file + "-wal", *file + "-shm"});
+}
+
+std::string hint_for(Errc code) {
+  if (code == Errc::no_space) return "Free some space on the disk";
+  if (code == Errc::busy) return "End that program or close the file there; nothing is damaged";
+  return {};
+}
+
+/// What the operating system said, of a fault of reading or writing: "File too large".
+std::string system_text(sqlite3* database, Errc code) {
+  const int number = sqlite3_system_errno(database);
+  if (code != Errc::io || number == 0) return {};
+  return ": " + std::generic_category().message(number);
+}
+
 tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, std::string what) {
-  const int code = sqlite3_extended_errcode(database);
-  const bool full = (code & 0xFF) == SQLITE_FULL;
-  return fail(
-      {.code = code_of(code),
-       .where = file ? *file : "",
-       .what = std::move(what),
-       .got = std::string(sqlite3_errmsg(database)) + " (SQLite " + std::to_string(code) + ")",
-       .hint = full ? "Free some space on the disk" : ""});
+  const int number = sqlite3_extended_errcode(database);
+  const Errc code = code_of(number);
+  const std::string holders = holders_of(number, file);
+  return fail({.code = code,
+               .where = file ? *file : "",
+               .what = std::move(what),
+               .got = std::string(sqlite3_errmsg(database)) + system_text(database, code) +
+                      (holders.empty() ? "" : " by " + holders) + " (SQLite " +
+                      std::to_string(number) + ")",
+               .hint = hint_for(code)});
 }
 
 /// SQLite removes a log whose file is empty, and reading is enough for that.
@@ -184,8 +208,25 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   return writable;
 }
 
-void Database::wait_for_others(std::chrono::milliseconds longest) {
-  sqlite3_busy_timeout(raw_.get(), static_cast<int>(longest.count()));
+void Database::wait_for_others(std::chrono::milliseconds longest, WaitCallback on_wait) {
+  if (!wait_) wait_ = std::make_unique<Wait>();
+  wait_->longest = longest;
+  wait_->on_wait = std::move(on_wait);
+  sqlite3_busy_handler(raw_.get(), &Wait::on_busy, wait_.get());
+}
+
+// SQLite counts the calls of one wait from 0.
+int Database::Wait::on_busy(void* self, int call) {
+  constexpr std::chrono::milliseconds first{2}, most{50};
+  auto& wait = *static_cast<Wait*>(self);
+  if (call == 0) wait.waited = {};
+  if (wait.waited >= wait.longest) return 0;
+  const auto pause = std::min({first * (call + 1), most, wait.longest - wait.waited});
+  sqlite3_sleep(static_cast<int>(pause.count()));
+  const auto before = std::exchange(wait.waited, wait.waited + pause);
+  if (wait.on_wait && before < report_after && wait.waited >= report_after)
+    wait.on_wait(wait.waited);
+  return 1;
 }
 
 sqlite3_file* Database::file() const {

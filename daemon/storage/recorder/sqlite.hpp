@@ -7,6 +7,7 @@
 #include <concepts>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -125,8 +126,11 @@ class Database {
   /// Writes into `pages`, after each commit, how many pages the write-ahead log has; from now on
   /// the caller folds it in.
   void count_log_pages(int* pages);
+  /// Called on the waiting thread, once in a wait, after `report_after`: how long it has waited.
+  using WaitCallback = std::function<void(std::chrono::milliseconds waited)>;
+  static constexpr std::chrono::milliseconds report_after{1'000};
   /// From now on a statement waits so long for others to be done with the file.
-  void wait_for_others(std::chrono::milliseconds longest);
+  void wait_for_others(std::chrono::milliseconds longest, WaitCallback on_wait = {});
   /// The file beneath; of the database as long as it is open. Nothing: none.
   [[nodiscard]] sqlite3_file* file() const;
   /// The name that it was opened by is another file's by now, or nobody's: what is written is lost
@@ -134,6 +138,8 @@ class Database {
   [[nodiscard]] bool has_moved() const;
   /// A statement that writes into a file that stays open for long. Errors: io, if it has moved.
   Result<Statement> prepare_to_write(std::string_view sql);
+  /// As it was opened.
+  [[nodiscard]] std::string name() const { return file_ ? *file_ : ""; }
   [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
 
  private:
@@ -142,6 +148,13 @@ class Database {
   };
   static Result<Database> open_named(const std::filesystem::path& path, const std::string& name,
                                      int flags);
+  /// Of others that have the file locked; its place is SQLite's to keep.
+  struct Wait {
+    static int on_busy(void* self, int call);
+    std::chrono::milliseconds longest{}, waited{};
+    WaitCallback on_wait;
+  };
+  std::unique_ptr<Wait> wait_;  ///< outlives the connection
   std::unique_ptr<sqlite3, Close> raw_;
   FilePath file_;
 };

@@ -20,8 +20,9 @@ class WriterThread {
  public:
   using Job = std::function<Status()>;
   /// Jobs that may wait; one more is an error. Twenty commits a second, each of a chunk per stream
-  /// and the commit itself, 4 to 6 jobs, make about ten seconds of a disk that does not answer.
-  static constexpr std::size_t most_waiting = 1024;
+  /// and the commit itself, 4 to 6 jobs, make 35 s and more of a disk that does not answer or of a
+  /// file that another program has locked.
+  static constexpr std::size_t most_waiting = 4200;
 
   static constexpr int priority = 5;  ///< of SCHED_FIFO; the control loop has 10
 
