@@ -203,6 +203,25 @@ def under_a_manager(folder):
         daemon.process.kill()
 
 
+def never_ready(folder):
+    """With a rig file that cannot be used: status 1 and the reason, nothing said to the service manager, no socket."""
+    rig = json.loads((ROOT / "sim/rigs/bench17.json").read_text())
+    unknown_driver = {**rig, "devices": [{**device, "driver": "ati_rtd"} for device in rig["devices"]]}
+    secret = folder / "secret.json"
+    secret.mkdir()  # a folder is a file that nobody can read, root neither
+    cases = {"unknown_driver": (json.dumps(unknown_driver), "ati_rtd"), "cut": (json.dumps(rig)[:500], "rig"), "empty": ("", "rig")}
+    for name, (text, reason) in {**cases, "secret": (None, "secret.json")}.items():
+        file = folder / f"{name}.json"
+        if text is not None:
+            file.write_text(text)
+        manager = Manager(folder / f"notify-{name}")
+        ended = subprocess.run(command(WEFTD, ROOT, folder, data=f"data-{name}", rig=file), env={**os.environ, "NOTIFY_SOCKET": str(folder / f"notify-{name}")},
+                               capture_output=True, text=True, timeout=PATIENCE_S)
+        assert ended.returncode not in (0, None) and ended.returncode > 0, (name, ended)
+        assert ended.stdout == "" and reason in ended.stderr and str(file) in ended.stderr, (name, ended)
+        assert manager.said == [] and not (folder / f"data-{name}/weftd.sock").exists(), (name, manager.said)
+
+
 def nobody_reads(folder):
     """Output that nobody reads keeps no request waiting, and no end."""
     process = subprocess.Popen(command(WEFTD, ROOT, folder, data="unread"), stdout=subprocess.PIPE, text=True)
@@ -230,6 +249,7 @@ def main():
         (folder / "recipes").mkdir()
         (folder / "recipes/small.json").write_text(json.dumps(recipe))
         under_a_manager(folder)
+        never_ready(folder)
         nobody_reads(folder)
     print("weftd_process: all as it should be (simulated)")
 

@@ -8,6 +8,7 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/daemon/daemon_log.hpp"
 #include "daemon/service/daemon/metrics.hpp"
 #include "daemon/service/daemon/service_notifier.hpp"
@@ -431,6 +432,9 @@ Status Daemon::run_own() {
 }  // namespace
 
 Status run_daemon(const DaemonOptions& options, const DaemonSignals& signals) {
+  // Before anything is opened: a service manager must not count a daemon as ready that can run
+  // nothing.
+  if (Status rig = check_rig_file(options.rig); !rig) return rig;
   auto daemon = Daemon::open(options);
   if (!daemon) return pass(daemon.error());
   const auto lost = (*daemon)->run(options, signals);
