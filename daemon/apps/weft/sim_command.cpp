@@ -14,6 +14,7 @@
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/sim_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/installed_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
@@ -202,7 +203,9 @@ Status check_folder(const std::filesystem::path& folder) {
                .got = folder.string()});
 }
 
-Result<int> run_calibrate(const CalibrateArgs& args, Console& console) {
+Result<int> run_calibrate(const CalibrateArgs& given, Console& console) {
+  CalibrateArgs args = given;
+  args.fabrics = find_installed(given.fabrics);
   if (Status ok = check_files(args); !ok) return pass(ok.error());
   if (Status ok = check_folder(args.pictures); !ok) return pass(ok.error());
   const auto table = read_text_file(args.fabrics);

@@ -6,6 +6,7 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/sim_command.hpp"
+#include "daemon/base/file/installed_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/base/version/software_version.hpp"
@@ -145,7 +146,9 @@ Status write_sides(const Dataset& recordings, const std::string& table, const Si
   return {};
 }
 
-Result<int> run_strokes(const StrokesArgs& args, Console& console) {
+Result<int> run_strokes(const StrokesArgs& given, Console& console) {
+  StrokesArgs args = given;
+  args.fabrics = find_installed(given.fabrics);
   if (Status ok =
           check_outputs(std::vector{args.recordings, args.fabrics},
                         std::vector<Output>{{"output", args.output}, {"beside", args.beside}});

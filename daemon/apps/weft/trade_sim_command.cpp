@@ -12,6 +12,7 @@
 #include "daemon/apps/weft/options.hpp"
 #include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/installed_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
@@ -52,7 +53,7 @@ Result<std::string> read_text(const std::filesystem::path& path) {
 }
 
 Result<sim::FabricLibrary> load_library(const TradeSimArgs& args) {
-  const auto text = read_text(args.fabrics);
+  const auto text = read_text(find_installed(args.fabrics));
   if (!text) return pass(text.error(), "--fabrics");
   auto library = sim::parse_fabrics(*text);
   if (!library) return pass(library.error(), args.fabrics.string());
@@ -75,11 +76,11 @@ Status check_files(const TradeSimArgs& args) {
                  .where = "--output",
                  .what = "no page is named",
                  .expected = "-o PAGE.html, or --table FILE without --downstream"});
-  std::vector<std::filesystem::path> inputs{args.fabrics};
+  std::vector<std::filesystem::path> inputs{find_installed(args.fabrics)};
   if (!args.reference.empty()) inputs.push_back(args.reference);
   const Output outputs[] = {
       {"page", args.files.page}, {"data", args.files.data}, {"table", args.table}};
-  if (!args.table.empty()) inputs.push_back(args.rig);
+  if (!args.table.empty()) inputs.push_back(find_installed(args.rig));
   return check_outputs(inputs, outputs);
 }
 
@@ -198,9 +199,9 @@ std::string table_command_text(const TradeSimArgs& args) {
 
 Status write_table(const TradeSimArgs& args, const Progress& progress) {
   if (args.table.empty()) return {};
-  const auto rig = read_text(args.rig);
+  const auto rig = read_text(find_installed(args.rig));
   if (!rig) return pass(rig.error(), "--rig");
-  const auto fabrics = read_text(args.fabrics);
+  const auto fabrics = read_text(find_installed(args.fabrics));
   if (!fabrics) return pass(fabrics.error(), "--fabrics");
   PromiseTableOptions options;
   options.scenes = args.table_recipes;
