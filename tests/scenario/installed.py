@@ -54,17 +54,21 @@ def main():
     build = sys.argv[1]
     with tempfile.TemporaryDirectory() as name:
         root = pathlib.Path(name)
-        run("cmake", "--install", build, "--prefix", root, "--component", "weft")
+        run("cmake", "--install", build, "--prefix", root)
         for program in ("weft", "weftd", "weft-rig"):
             assert program in run(root / "bin" / program, "--help").stdout
         manual(root / "share/man/man1/weft.1", "weft dataset import", "fidelity", "\\-\\-accuracy")
         manual(root / "share/man/man1/weftd.1", "\\-\\-recipes")
+        manual(root / "share/man/man1/weft-rig.1", "\\-\\-tcp")
         script = root / "share/bash-completion/completions/weft"
         assert completed(script, "weft", "ver") == {"verify"}
         assert {"import", "export", "info"} <= completed(script, "weft", "dataset", "")
         assert completed(script, "weft", "dataset", "import", "--form") == {"--format"}
         assert completed(script, "weft", "--json", "run", "a.json", "--ri") == {"--rig"}
-        assert (root / "share/weft/recipes/m1.json").exists()
+        share = root / "share/weft"
+        run(root / "bin/weft", "check", share / "recipes/m1.json", "--rig", share / "sim/rigs/bench17.json", cwd="/")
+        # The cloth table is found without a name of it, elsewhere than in the source tree.
+        run(root / "bin/weft", "trade", "sim", "--quick", "--scenes", "none", "--timings", "1", "-o", root / "page.html", cwd="/")
         unit(root / "lib/systemd/system/weftd.service", root / "bin")
         for program in ("weft", "weftd", "weft-rig"):
             said = subprocess.run([root / "bin" / program, "--no-such-option"], capture_output=True, text=True, timeout=120)

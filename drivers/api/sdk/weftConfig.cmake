@@ -5,7 +5,7 @@ find_dependency(nlohmann_json)
 find_path(WEFT_TL_EXPECTED tl/expected.hpp)
 if(NOT WEFT_TL_EXPECTED)
   set(weft_FOUND FALSE)
-  set(weft_NOT_FOUND_MESSAGE "tl/expected.hpp is missing (Debian: libtl-expected-dev)")
+  set(weft_NOT_FOUND_MESSAGE "tl/expected.hpp is missing (Debian: libexpected-dev)")
   return()
 endif()
 
