@@ -325,7 +325,10 @@ set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT P
 
 # What is installed on a machine at a bench.
 add_test(NAME scenario_installed COMMAND ${WEFT_PYTHON} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
-set_tests_properties(scenario_installed PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+add_test(NAME scenario_packages COMMAND ${WEFT_PYTHON} ${cli_tests}/packages.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
+# Both write the unit with their prefix into the build tree.
+set_tests_properties(scenario_installed scenario_packages PROPERTIES TIMEOUT 300 SKIP_RETURN_CODE 77 RESOURCE_LOCK weftd_unit
+                     ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Other software on the machine: an MPI runtime without headers, a broken Boost and OpenSSL beside another Python first on the PATH.
 add_test(NAME scenario_configure_elsewhere
