@@ -326,6 +326,8 @@ set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT P
 # What is installed on a machine at a bench.
 add_test(NAME scenario_installed COMMAND ${WEFT_PYTHON} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
 add_test(NAME scenario_packages COMMAND ${WEFT_PYTHON} ${cli_tests}/packages.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_ci_check COMMAND ${WEFT_PYTHON} ${cli_tests}/ci_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_ci_check PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Both write the unit with their prefix into the build tree.
 set_tests_properties(scenario_installed scenario_packages PROPERTIES TIMEOUT 300 SKIP_RETURN_CODE 77 RESOURCE_LOCK weftd_unit
                      ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
