@@ -48,6 +48,7 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   limits.force_cap_n = rig.force_cap_n;
   limits.torque_cap_nm = rig.torque_cap_nm;
   limits.travel = rig.geometry.travel;
+  limits.fixed = rig.geometry.fixed;
   limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
   if (rig.taxels > 0) limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
   limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
@@ -142,7 +143,8 @@ void BenchActions::stop() {
   motion_.reset();
   force_way_.reset();
   biasing_.reset();
-  for (const StageAxis axis : recipes::all_axes) set_still(axis);
+  for (const StageAxis axis : recipes::all_axes)
+    if (bench_->has_stage(axis)) set_still(axis);
 }
 
 void BenchActions::check_all() {
@@ -289,7 +291,7 @@ void BenchActions::poll(std::uint64_t cycle) {
   command(StageAxis::z, PollCommand{});
   if (cycle % slow_divisor != slow_divisor - 1) return;
   for (const StageAxis axis : {StageAxis::x, StageAxis::y, StageAxis::rx, StageAxis::ry})
-    command(axis, PollCommand{});
+    if (bench_->has_stage(axis)) command(axis, PollCommand{});
 }
 
 }  // namespace weft::daemon

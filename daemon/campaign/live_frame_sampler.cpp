@@ -56,8 +56,9 @@ void LiveFrameSampler::handover(const Snapshot& seen, TimePoint now) {
   if (!lock || !wanted_.load(std::memory_order_relaxed)) return;
   discard_old_frame();
   next_.bench_s = to_seconds(now);
-  const bool all_known = std::all_of(seen.stage_at.begin(), seen.stage_at.end(),
-                                     [](const auto& at) { return at.has_value(); });
+  bool all_known = true;
+  for (std::size_t i = 0; i < seen.stage_at.size(); ++i)
+    all_known = all_known && (seen.fixed[i] || seen.stage_at[i].has_value());
   if (all_known) next_.joints = seen.joints();
   frame_ = std::exchange(next_, {});
   pressed_ = false;

@@ -69,7 +69,9 @@ class MaintenanceSession {
     wait(rest_time, [&] {
       const Snapshot& seen = bench.snapshot();
       for (std::size_t i = 0; i < recipes::axis_count; ++i)
-        if (!seen.stage_at[i] || *seen.stage_at[i] <= since || seen.stage[i].moving) return false;
+        if (!seen.fixed[i] &&
+            (!seen.stage_at[i] || *seen.stage_at[i] <= since || seen.stage[i].moving))
+          return false;
       return rests = true;
     });
     session_.loop().cancel(poll_timer_);
@@ -82,7 +84,8 @@ class MaintenanceSession {
 
   void poll() {
     for (const StageAxis axis : recipes::all_axes)
-      static_cast<void>(session_.bench().stage(axis).driver().command(PollCommand{}));
+      if (session_.bench().has_stage(axis))
+        static_cast<void>(session_.bench().stage(axis).driver().command(PollCommand{}));
     poll_timer_ = session_.loop().after(poll_period, [this] { poll(); });
   }
 

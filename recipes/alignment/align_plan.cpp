@@ -87,10 +87,12 @@ Status check_judgement(const AlignSettings& s, double largest_tilt_rad) {
   return {};
 }
 
-/// Both rotary stages reach this far to both sides.
+/// Every rotary stage reaches this far to both sides. Without any the tilt is only measured.
 double rotary_reach_rad(const Geometry& geometry) {
-  double reach = 0.5;
+  constexpr double measured_rad = 0.05;
+  double reach = geometry.is_fixed(Axis::rx) && geometry.is_fixed(Axis::ry) ? measured_rad : 0.5;
   for (const Axis axis : {Axis::rx, Axis::ry}) {
+    if (geometry.is_fixed(axis)) continue;
     const Range& travel = geometry.travel[index(axis)];
     reach = std::min({reach, travel.max, -travel.min});
   }
@@ -115,6 +117,13 @@ double AlignPlan::rise_m() const {
 
 Result<AlignPlan> plan_alignment(const RigLimits& limits, const AlignSettings& settings) {
   const Geometry& g = limits.geometry;
+  if (g.is_fixed(Axis::y))
+    return fail({.code = Errc::unsupported,
+                 .where = "alignment",
+                 .what = "the rig has no stage along y, so the probe cannot touch a grid of points",
+                 .expected = "stages along x, y and z",
+                 .got = "y fixed",
+                 .hint = "Level the plate by hand; weft run needs no alignment"});
   const Range x = room(limits, Axis::x, g.origin_m.x_m, g.plate_size_m.x_m, limits.footprint_m.x_m);
   const Range y = room(limits, Axis::y, g.origin_m.y_m, g.plate_size_m.y_m, limits.footprint_m.y_m);
   const double widest = std::min(x.width(), y.width());

@@ -49,6 +49,7 @@ class Aligner {
 
   void on(const Start&) {
     if (state_.step != AlignStep::ready) return;
+    state_.tilts = within_reach({});
     enter(AlignStep::clearing, travel_s(Axis::z));
     move({{Axis::z, top_z_m(), plan_.transfer_speed_mps}});
   }
@@ -126,6 +127,7 @@ class Aligner {
     double longest_s = 0;
     std::vector<AxisMove> moves;
     for (const Axis axis : {Axis::x, Axis::y, Axis::rx, Axis::ry}) {
+      if (plan_.limits.geometry.is_fixed(axis)) continue;
       moves.push_back({axis, (*joints)[axis], speed_of(axis)});
       longest_s = std::max(longest_s, travel_s(axis));
     }
@@ -186,7 +188,7 @@ class Aligner {
     if (found->lean_rad <= plan_.tolerance_rad) return retract();
     if (state_.rounds.size() > plan_.most_turns) return give_up(not_level(*found));
     if (auto refused = out_of_travel(found->level)) return give_up(std::move(*refused));
-    state_.tilts = found->level;
+    state_.tilts = within_reach(found->level);
     lift(top_z_m());
   }
 
@@ -324,18 +326,34 @@ class Aligner {
         .hint = "Check the signs and the scale of the rotary stages, and what holds the plate"};
   }
 
+  /// Where an axis has no stage the tilt about it is only measured.
   [[nodiscard]] std::optional<Error> out_of_travel(const Tilts& level) const {
     const auto& travel = plan_.limits.geometry.travel;
-    for (const auto& [axis, angle] : {std::pair{Axis::rx, level.rx_rad}, {Axis::ry, level.ry_rad}})
-      if (const Range& range = travel[index(axis)]; !range.contains(angle))
-        return Error{
-            .code = Errc::range,
-            .where = "alignment",
-            .what = "the plate's tilt is beyond the travel of " + std::string(to_string(axis)),
-            .expected = in_deg(range.min) + " to " + in_deg(range.max),
-            .got = in_deg(angle),
-            .hint = "Level the plate by hand first"};
+    for (const auto& [axis, angle] :
+         {std::pair{Axis::rx, level.rx_rad}, {Axis::ry, level.ry_rad}}) {
+      const Range& range = travel[index(axis)];
+      const bool fixed = plan_.limits.geometry.is_fixed(axis);
+      if (fixed ? std::abs(angle - range.min) <= plan_.tolerance_rad : range.contains(angle))
+        continue;
+      return Error{.code = fixed ? Errc::unsupported : Errc::range,
+                   .where = "alignment",
+                   .what = (fixed ? "the plate is tilted, and the rig has no stage for "
+                                  : "the plate's tilt is beyond the travel of ") +
+                           std::string(to_string(axis)),
+                   .expected = in_deg(range.min) + " to " + in_deg(range.max),
+                   .got = in_deg(angle),
+                   .hint = "Level the plate by hand first"};
+    }
     return std::nullopt;
+  }
+
+  /// A fixed axis stays, within the tolerance.
+  [[nodiscard]] Tilts within_reach(const Tilts& level) const {
+    const auto& travel = plan_.limits.geometry.travel;
+    const auto held = [&](Axis axis, double angle) {
+      return plan_.limits.geometry.is_fixed(axis) ? travel[index(axis)].min : angle;
+    };
+    return {held(Axis::rx, level.rx_rad), held(Axis::ry, level.ry_rad)};
   }
 
   const AlignPlan& plan_;

@@ -128,10 +128,12 @@ Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePo
   if (Trip t =
           check_age(Guard::stale_wrench, "wrench", readings.wrench_at, limits.wrench_max_age, now))
     return t;
-  for (const Axis axis : all_axes)
+  for (const Axis axis : all_axes) {
+    if (limits.fixed[index(axis)]) continue;
     if (Trip t = check_age(Guard::stale_stage, to_string(axis), readings.stage_at[index(axis)],
                            limits.stage_max_age, now))
       return t;
+  }
   if (limits.taxels_max_age <= Duration::zero()) return {};
   return check_age(Guard::stale_taxels, "taxels", readings.taxels_at, limits.taxels_max_age, now);
 }

@@ -56,6 +56,7 @@ struct GuardLimits {
   double force_cap_n = 0;    ///< on the magnitude of the force
   double torque_cap_nm = 0;  ///< on the magnitude of the torque
   std::array<Range, axis_count> travel{};
+  std::array<bool, axis_count> fixed{};  ///< axes without a stage, of which no reading comes
   double travel_slack = 5e-6;  ///< rounding and overshoot that is not a violation [m] or [rad]
   Duration wrench_max_age{};
   Duration taxels_max_age{};

@@ -49,7 +49,7 @@ Result<Joints> above_start(const Plan& plan, const TrialSpec& trial) {
 std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints) {
   std::vector<AxisMove> moves;
   for (const Axis axis : all_axes) {
-    if (axis == Axis::z) continue;
+    if (axis == Axis::z || plan.limits.geometry.is_fixed(axis)) continue;
     const double speed =
         is_linear(axis) ? plan.approach.transfer_speed_mps : plan.limits.max_tilt_speed_radps;
     moves.push_back({axis, joints[axis], speed});
@@ -175,7 +175,9 @@ std::vector<AxisMove> list_moves(const Plan& plan, const LastStep& step) {
   const auto* const park = std::get_if<ParkStep>(&step);
   if (park == nullptr) return {};
   const double speed = plan.approach.transfer_speed_mps;
-  return {{Axis::x, park->x_m, speed}, {Axis::y, park->y_m, speed}};
+  std::vector<AxisMove> moves{{Axis::x, park->x_m, speed}};
+  if (!plan.limits.geometry.is_fixed(Axis::y)) moves.push_back({Axis::y, park->y_m, speed});
+  return moves;
 }
 
 double duration_s(const Plan& plan, const LastStep& step) {

@@ -90,6 +90,13 @@ OperatorStep read_step(const json& value, const std::string& place,
 constexpr std::size_t most_last_steps = 16;
 constexpr double longest_budget_s = 3600;
 
+/// Where y has no stage it stays where it stands.
+double read_park_y(ObjectReader& reader, const RigLimits& limits, const Bounds& travel) {
+  const bool fixed = limits.geometry.is_fixed(Axis::y);
+  return reader.quantity(quantities::y, travel, fixed ? Need::optional : Need::required)
+      .value_or(fixed ? travel.min : 0);
+}
+
 LastStep read_last_step(const json& value, const std::string& place, const RigLimits& limits,
                         Problems& problems) {
   ObjectReader reader(value, place, problems);
@@ -101,7 +108,7 @@ LastStep read_last_step(const json& value, const std::string& place, const RigLi
   switch (reader.choice("do", {"park", "wait"}).value_or(2)) {
     case 0:
       step = ParkStep{reader.quantity(quantities::x, travel(Axis::x)).value_or(0),
-                      reader.quantity(quantities::y, travel(Axis::y)).value_or(0)};
+                      read_park_y(reader, limits, travel(Axis::y))};
       break;
     case 1:
       step =

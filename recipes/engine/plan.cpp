@@ -248,6 +248,7 @@ Forecast forecast(const Plan& plan) {
   out.prompts = people.prompts;
   out.bytes = static_cast<std::uint64_t>(total_recorded_s * bytes_per_second(plan.limits));
   out.envelope = compute_envelope(plan);
+  out.fixed = plan.limits.geometry.fixed;
   for (const Axis axis : all_axes) {
     const Range& travel = plan.limits.geometry.travel[index(axis)];
     const Range& used = out.envelope[index(axis)];

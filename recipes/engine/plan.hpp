@@ -175,6 +175,7 @@ struct Forecast {
   std::uint64_t bytes = 0;                   ///< recorded samples, before compression
   std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
   std::array<double, axis_count> margin{};   ///< least distance to the end of travel [m, rad]
+  std::array<bool, axis_count> fixed{};      ///< axes without a stage
   Range force_n;  ///< least and greatest set point, the probe's weight included
 };
 

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "protocols/base/time.hpp"
+#include "recipes/engine/fixed_axes.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 
@@ -36,6 +37,9 @@ class RigReader {
     constexpr std::string_view benches[]{"simulated", "emulated", "real"};
     if (const auto bench = rig.choice("bench", {benches[0], benches[1], benches[2]}))
       limits_.bench = benches[*bench];
+    rig.object("fixed", Need::optional);
+    read_fixed_axes(document, limits_.geometry, problems_);
+    hold_fixed();
     section(rig, "limits", &RigReader::read_limits);
     section(rig, "probe", &RigReader::read_probe);
     section(rig, "plate", &RigReader::read_plate);
@@ -57,7 +61,7 @@ class RigReader {
                      "check plate.surface_z_mm and probe.clearance_mm"});
     for (const Axis axis : {Axis::x, Axis::y, Axis::z}) check_home(axis);
     for (const Axis axis : {Axis::rx, Axis::ry})
-      if (!limits_.geometry.travel[index(axis)].contains(0))
+      if (!is_fixed(axis) && !limits_.geometry.travel[index(axis)].contains(0))
         problems_.add(
             {"/limits/tilt_deg", "the probe cannot stand upright", "a range around 0", "", ""});
     if (limits_.slack_m && *limits_.slack_m <= limits_.rest_travel_m)
@@ -80,6 +84,16 @@ class RigReader {
     if (value == nullptr) return;
     ObjectReader object(*value, rig.at(key), problems_);
     (this->*reader)(object);
+  }
+
+  [[nodiscard]] bool is_fixed(Axis axis) const { return limits_.geometry.is_fixed(axis); }
+
+  /// Campaigns, parks and the plate's level take a fixed axis where it stands.
+  void hold_fixed() {
+    const auto place = [this](Axis axis) { return limits_.geometry.travel[index(axis)].min; };
+    limits_.level = {place(Axis::rx), place(Axis::ry)};
+    for (const Axis axis : all_axes)
+      if (is_fixed(axis)) limits_.park[axis] = place(axis);
   }
 
   /// Strict: a limit that is misspelled is a limit that is not there.
@@ -106,22 +120,28 @@ class RigReader {
     if (value == nullptr) return;
     ObjectReader travel(*value, r.at("travel_mm"), problems_);
     for (const Axis axis : {Axis::x, Axis::y, Axis::z})
-      read_range(travel, {to_string(axis), {{to_string(axis), mm_per_m}}}, position_m,
-                 limits_.geometry.travel[index(axis)]);
+      if (is_fixed(axis))
+        travel.explain(to_string(axis), "the axis is fixed, so it has no travel");
+      else
+        read_range(travel, {to_string(axis), {{to_string(axis), mm_per_m}}}, position_m,
+                   limits_.geometry.travel[index(axis)]);
     travel.finish();
   }
 
   /// One range for both tilts.
   void read_tilt(ObjectReader& r) {
+    if (is_fixed(Axis::rx) && is_fixed(Axis::ry))
+      return r.explain("tilt_deg", "both tilts are fixed, so they have no range");
     Range range;
     read_range(r, {"tilt", {{"tilt_deg", deg_per_rad}}}, {-1.5, 1.5, {}}, range);
-    for (const Axis axis : {Axis::rx, Axis::ry}) limits_.geometry.travel[index(axis)] = range;
+    for (const Axis axis : {Axis::rx, Axis::ry})
+      if (!is_fixed(axis)) limits_.geometry.travel[index(axis)] = range;
   }
 
   /// Every campaign begins at home, and a guard looks at the travel from then on.
   void check_home(Axis axis) {
     const Range& range = limits_.geometry.travel[index(axis)];
-    if (range.contains(0)) return;
+    if (is_fixed(axis) || range.contains(0)) return;
     problems_.add({"/limits/travel_mm/" + std::string(to_string(axis)),
                    "the home position is outside the travel, and every campaign begins there",
                    "a range with 0 in it", mm(range.min) + " to " + mm(range.max),
@@ -194,7 +214,11 @@ class RigReader {
     ObjectReader r(value, where, problems_);
     const auto angle = [&](Quantity quantity, Axis axis, double& into) {
       const Range& travel = limits_.geometry.travel[index(axis)];
-      r.set(into, quantity, {travel.min, travel.max, "limits.tilt"}, Need::required);
+      r.set(into, quantity,
+            {travel.min - travel_rounding, travel.max + travel_rounding,
+             is_fixed(axis) ? "where the axis is fixed" : "limits.tilt"},
+            Need::required);
+      into = std::clamp(into, travel.min, travel.max);
     };
     angle({"rx", {{"rx_deg", deg_per_rad}, {"rx_rad", 1}}}, Axis::rx, limits_.level.rx_rad);
     angle({"ry", {{"ry_deg", deg_per_rad}, {"ry_rad", 1}}}, Axis::ry, limits_.level.ry_rad);

@@ -142,6 +142,18 @@ std::string room_hint(const Range& room) {
          mm(room.min) + " to " + mm(room.max);
 }
 
+/// False, with the reason, where the path moves along an axis that has no stage.
+bool check_stage(const LayoutAxis& direction, const RigLimits& limits, const Range& path,
+                 const StatedExploration& stated, Problems& problems) {
+  if (!limits.geometry.is_fixed(direction.axis) || path.width() <= 0) return true;
+  problems.add({stated.path_pointer,
+                std::string("the path moves along ") + direction.name +
+                    ", and the rig has no stage along it",
+                std::string(direction.key) + " 0 in every leg", mm(path.width()),
+                "take explorations along x alone, or a rig with that stage"});
+  return false;
+}
+
 /// Centres the path in the room there is; true when it fits.
 bool check_centred(const LayoutAxis& direction, const Range& room, const Range& path,
                    StatedExploration& stated, Problems& problems) {
@@ -262,6 +274,10 @@ void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems
   for (const LayoutAxis& direction : directions) {
     const Range room = allowed(limits, direction);
     const Range path = extent(corners, direction);
+    if (!check_stage(direction, limits, path, stated, problems)) {
+      fits = false;
+      continue;
+    }
     fits &= stated.start_m ? check_start(direction, room, path, stated, problems)
                            : check_centred(direction, room, path, stated, problems);
   }

@@ -75,12 +75,16 @@ struct ProbePose {
 /// Constant lengths of the bench.
 struct Geometry {
   std::array<Range, axis_count> travel{};  ///< [m] or [rad]
+  /// Axes without a stage; both ends of their travel are where they stand.
+  std::array<bool, axis_count> fixed{};
   Vec2 origin_m;           ///< x and y stage positions that put the probe over the fabric's origin
   Vec2 plate_size_m;       ///< the plate covers [0, size] in the fabric frame
   double surface_z_m = 0;  ///< z stage position at which the face would touch the bare plate
   double tilt_axis_y_m = 0;      ///< v of the axis about which the platform turns
   double tilt_axis_depth_m = 0;  ///< how far that axis lies under the plate's surface
   double probe_arm_m = 0;        ///< from the axis about which the probe turns down to its face
+
+  [[nodiscard]] bool is_fixed(Axis axis) const { return fixed[index(axis)]; }
 };
 
 /// Exact forward kinematics; any finite joints have a pose.

@@ -82,6 +82,7 @@ class MaintenancePlanner {
     lift();
     MaintenanceLeg across{.ends_up = true};
     for (const Axis axis : {Axis::x, Axis::y, Axis::rx, Axis::ry}) {
+      if (plan_.limits.geometry.is_fixed(axis)) continue;
       const AxisMove move{axis, plan_.limits.park[axis], top_speed(plan_.limits, axis)};
       if (std::abs(move.target - found_.joints[axis]) <= travel_rounding) continue;
       across.timeout_s = std::max(across.timeout_s, leg_of(move).timeout_s);
@@ -92,6 +93,7 @@ class MaintenancePlanner {
   }
 
   Status jog(Axis axis, double distance) {
+    if (plan_.limits.geometry.is_fixed(axis)) return no_stage(axis);
     if (Status homed = require_homed(axis); !homed) return homed;
     const double target = found_.joints[axis] + distance;
     const double speed = jog_speed_share * top_speed(plan_.limits, axis);
@@ -118,6 +120,14 @@ class MaintenancePlanner {
                  .what = "the stage has not been homed, so its position is not known",
                  .expected = "homed",
                  .hint = "Retract the probe; the next run homes the stages"});
+  }
+
+  [[nodiscard]] Status no_stage(Axis axis) const {
+    return fail({.code = Errc::unsupported,
+                 .where = std::string(to_string(axis)),
+                 .what = "the rig has no stage for this axis",
+                 .expected = "an axis that is a device's role in the rig file",
+                 .got = "fixed at " + with_unit(axis, found_.joints[axis])});
   }
 
   [[nodiscard]] Status check_target(Axis axis, double target) const {

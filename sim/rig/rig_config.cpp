@@ -304,6 +304,25 @@ Status read_devices(const json& devices, RigConfig& config) {
   return {};
 }
 
+/// Axes without a stage stand where `fixed` says.
+Status read_fixed(const json& fixed, RigConfig& config) {
+  constexpr struct {
+    const char *usual, *si;
+    AxisId axis;
+    double per_usual, most;
+  } axes[]{{"y_mm", "y_m", AxisId::y, m_per_mm, 10},
+           {"rx_deg", "rx_rad", AxisId::rx, rad_per_deg, 1.5},
+           {"ry_deg", "ry_rad", AxisId::ry, rad_per_deg, 1.5}};
+  FieldReader reader(fixed, "/fixed");
+  for (const auto& each : axes) {
+    StageParams& stage = config.bench_plant.stages[static_cast<std::size_t>(each.axis)];
+    reader.number(each.usual, stage.start, -each.most / each.per_usual, each.most / each.per_usual,
+                  each.per_usual);
+    reader.number(each.si, stage.start, -each.most, each.most);
+  }
+  return reader.finish();
+}
+
 }  // namespace
 
 Result<RigConfig> parse_rig_config(std::string_view rig_json, const SensorParams& sensor) {
@@ -317,6 +336,7 @@ Result<RigConfig> parse_rig_config(std::string_view rig_json, const SensorParams
   config.bench_plant.plant.cover = sensor.cover;
   config.bench_plant.plant.pads = sensor.pads;
   if (Status s = read_devices(child_or_empty(rig, "devices"), config); !s) return pass(s.error());
+  if (Status s = read_fixed(child_or_empty(rig, "fixed"), config); !s) return pass(s.error());
   watch(config);
   if (Status s = read_plate(child_or_empty(rig, "plate"), config); !s) return pass(s.error());
   if (Status s = read_probe(child_or_empty(rig, "probe"), config); !s) return pass(s.error());

@@ -187,6 +187,7 @@ nlohmann::json envelope_json(const recipes::Forecast& forecast) {
   nlohmann::json axes;
   for (const recipes::Axis axis : recipes::all_axes) {
     const std::size_t k = recipes::index(axis);
+    if (forecast.fixed[k]) continue;
     const std::string unit = recipes::is_linear(axis) ? "_m" : "_rad";
     axes[std::string(recipes::to_string(axis))] = {{"min" + unit, forecast.envelope[k].min},
                                                    {"max" + unit, forecast.envelope[k].max},

@@ -122,6 +122,7 @@ std::string envelope_text(const recipes::Forecast& forecast) {
   Table table;
   table.row({"axis", "from", "to", "margin", ""});
   for (const recipes::Axis axis : recipes::all_axes) {
+    if (forecast.fixed[recipes::index(axis)]) continue;
     const std::size_t k = recipes::index(axis);
     const bool linear = recipes::is_linear(axis);
     const double scale = linear ? 1.0 / m_per_mm : 1.0 / rad_per_deg;

@@ -63,6 +63,7 @@ recipes::Joints Snapshot::joints() const {
 Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
                                              const LinkFactory& links, const LinkFactory& pages) {
   std::unique_ptr<Bench> bench(new Bench(loop));
+  bench->hold(rig.fixed);
   for (const DeviceEntry& entry : rig.devices) {
     Result<std::unique_ptr<Link>> link = links(entry);
     if (!link) return pass(link.error(), entry.name);
@@ -76,6 +77,15 @@ Result<std::unique_ptr<Bench>> Bench::create(const RigFile& rig, Loop& loop,
     bench->connect(*bench->devices_.back());
   }
   return bench;
+}
+
+void Bench::hold(const FixedAxes& fixed) {
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    if (!fixed[i]) continue;
+    snapshot_.fixed[i] = true;
+    snapshot_.stage[i].position = *fixed[i];
+    snapshot_.stage[i].homed = true;
+  }
 }
 
 Bench::~Bench() {
@@ -184,6 +194,7 @@ void Bench::bring_up(std::function<void(Status)> done, Homing homing) {
 }
 
 void Bench::home(std::size_t position) {
+  while (position < home_order.size() && !has_stage(home_order[position])) ++position;
   if (position == home_order.size()) return read_all();
   const std::size_t i = recipes::index(home_order[position]);
   const Result<std::uint32_t> id = stages_[i]->driver().command(HomeCommand{});
@@ -196,12 +207,16 @@ void Bench::home(std::size_t position) {
 // The stages that were homed first have been silent since: what follows starts from fresh readings.
 void Bench::read_all() {
   const TimePoint requested = loop_->now();
-  for (Device* stage : stages_)
+  for (Device* stage : stages_) {
+    if (stage == nullptr) continue;
     if (const auto sent = stage->driver().command(PollCommand{}); !sent)
       return finish(pass(sent.error(), stage->entry().name));
+  }
   const auto fresh = [this, requested] {
-    return std::all_of(snapshot_.stage_at.begin(), snapshot_.stage_at.end(),
-                       [&](const auto& at) { return at && *at > requested; });
+    for (std::size_t i = 0; i < stages_.size(); ++i)
+      if (const auto& at = snapshot_.stage_at[i]; stages_[i] && !(at && *at > requested))
+        return false;
+    return true;
   };
   await(fresh, ready_limit, "a reading of every stage", [this] { finish({}); });
 }

@@ -54,6 +54,8 @@ using LinkFactory = std::function<Result<std::unique_ptr<Link>>(const DeviceEntr
 struct Snapshot {
   std::array<StageSample, recipes::axis_count> stage{};
   std::array<std::optional<TimePoint>, recipes::axis_count> stage_at{};
+  /// Axes without a stage: homed and at rest, and never read.
+  std::array<bool, recipes::axis_count> fixed{};
   WrenchSample wrench;
   std::optional<TimePoint> wrench_at;
   WrenchTotal wrench_recent;  ///< readings since Bench::begin_recent()
@@ -89,6 +91,10 @@ class Bench {
   void report_fault(Error error) {
     if (!host_fault_) host_fault_ = std::move(error);
   }
+  [[nodiscard]] bool has_stage(StageAxis axis) const {
+    return stages_[recipes::index(axis)] != nullptr;
+  }
+  /// has_stage() must be true.
   Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
   Device& wrench() { return *wrench_; }
   Device& taxels() { return *taxels_; }
@@ -101,6 +107,7 @@ class Bench {
  private:
   explicit Bench(Loop& loop) : loop_(&loop) {}
   void connect(Device& device);
+  void hold(const FixedAxes& fixed);
   void on_wrench(Sample sample);
   void on_taxels(const Sample& sample);
   void await(std::function<bool()> ready, Duration limit, std::string what,

@@ -18,15 +18,13 @@ using nlohmann::json;
 
 /// Of the limits and of a linear stage's configuration.
 constexpr const char* acceleration_key = "acceleration_mm_s2";
-constexpr std::array<std::string_view, 6> needed_roles{"x", "y", "z", "rx", "ry", "wrench"};
-constexpr std::array<std::string_view, 2> other_roles{"taxels", "vibro"};  // a bench may do without
 constexpr const char* noise_key = "noise";  // of a tactile array's configuration
 
 // Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
 // sim::Rig look into their own sections, drivers into `config`.
 const std::vector<std::string> root_keys{"name",       "bench",   "devices", "limits",
                                          "probe",      "plate",   "control", "fabrics",
-                                         "simulation", "plugins", "park"};
+                                         "simulation", "plugins", "park",    "fixed"};
 const std::vector<std::string> device_keys{"name", "role", "driver",   "config",  "link",
                                            "also", "http", "commands", "emulator"};
 
@@ -88,11 +86,10 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
     if (!value) return pass(value.error());
     *member = *value;
   }
-  if (std::ranges::find(needed_roles, device.role) == needed_roles.end() &&
-      std::ranges::find(other_roles, device.role) == other_roles.end())
+  if (!is_role(device.role))
     return fail({.where = where + "/role",
                  .what = "unknown role",
-                 .expected = "x, y, z, rx, ry, wrench, taxels or vibro",
+                 .expected = std::string(all_roles),
                  .got = device.role});
   device.config_json = object.value("config", json::object()).dump();
   Result<LinkSettings> link =
@@ -174,29 +171,6 @@ Result<Endpoint> read_console(const json& root) {
   return std::get<TcpPort>(*console).end;
 }
 
-/// Whether a plan needs taxels is told where it is made, by recipes::check_recipe().
-Status roles_filled(const std::vector<DeviceEntry>& devices) {
-  const auto filled = [&](std::string_view role) {
-    return std::count_if(devices.begin(), devices.end(),
-                         [&](const DeviceEntry& d) { return d.role == role; });
-  };
-  for (const std::string_view role : other_roles)
-    if (filled(role) > 1)
-      return fail({.where = "/devices",
-                   .what = "role " + std::string(role) + " is filled twice",
-                   .expected = "at most one device",
-                   .got = std::to_string(filled(role)) + " devices"});
-  for (const std::string_view role : needed_roles) {
-    const auto count = filled(role);
-    if (count != 1)
-      return fail({.where = "/devices",
-                   .what = "role " + std::string(role) + " is not filled once",
-                   .expected = "one device",
-                   .got = std::to_string(count) + " devices"});
-  }
-  return {};
-}
-
 Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
   std::vector<std::filesystem::path> folders;
   const auto list = root.find("plugins");
@@ -225,6 +199,15 @@ void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
     device.acceleration_mm_s2 = limits[key].get<double>() * (in_mm ? 1 : mm_per_m);
     device.acceleration_limit = "/limits/" + key;
   }
+}
+
+Status fill_roles(const json& root, RigFile& rig) {
+  const Result<FixedAxes> fixed = read_fixed(root);
+  if (!fixed) return pass(fixed.error());
+  rig.fixed = *fixed;
+  std::vector<std::string> roles;
+  for (const DeviceEntry& device : rig.devices) roles.push_back(device.role);
+  return roles_filled(roles, rig.fixed);
 }
 
 Result<RigFile> from_json(const json& root) {
@@ -264,7 +247,7 @@ Result<RigFile> from_json(const json& root) {
     rig.devices.push_back(std::move(*device));
   }
   limit_acceleration(root, rig.devices);
-  if (Status ok = roles_filled(rig.devices); !ok) return pass(ok.error());
+  if (Status ok = fill_roles(root, rig); !ok) return pass(ok.error());
   for (DeviceEntry& device : rig.devices)
     device.noiseless = recipes::lacks_noise(root, device.role);
   if (Status ok = links_suit(rig); !ok) return pass(ok.error());

@@ -14,6 +14,7 @@
 #include "daemon/base/text/format.hpp"
 #include "daemon/hardware/link/port_link.hpp"
 #include "daemon/hardware/plugins/driver_catalog.hpp"
+#include "daemon/hardware/rig/roles.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -79,6 +80,7 @@ struct RigFile {
   Endpoint console;  ///< emulated: where weft-rig takes orders, `simulation.console` {host, port}
   std::string plant_level;  ///< fidelity of the plant, "L1"; empty on a real bench
   std::vector<DeviceEntry> devices;
+  FixedAxes fixed;                             ///< of the axes that no device has as its role
   std::vector<std::filesystem::path> plugins;  ///< folders with drivers, relative to the file
   std::shared_ptr<DriverCatalog> drivers;      ///< where the devices' drivers come from
   std::string text;                            ///< the whole file, as recorded with the campaign

@@ -62,12 +62,14 @@ json point_of(const recipes::Vec2& point) {
   return {{"x_m", point.x_m}, {"y_m", point.y_m}};
 }
 
-json travel_of(const recipes::Geometry& geometry) {
+/// "y_m": its travel, or where it stands.
+json axes_of(const recipes::Geometry& geometry, bool fixed) {
   json out = json::object();
   for (const recipes::Axis axis : recipes::all_axes) {
+    if (geometry.is_fixed(axis) != fixed) continue;
     const recipes::Range& range = geometry.travel[recipes::index(axis)];
     const std::string unit = recipes::is_linear(axis) ? "_m" : "_rad";
-    out[std::string(to_string(axis)) + unit] = {range.min, range.max};
+    out[std::string(to_string(axis)) + unit] = fixed ? json(range.min) : json{range.min, range.max};
   }
   return out;
 }
@@ -81,7 +83,8 @@ Outcome describe_rig(const Services& services, const Call&) {
                       {"simulated", rig.bench != "real"},
                       {"force_cap_n", rig.force_cap_n},
                       {"torque_cap_nm", rig.torque_cap_nm},
-                      {"travel", travel_of(rig.geometry)},
+                      {"travel", axes_of(rig.geometry, false)},
+                      {"fixed", axes_of(rig.geometry, true)},
                       {"plate",
                        {{"origin", point_of(rig.geometry.origin_m)},
                         {"size", point_of(rig.geometry.plate_size_m)},

@@ -112,4 +112,42 @@ TEST_CASE("A rig file that is not JSON is refused with line and column") {
   CHECK_THAT(problems_of("{\"name\": }"), Catch::Contains("line 1, column 10"));
 }
 
+namespace {
+
+/// The bench without some stages: `fixed` says where their axes stand.
+std::string rig_without(const std::string& fixed, bool without_y) {
+  std::string rig = with(rig_json, "\"control\"", "\"fixed\": " + fixed + ", \"control\"");
+  rig = with(rig, ", \"tilt_deg\": [-5, 5]", "");
+  return without_y ? with(rig, "\"y\": [0, 150], ", "") : rig;
+}
+
+}  // namespace
+
+TEST_CASE("A fixed axis stands where the rig file says, and has no travel") {
+  const auto limits = parse_rig_limits(rig_without(R"({"rx_deg": 0, "ry_deg": 1})", false));
+  REQUIRE(limits);
+  CHECK(limits->geometry.is_fixed(Axis::rx));
+  CHECK(limits->geometry.is_fixed(Axis::ry));
+  CHECK_FALSE(limits->geometry.is_fixed(Axis::y));
+  CHECK(limits->level.ry_rad == Approx(0.0174532925));
+  CHECK(limits->park[Axis::ry] == limits->level.ry_rad);
+  const auto xz = parse_rig_limits(rig_without(R"({"y_mm": 75, "rx_deg": 0, "ry_deg": 0})", true));
+  REQUIRE(xz);
+  CHECK(xz->geometry.travel[index(Axis::y)].min == Approx(0.075));
+  CHECK(xz->geometry.travel[index(Axis::y)].width() == 0);
+}
+
+TEST_CASE(
+    "A fixed axis with a travel, a fixed x or z, and a level that it cannot take are refused") {
+  const std::string zeros = R"({"rx_deg": 0, "ry_deg": 0})";
+  CHECK_THAT(problems_of(rig_without(R"({"y_mm": 75, "rx_deg": 0, "ry_deg": 0})", false)),
+             Catch::Contains("/limits/travel_mm/y"));
+  CHECK_THAT(
+      problems_of(rig_without(R"({"x_mm": 75, "rx_deg": 0, "ry_deg": 0, "rz_deg": 1})", false)),
+      Catch::Contains("/fixed/x_mm") && Catch::Contains("/fixed/rz_deg"));
+  CHECK_THAT(problems_of(with(rig_without(zeros, false), "\"surface_z_mm\"",
+                              "\"level\": {\"rx_deg\": 1, \"ry_deg\": 0}, \"surface_z_mm\"")),
+             Catch::Contains("/plate/level/rx_deg"));
+}
+
 }  // namespace rig_limits_test

@@ -1,0 +1,91 @@
+#include "daemon/hardware/rig/roles.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "recipes/engine/fixed_axes.hpp"
+
+namespace weft::daemon {
+namespace {
+
+constexpr std::array<std::string_view, 3> sensor_roles{"wrench", "taxels", "vibro"};
+
+Status once(std::string_view role, std::ptrdiff_t count) {
+  if (count == 1) return {};
+  return fail({.where = "/devices",
+               .what = "role " + std::string(role) + " is not filled once",
+               .expected = "one device",
+               .got = std::to_string(count) + " devices"});
+}
+
+/// The key that fixes an axis, in the usual unit.
+std::string fixed_key(recipes::Axis axis) {
+  return std::string(to_string(axis)) + (recipes::is_linear(axis) ? "_mm" : "_deg");
+}
+
+Status axis_filled(recipes::Axis axis, std::ptrdiff_t count, bool fixed) {
+  const std::string name(to_string(axis));
+  if (fixed && count > 0)
+    return fail({.where = "/fixed/" + fixed_key(axis),
+                 .what = "axis " + name + " is fixed and has a stage",
+                 .expected = "one of them",
+                 .got = "a device with role " + name,
+                 .hint = "Take the key out, or the device"});
+  if (fixed || count > 0) return fixed ? Status{} : once(name, count);
+  const bool needed = axis == recipes::Axis::x || axis == recipes::Axis::z;
+  return fail({.where = "/devices",
+               .what = "role " + name + " is not filled once",
+               .expected = needed ? "one device" : "one device, or the axis fixed",
+               .got = "0 devices",
+               .hint = needed ? ""
+                              : "A rig without this stage says where the axis stands: \"fixed\": "
+                                "{\"" +
+                                    fixed_key(axis) + "\": 0}"});
+}
+
+}  // namespace
+
+bool is_role(std::string_view role) {
+  const auto is_axis = [&](recipes::Axis axis) { return to_string(axis) == role; };
+  return std::ranges::any_of(recipes::all_axes, is_axis) ||
+         std::ranges::find(sensor_roles, role) != sensor_roles.end();
+}
+
+Result<FixedAxes> read_fixed(const nlohmann::json& rig) {
+  recipes::Problems problems;
+  recipes::Geometry geometry;
+  recipes::read_fixed_axes(rig, geometry, problems);
+  if (!problems.empty()) {
+    const recipes::Diagnostic first = problems.take().front();
+    return fail({.where = first.pointer,
+                 .what = first.message,
+                 .expected = first.expected,
+                 .got = first.got,
+                 .hint = first.hint});
+  }
+  FixedAxes fixed;
+  for (const recipes::Axis axis : recipes::all_axes)
+    if (geometry.is_fixed(axis))
+      fixed[recipes::index(axis)] = geometry.travel[recipes::index(axis)].min;
+  return fixed;
+}
+
+/// Whether a plan needs taxels is told where it is made, by recipes::check_recipe().
+Status roles_filled(const std::vector<std::string>& roles, const FixedAxes& fixed) {
+  const auto count = [&](std::string_view role) { return std::ranges::count(roles, role); };
+  for (const recipes::Axis axis : recipes::all_axes)
+    if (Status s =
+            axis_filled(axis, count(to_string(axis)), fixed[recipes::index(axis)].has_value());
+        !s)
+      return s;
+  if (Status s = once("wrench", count("wrench")); !s) return s;
+  for (const std::string_view role : {"taxels", "vibro"})
+    if (count(role) > 1)
+      return fail({.where = "/devices",
+                   .what = "role " + std::string(role) + " is filled twice",
+                   .expected = "at most one device",
+                   .got = std::to_string(count(role)) + " devices"});
+  return {};
+}
+
+}  // namespace weft::daemon
