@@ -20,6 +20,8 @@ constexpr Duration deadline_grace = 100ms;
 constexpr double bias_tolerance_n = 0.2;
 constexpr Duration bias_time = 1s;
 constexpr std::uint64_t bias_readings = 50;
+// Frames of the taxels that make a baseline.
+constexpr std::size_t baseline_frames = 5;
 // A request over UDP may be lost, and nothing answers it: while readings are off, it goes out
 // again.
 constexpr Duration bias_again = 1s;
@@ -49,7 +51,8 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   limits.torque_cap_nm = rig.torque_cap_nm;
   limits.travel = rig.geometry.travel;
   limits.fixed = rig.geometry.fixed;
-  limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
+  if (rig.has_wrench) limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
+  limits.taxel_cap_counts = rig.taxel_cap_counts;
   if (rig.taxels > 0) limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
   limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
   limits.wrench_longest_frozen = from_seconds(rig.frozen_wrench_s);
@@ -64,7 +67,7 @@ recipes::WatchLimits watch_limits(const recipes::RigLimits& rig) {
   recipes::WatchLimits limits;
   limits.wrench_jump_n = jump_share * rig.force_cap_n;
   limits.landing_n = landing_share * rig.probe_weight_n;
-  limits.wrench_gap = from_seconds(jump_gap_readings / rig.wrench_rate_hz);
+  if (rig.has_wrench) limits.wrench_gap = from_seconds(jump_gap_readings / rig.wrench_rate_hz);
   limits.order_age = recipes::order_age(rig.cycle_hz);
   for (const StageAxis axis : recipes::all_axes) {
     const bool linear = recipes::is_linear(axis);
@@ -84,7 +87,8 @@ BenchActions::BenchActions(const recipes::RigLimits& limits, Loop& loop, Bench& 
       on_event_(std::move(on_event)),
       period_(from_seconds(1.0 / limits.cycle_hz)),
       guard_limits_(guard_limits(limits)),
-      watch_(watch_limits(limits)) {}
+      watch_(watch_limits(limits)),
+      touch_counts_(limits.touch_counts) {}
 
 std::uint32_t BenchActions::command(StageAxis axis, const Command& command) {
   const Result<std::uint32_t> id = bench_->stage(axis).driver().command(command);
@@ -119,7 +123,9 @@ void BenchActions::begin(const recipes::MoveTo& order) {
 void BenchActions::begin(const recipes::BiasSensors& order) {
   bench_->set_zero({});
   biasing_ = Biasing{.ticket = order.ticket};
-  send_bias();
+  if (bench_->has_wrench()) return send_bias();
+  biasing_->sent_at = loop_->now();
+  bench_->touch().begin();
 }
 
 void BenchActions::send_bias() {
@@ -180,7 +186,9 @@ void BenchActions::check_force_way() {
   const double z_m = seen.stage[recipes::index(StageAxis::z)].position;
   const double force_n = seen.wrench.force_n[2];
   const auto [order, up] = *force_way_;
-  const bool reached = up ? force_n <= order.stop_force_n : force_n >= order.stop_force_n;
+  const bool reached = !bench_->has_wrench() ? !up && is_touched()
+                       : up                  ? force_n <= order.stop_force_n
+                                             : force_n >= order.stop_force_n;
   const bool is_there = up ? z_m <= order.target_z_m : z_m >= order.target_z_m;
   if (!reached && !is_there) return drive(StageAxis::z, up ? -order.speed_mps : order.speed_mps);
   force_way_.reset();
@@ -195,6 +203,7 @@ void BenchActions::check_force_way() {
 // A cycle's mean is looked at, in which a bad reading shows however many good ones follow it.
 void BenchActions::check_bias() {
   if (!biasing_) return;
+  if (!bench_->has_wrench()) return check_baseline();
   const Snapshot& seen = bench_->snapshot();
   if (seen.wrench_recent.readings == 0 || *seen.wrench_at <= biasing_->sent_at) return;
   const std::array<double, 3> mean_n = seen.wrench_recent.mean().force_n;
@@ -218,8 +227,39 @@ void BenchActions::check_bias() {
   on_event_(recipes::Biased{ticket});
 }
 
+bool BenchActions::is_touched() const {
+  return bench_->touch().mean_change() >= touch_counts_;
+}
+
+// Counts that wander by half a touch would be taken for one.
+void BenchActions::check_baseline() {
+  recipes::TaxelTouch& touch = bench_->touch();
+  if (touch.baseline_spread() > touch_counts_ / 2) {
+    touch.begin();
+    biasing_->sent_at = loop_->now();
+    ++biasing_->times;
+  }
+  if (touch.baseline_frames() < baseline_frames || loop_->now() - biasing_->sent_at < bias_time)
+    return;
+  touch.settle();
+  const recipes::Ticket ticket = std::exchange(biasing_, {})->ticket;
+  on_event_(recipes::Biased{ticket});
+}
+
+Error BenchActions::no_baseline() const {
+  return {.code = Errc::timeout,
+          .where = "taxels",
+          .what = "the counts do not stay the same while the probe hangs free",
+          .expected = "a mean within " + std::to_string(touch_counts_ / 2) + " counts for " +
+                      std::to_string(to_seconds(bias_time)) + " s",
+          .got = biasing_->times == 0 ? "too few frames"
+                                      : std::to_string(biasing_->times) + " attempts",
+          .hint = "Look at what touches the probe, or raise probe.touch_counts"};
+}
+
 std::optional<Error> BenchActions::still_awaited() const {
   if (!biasing_) return std::nullopt;
+  if (!bench_->has_wrench()) return no_baseline();
   char wanted[96], got[160] = "too few readings";
   std::snprintf(wanted, sizeof wanted, "each component of the force within %.1f N for %.0f s",
                 bias_tolerance_n, to_seconds(bias_time));
@@ -260,6 +300,7 @@ std::optional<recipes::GuardTrip> BenchActions::check_guards(const GuardContext&
   readings.wrench_valid = seen.wrench.valid;
   readings.wrench_at = seen.wrench_at;
   readings.taxels_at = seen.taxels_at;
+  readings.taxel_change = bench_->touch().largest_change();
   readings.position = seen.joints();
   readings.stage_at = seen.stage_at;
   if (context.deadline) readings.deadline = *context.deadline + deadline_grace;

@@ -55,6 +55,9 @@ class BenchActions {
  private:
   void check_force_way();
   void check_bias();
+  void check_baseline();
+  [[nodiscard]] bool is_touched() const;
+  [[nodiscard]] Error no_baseline() const;
 
   /// A motion command under way and the number that confirms it.
   struct Awaited {
@@ -96,6 +99,7 @@ class BenchActions {
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
+  double touch_counts_;                ///< without a force sensor: the taxels' mean change
   std::optional<double> touched_z_m_;  ///< at the end of the last way down
   TimePoint can_land_until_{}, can_lift_until_{};
   std::optional<Motion> motion_;

@@ -117,6 +117,13 @@ double AlignPlan::rise_m() const {
 
 Result<AlignPlan> plan_alignment(const RigLimits& limits, const AlignSettings& settings) {
   const Geometry& g = limits.geometry;
+  if (!limits.has_wrench)
+    return fail({.code = Errc::unsupported,
+                 .where = "alignment",
+                 .what = "the rig has no force sensor, and the taxels find a touch too coarsely",
+                 .expected = "a device with the role wrench",
+                 .got = "none",
+                 .hint = "Level the plate by hand; weft run needs no alignment"});
   if (g.is_fixed(Axis::y))
     return fail({.code = Errc::unsupported,
                  .where = "alignment",

@@ -16,6 +16,9 @@ constexpr std::array<GuardRule, guard_count> rules{{
      "a zero with the weight of what is mounted on it"},
     {Guard::torque_cap, "torque_cap", GuardAction::fail_trial,
      "the magnitude of the torque is over limits.torque_cap_Nm, or not a number; likewise"},
+    {Guard::taxel_cap, "taxel_cap", GuardAction::fail_trial,
+     "on a rig without a force sensor: a taxel has changed by more than limits.taxel_cap_counts "
+     "since the probe hung free, or stands at the end of its range"},
     {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
      "all six components are bit for bit the same for limits.frozen_wrench_s (0.25): a live sensor "
      "has noise"},
@@ -97,6 +100,15 @@ Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
   return {};
 }
 
+Trip check_taxels(const GuardLimits& limits, const GuardReadings& readings) {
+  if (limits.taxel_cap_counts <= 0 || !over(readings.taxel_change, limits.taxel_cap_counts))
+    return {};
+  return trip(Guard::taxel_cap, "a taxel's change is over the cap", "taxels",
+              "<= " + std::to_string(limits.taxel_cap_counts) + " counts",
+              std::to_string(readings.taxel_change) + " counts",
+              "Look at the cloth and at the probe's mount, or press less deep");
+}
+
 Trip check_travel(const GuardLimits& limits, const GuardReadings& readings) {
   for (const Axis axis : all_axes) {
     const Range& range = limits.travel[index(axis)];
@@ -125,9 +137,10 @@ Trip check_age(Guard guard, std::string_view device, const std::optional<TimePoi
 }
 
 Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePoint now) {
-  if (Trip t =
-          check_age(Guard::stale_wrench, "wrench", readings.wrench_at, limits.wrench_max_age, now))
-    return t;
+  if (limits.wrench_max_age > Duration::zero())
+    if (Trip t = check_age(Guard::stale_wrench, "wrench", readings.wrench_at, limits.wrench_max_age,
+                           now))
+      return t;
   for (const Axis axis : all_axes) {
     if (limits.fixed[index(axis)]) continue;
     if (Trip t = check_age(Guard::stale_stage, to_string(axis), readings.stage_at[index(axis)],
@@ -216,6 +229,7 @@ std::string_view to_string(GuardAction action) {
 std::optional<GuardTrip> evaluate(const GuardLimits& limits, const GuardReadings& readings,
                                   TimePoint now) {
   if (Trip t = check_wrench(limits, readings)) return t;
+  if (Trip t = check_taxels(limits, readings)) return t;
   if (Trip t = check_frozen(Guard::frozen_wrench, "wrench", readings.history.wrench_frozen,
                             limits.wrench_longest_frozen))
     return t;

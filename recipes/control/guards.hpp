@@ -17,6 +17,7 @@ enum class Guard : std::uint8_t {
   invalid_wrench,
   force_cap,
   torque_cap,
+  taxel_cap,
   frozen_wrench,
   wrench_jump,
   travel,
@@ -48,7 +49,7 @@ struct GuardRule {
   GuardAction action;
   std::string_view trips_when;
 };
-inline constexpr std::size_t guard_count = 15;
+inline constexpr std::size_t guard_count = 16;
 const std::array<GuardRule, guard_count>& guard_table();
 std::string_view to_string(Guard guard);
 
@@ -57,8 +58,9 @@ struct GuardLimits {
   double torque_cap_nm = 0;  ///< on the magnitude of the torque
   std::array<Range, axis_count> travel{};
   std::array<bool, axis_count> fixed{};  ///< axes without a stage, of which no reading comes
-  double travel_slack = 5e-6;  ///< rounding and overshoot that is not a violation [m] or [rad]
-  Duration wrench_max_age{};
+  double travel_slack = 5e-6;   ///< rounding and overshoot that is not a violation [m] or [rad]
+  double taxel_cap_counts = 0;  ///< on any taxel's change, without a force sensor; 0: not looked at
+  Duration wrench_max_age{};    ///< zero: there is no force sensor
   Duration taxels_max_age{};
   Duration stage_max_age{};
   Duration wrench_longest_frozen{};  ///< zero: not looked at
@@ -84,6 +86,7 @@ struct GuardReadings {
   std::array<double, 3> force_n{};
   std::array<double, 3> torque_nm{};
   bool wrench_valid = true;
+  double taxel_change = 0;  ///< largest change of a taxel since the probe hung free [counts]
   std::optional<TimePoint> wrench_at;
   std::optional<TimePoint> taxels_at;
   Joints position;

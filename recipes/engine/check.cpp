@@ -113,7 +113,8 @@ json normal(const Vec2& point) {
 json normal(const PhaseStep& step) {
   json out{{"phase", std::string(1, to_char(step.phase))}};
   if (step.phase != Phase::motion) out["duration_s"] = step.duration_s;
-  if (step.phase == Phase::press || step.phase == Phase::motion) {
+  if (step.depth_m > 0) out["press_depth_m"] = step.depth_m;
+  if (step.force_band_n > 0) {
     out["force_n"] = step.force_n;
     out["force_band_n"] = step.force_band_n;
   }
@@ -300,7 +301,7 @@ Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonic
 std::vector<Diagnostic> warnings_about(const Plan& plan) {
   std::vector<Diagnostic> warnings;
   const double cycles = plan.limits.cycle_hz * plan.settle.dwell_s;
-  if (cycles < 5)
+  if (plan.limits.has_wrench && cycles < 5)
     warnings.push_back({"/settle/dwell_s", "the force is judged settled after very few cycles",
                         "at least 5 cycles", std::to_string(cycles), "lengthen dwell_s"});
   if (plan.limits.fabrics.empty())
@@ -353,7 +354,7 @@ void check_rest(const StatedRecipe& stated, const RigLimits& limits, Problems& p
   constexpr double margin_m = 10e-6;
   const double needed_m =
       limits.rest_travel_m + run_on_m(stated.approach.seat_speed_mps) + margin_m;
-  if (!limits.slack_m || *limits.slack_m > needed_m) return;
+  if (!limits.has_wrench || !limits.slack_m || *limits.slack_m > needed_m) return;
   problems.add(
       {"/approach/seat_speed_mm_s",
        "the stage may run past the slack of the probe's mount before it rests",

@@ -46,6 +46,9 @@ void Machine::on(const MotionDone& event) {
       return fail_trial(nothing_bears(place()));
     case Step::lowering:
       return record(Step::resting, Phase::rest);
+    case Step::pressing:
+      if (by_depth()) record(Step::holding, Phase::press);
+      return;
     case Step::sliding:
       return next_leg();
     case Step::lifting:
@@ -65,7 +68,8 @@ void Machine::on(const MotionDone& event) {
 }
 
 void Machine::on(const ForceReached& event) {
-  if (answers(event.ticket, Step::approaching)) return seat();
+  if (answers(event.ticket, Step::approaching))
+    return by_depth() ? lower_to_rest(event.z_m) : seat();
   if (answers(event.ticket, Step::seating)) return lower_to_rest(event.z_m);
   if (answers(event.ticket, Step::lifting) && force_n() > 0) return hold_force();
   if (answers(event.ticket, Step::releasing)) unload(event.z_m);

@@ -54,10 +54,32 @@ class PhaseReader {
       read_motion(reader, step);
     else
       step.duration_s = reader.quantity(quantities::duration, recorded_s).value_or(0);
-    if (step.phase == Phase::press) read_force(reader, step, Need::required);
+    if (step.phase == Phase::press) read_press(reader, step);
     if (step.phase == Phase::rest || step.phase == Phase::end) explain_force(reader, step.phase);
     reader.finish();
     out_.exploration.phases.push_back(std::move(step));
+  }
+
+  /// By force where it is measured, else by depth.
+  void read_press(ObjectReader& reader, PhaseStep& step) {
+    if (limits_.has_wrench) {
+      for (const char* key : {"press_depth_mm", "press_depth_m"})
+        reader.explain(key, "the rig has a force sensor: state force_N");
+      return read_force(reader, step, Need::required);
+    }
+    refuse_force(reader);
+    step.depth_m = reader
+                       .quantity(quantities::press_depth,
+                                 {limits_.rest_travel_m, limits_.most_press_depth_m,
+                                  "from the rig's probe.rest_travel to limits.press_depth"})
+                       .value_or(0);
+  }
+
+  void refuse_force(ObjectReader& reader) {
+    for (const char* key : {"force_N", "force_n", "force_band_N", "force_band_n"})
+      reader.explain(key,
+                     "the rig has no force sensor, so no force can be held: state press_depth_mm "
+                     "in phase P");
   }
 
   void read_force(ObjectReader& reader, PhaseStep& step, Need need) {
@@ -88,7 +110,7 @@ class PhaseReader {
 
   void read_motion(ObjectReader& reader, PhaseStep& step) {
     reader.explain("duration_s", "phase M lasts as long as its path takes at its speed");
-    read_force(reader, step, Need::optional);
+    limits_.has_wrench ? read_force(reader, step, Need::optional) : refuse_force(reader);
     const Bounds speed{least_speed_mps, limits_.max_speed_mps, "the rig's limit"};
     step.speed_mps = reader.quantity(quantities::speed, speed).value_or(0);
     if (const json* path = reader.array("path")) read_path(*path, reader.at("path"), step);

@@ -70,12 +70,14 @@ class Machine {
   void press();
   void hover();
   void lighten();
+  void press_by_depth();
   void hold_force();
   void slide();
   void next_leg();
   void start_leg();
   void release();
   void unload(double slack_end_z_m);
+  void rest_again();
   void retract();
   /// A phase that ends by its timer and is recorded.
   void record(Step step, Phase phase);
@@ -83,6 +85,8 @@ class Machine {
   void ascend(Step step, double speed_mps, double stop_force_n, double way_m);
   /// Held with this set point the probe hangs on its stop, at the lower end of the slack.
   [[nodiscard]] bool hangs(double force_n) const;
+  /// Without a force sensor z presses by its position.
+  [[nodiscard]] bool by_depth() const { return !plan_.limits.has_wrench; }
   [[nodiscard]] double force_n() const { return exploration().step(Phase::press).force_n; }
 
   // ---- ends; machine_ends.cpp ----

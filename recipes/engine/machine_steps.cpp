@@ -73,7 +73,9 @@ void Machine::bias() {
 }
 
 void Machine::approach() {
-  descend(Step::approaching, plan_.approach.speed_mps, plan_.approach.contact_force_n);
+  if (!by_depth())
+    return descend(Step::approaching, plan_.approach.speed_mps, plan_.approach.contact_force_n);
+  descend(Step::approaching, touch_speed_mps(plan_), 0);
 }
 
 void Machine::seat() {
@@ -94,6 +96,7 @@ void Machine::lower_to_rest(double touch_z_m) {
 
 void Machine::press() {
   emit(SetPhase{Phase::none});
+  if (by_depth()) return press_by_depth();
   if (force_n() == 0) return hover();
   hangs(force_n()) ? lighten() : hold_force();
 }
@@ -107,6 +110,17 @@ void Machine::hover() {
 void Machine::lighten() {
   ascend(Step::lifting, lighten_speed_mps, seated_share * plan_.limits.probe_weight_n,
          plan_.limits.rest_travel_m + most_sunk_m);
+}
+
+/// Below where the taxels touched, as deep as the rig allows at most.
+void Machine::press_by_depth() {
+  const double depth_m = exploration().step(Phase::press).depth_m;
+  const double target_m = state_.rest_z_m - plan_.limits.rest_travel_m + depth_m;
+  const Range& travel = plan_.limits.geometry.travel[index(Axis::z)];
+  if (!travel.contains(target_m)) return fail_trial(rest_out_of_travel(place(), target_m));
+  const double speed = plan_.approach.seat_speed_mps;
+  enter(Step::pressing, move_timeout_s(move_s(depth_m, speed)));
+  move({{Axis::z, target_m, speed}});
 }
 
 void Machine::hold_force() {
@@ -138,6 +152,7 @@ void Machine::start_leg() {
 
 void Machine::release() {
   emit(SetPhase{Phase::none});
+  if (by_depth()) return rest_again();
   emit(ReleaseForce{});
   const double weight_n = plan_.limits.probe_weight_n, speed = plan_.approach.seat_speed_mps;
   if (force_n() >= pressed_share * weight_n)
@@ -145,6 +160,13 @@ void Machine::release() {
   // A probe held at about its weight is anywhere in the slack: on to the upper end.
   const double share = hangs(force_n()) ? seated_share : pressed_share;
   descend(Step::releasing, speed, share * weight_n);
+}
+
+/// Without a force sensor the probe goes back to where it rested in phase S.
+void Machine::rest_again() {
+  const double speed = plan_.approach.seat_speed_mps;
+  enter(Step::unloading, move_timeout_s(move_s(plan_.limits.most_press_depth_m, speed)));
+  move({{Axis::z, state_.rest_z_m, speed}});
 }
 
 void Machine::unload(double slack_end_z_m) {

@@ -89,6 +89,11 @@ double driven_speed(const RigLimits& limits, double speed_mps) {
   return reached_speed(speed_mps, limits.max_acceleration_mps2, order_age(limits.cycle_hz));
 }
 
+double touch_speed_mps(const Plan& plan) {
+  constexpr double most_run_on_m = 0.1e-3, frames = 2;
+  return std::min(plan.approach.speed_mps, most_run_on_m * plan.limits.taxel_rate_hz / frames);
+}
+
 double move_timeout_s(double expected_s) {
   constexpr double grace_s = 5;  // for links and confirmations
   return 2 * expected_s + grace_s;
@@ -123,13 +128,14 @@ Error still_bad(std::string place, std::uint32_t takes, const Error& last) {
 }
 
 Error nothing_bears(std::string place) {
-  return {
-      .code = Errc::measurement,
-      .where = std::move(place),
-      .what = "the probe reached its lowest height without bearing on the cloth",
-      .expected = "contact above the plate",
-      .got = "none",
-      .hint = "Check that the cloth is mounted, the force sensor's sign and plate.surface_z_mm"};
+  return {.code = Errc::measurement,
+          .where = std::move(place),
+          .what = "the probe reached its lowest height without bearing on the cloth",
+          .expected = "contact above the plate",
+          .got = "none",
+          .hint =
+              "Check that the cloth is mounted, the force sensor's sign (without one, "
+              "probe.touch_counts) and plate.surface_z_mm"};
 }
 
 Error force_not_reached(std::string place, double wanted_n) {

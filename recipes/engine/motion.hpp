@@ -40,6 +40,10 @@ Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, do
 /// What z reaches on a way down that is driven with `speed_mps`.
 double driven_speed(const RigLimits& limits, double speed_mps);
 
+/// Of the way down on which the taxels find the touch: they are too slow for more than 0.1 mm of
+/// it between two frames and the answer to them.
+double touch_speed_mps(const Plan& plan);
+
 /// The stop that carries the probe is stiff: z rises to it at this speed [m/s].
 inline constexpr double lighten_speed_mps = 0.05e-3;
 

@@ -126,12 +126,16 @@ std::array<Range, axis_count> compute_envelope(const Plan& plan) {
       widen_by(envelope, plan, path_leg(exploration, i, trial.place.offset_m).to_m);
   }
   widen(envelope[index(Axis::z)], lowest_z_m(plan.limits));
+  for (const Exploration& exploration : plan.explorations)
+    if (const double depth_m = exploration.step(Phase::press).depth_m; depth_m > 0)
+      widen(envelope[index(Axis::z)], lowest_z_m(plan.limits) + depth_m);
   for (const auto& steps : {plan.finally.on_success, plan.finally.on_stop, plan.finally.on_fault})
     widen_by_parks(envelope, steps);
   return envelope;
 }
 
-Range force_range(const Plan& plan) {
+std::optional<Range> force_range(const Plan& plan) {
+  if (!plan.limits.has_wrench) return std::nullopt;
   Range force{plan.limits.probe_weight_n, plan.limits.probe_weight_n};
   for (const Exploration& exploration : plan.explorations)
     widen(force, exploration.step(Phase::press).force_n);
@@ -156,7 +160,7 @@ namespace {
 /// height and all the way down.
 double light_s(const Plan& plan, double force_n, double to_touch_m) {
   const RigLimits& limits = plan.limits;
-  if (force_n >= limits.probe_weight_n) return 0;
+  if (!limits.has_wrench || force_n >= limits.probe_weight_n) return 0;
   const double seat_mps = driven_speed(limits, plan.approach.seat_speed_mps);
   if (force_n > 0) return limits.rest_travel_m * (1 / lighten_speed_mps + 1 / seat_mps);
   return to_touch_m * (1 / plan.approach.transfer_speed_mps + 1 / seat_mps);

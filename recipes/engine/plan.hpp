@@ -26,6 +26,7 @@ struct PhaseStep {
   double duration_s = 0;  ///< S, P, E: recorded time. M: derived from path, speed and acceleration
   double force_n = 0;     ///< P, M: set point of the force loop, along the plate's normal
   double force_band_n = 0;   ///< P, M: |force - set point| that counts as regulated
+  double depth_m = 0;        ///< P, without a force sensor: z below where the taxels touched
   double speed_mps = 0;      ///< M: along the path
   std::vector<Vec2> path_m;  ///< M: corner points relative to the start of the path, without (0, 0)
 };
@@ -176,7 +177,8 @@ struct Forecast {
   std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
   std::array<double, axis_count> margin{};   ///< least distance to the end of travel [m, rad]
   std::array<bool, axis_count> fixed{};      ///< axes without a stage
-  Range force_n;  ///< least and greatest set point, the probe's weight included
+  /// Least and greatest set point, the probe's weight included; none without a force sensor.
+  std::optional<Range> force_n;
 };
 
 /// What recipe and plan have in common.

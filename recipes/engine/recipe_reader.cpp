@@ -73,8 +73,12 @@ void read_approach(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& 
   reader->set(approach.speed_mps, quantities::speed, speed);
   reader->set(approach.seat_speed_mps, quantities::seat_speed, speed);
   reader->set(approach.transfer_speed_mps, quantities::transfer_speed, speed);
-  reader->set(approach.contact_force_n, quantities::contact_force,
-              {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the probe's weight"});
+  if (limits.has_wrench)
+    reader->set(approach.contact_force_n, quantities::contact_force,
+                {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the probe's weight"});
+  else
+    for (const char* key : {"contact_force_N", "contact_force_n"})
+      reader->explain(key, "the rig has no force sensor: its probe.touch_counts is the touch");
   reader->finish();
 }
 

@@ -7,6 +7,7 @@
 
 #include "protocols/base/time.hpp"
 #include "recipes/engine/fixed_axes.hpp"
+#include "recipes/engine/rig_sensors.hpp"
 #include "recipes/schema/object_reader.hpp"
 #include "recipes/schema/quantities.hpp"
 
@@ -19,8 +20,6 @@ using quantities::mm_per_m;
 
 constexpr Bounds positive_length_m{1e-6, 10, {}};
 constexpr Bounds position_m{-10, 10, {}};
-/// Under this the force loop swings about the set point, and a zero of 50 readings takes its time.
-constexpr double least_wrench_rate_hz = 20;
 
 const Quantity slack{"slack", {{"slack_mm", mm_per_m}}};
 constexpr Bounds slack_bounds_m{0, 0.05, {}};
@@ -40,13 +39,13 @@ class RigReader {
     rig.object("fixed", Need::optional);
     read_fixed_axes(document, limits_.geometry, problems_);
     hold_fixed();
+    limits_.has_wrench = has_role(document, "wrench");
     section(rig, "limits", &RigReader::read_limits);
     section(rig, "probe", &RigReader::read_probe);
     section(rig, "plate", &RigReader::read_plate);
     section(rig, "control", &RigReader::read_control);
     if (const json* park = rig.object("park", Need::optional)) read_park(*park, rig.at("park"));
-    read_sensors(document);
-    read_noise(document);
+    read_sensors(document, limits_, problems_);
     read_slack(document);
     read_fabrics(rig);
   }
@@ -70,10 +69,23 @@ class RigReader {
                      "on the cloth by its weight alone",
                      "over " + mm(limits_.rest_travel_m), mm(*limits_.slack_m),
                      "lower probe.rest_travel_mm"});
-    if (limits_.probe_weight_n >= limits_.force_cap_n)
+    check_press();
+    if (limits_.has_wrench && limits_.probe_weight_n >= limits_.force_cap_n)
       problems_.add({"/limits/force_cap_N", "the cap is not over the probe's own weight",
                      "over " + json(limits_.probe_weight_n).dump() + " N",
                      json(limits_.force_cap_n).dump() + " N", ""});
+  }
+
+  void check_press() {
+    if (limits_.has_wrench) return;
+    if (limits_.most_press_depth_m <= limits_.rest_travel_m)
+      problems_.add({"/limits/press_depth_mm", "no press would be deeper than the rest",
+                     "over " + mm(limits_.rest_travel_m) + ", probe.rest_travel_mm",
+                     mm(limits_.most_press_depth_m), ""});
+    if (limits_.touch_counts >= limits_.taxel_cap_counts)
+      problems_.add({"/probe/touch_counts", "a touch would be over the cap",
+                     "below " + json(limits_.taxel_cap_counts).dump() + ", limits.taxel_cap_counts",
+                     json(limits_.touch_counts).dump(), ""});
   }
 
  private:
@@ -104,15 +116,30 @@ class RigReader {
           {1e-6, 100, {}}, Need::required);
     r.set(limits_.max_tilt_speed_radps, {"tilt_speed", {{"tilt_speed_deg_s", deg_per_rad}}},
           {1e-6, 10, {}});
-    r.set(limits_.force_cap_n, quantities::newtons("force_cap", "force_cap_N", "force_cap_n"),
-          {0.1, 1000, {}}, Need::required);
-    r.set(limits_.torque_cap_nm, {"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}},
-          {0.01, 100, {}}, Need::required);
+    limits_.has_wrench ? read_force_caps(r) : read_taxel_caps(r);
     r.set(limits_.frozen_wrench_s, {"frozen_wrench", {{"frozen_wrench_s", 1}}}, {0, 3600, {}});
     r.set(limits_.frozen_taxels_s, {"frozen_taxels", {{"frozen_taxels_s", 1}}}, {0, 3600, {}});
     read_travel(r);
     read_tilt(r);
     r.finish();
+  }
+
+  void read_force_caps(ObjectReader& r) {
+    r.set(limits_.force_cap_n, quantities::newtons("force_cap", "force_cap_N", "force_cap_n"),
+          {0.1, 1000, {}}, Need::required);
+    r.set(limits_.torque_cap_nm, {"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}},
+          {0.01, 100, {}}, Need::required);
+    for (const char* const key : {"taxel_cap_counts", "press_depth_mm", "press_depth_m"})
+      r.explain(key, "only a rig without a force sensor presses by depth");
+  }
+
+  void read_taxel_caps(ObjectReader& r) {
+    r.set(limits_.taxel_cap_counts, {"taxel_cap", {{"taxel_cap_counts", 1}}}, {1, 65535, {}},
+          Need::required);
+    r.set(limits_.most_press_depth_m, mm_or_m("press_depth", "press_depth_mm", "press_depth_m"),
+          {1e-6, 0.05, {}}, Need::required);
+    for (const char* const key : {"force_cap_N", "force_cap_n", "torque_cap_Nm", "torque_cap_nm"})
+      r.explain(key, "no device has the role wrench, so nothing would guard this cap");
   }
 
   void read_travel(ObjectReader& r) {
@@ -162,6 +189,7 @@ class RigReader {
       limits_.probe_weight_n = *mass_kg * standard_gravity_mps2;
     r.set(limits_.rest_travel_m, mm_or_m("rest_travel", "rest_travel_mm", "rest_travel_m"),
           {0, 0.1, {}}, Need::required);
+    read_touch(r);
     if (const auto slack_m = r.quantity(slack, slack_bounds_m, Need::optional))
       limits_.slack_m = *slack_m;
     r.set(limits_.rest_tolerance, {"rest_tolerance", {{"rest_tolerance", 1}}}, {1e-3, 1, {}});
@@ -173,6 +201,13 @@ class RigReader {
     if (const auto face =
             r.pair(mm_or_m("footprint", "footprint_mm", "footprint_m"), positive_length_m))
       limits_.footprint_m = {face->first, face->second};
+  }
+
+  void read_touch(ObjectReader& r) {
+    if (limits_.has_wrench)
+      r.explain("touch_counts", "the force sensor finds the touch");
+    else
+      r.set(limits_.touch_counts, {"touch", {{"touch_counts", 1}}}, {1, 65535, {}}, Need::required);
   }
 
   /// A simulated mount may be described where the simulation is; it hangs on a stop.
@@ -247,67 +282,6 @@ class RigReader {
     r.set(limits_.cycle_hz, {"cycle", {{"cycle_hz", 1}}}, {10, 1000, {}}, Need::required);
   }
 
-  /// What the sensors' drivers are told of their streams; the drivers themselves check the rest.
-  void read_sensors(const json& document) {
-    const json none = json::array();
-    const auto found = document.is_object() ? document.find("devices") : document.end();
-    const json& devices = found != document.end() && found->is_array() ? *found : none;
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-      const json& device = devices[i];
-      if (!device.is_object() || !device.contains("config")) continue;
-      const json role = device.value("role", json());
-      if (role == "vibro") read_vibration(device["config"], child("/devices", i) + "/config");
-      if (role != "wrench" && role != "taxels") continue;
-      ObjectReader config(device["config"], child("/devices", i) + "/config", problems_);
-      const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
-      if (role == "wrench") {
-        config.set(limits_.wrench_rate_hz, rate,
-                   {least_wrench_rate_hz, 7000,
-                    "the force loop cannot hold a force that it is told of less often"});
-      } else {
-        config.set(limits_.taxel_rate_hz, rate, {0.1, 1e4, {}});
-        read_taxels(config);
-      }
-    }
-    forgo_taxels(devices);
-  }
-
-  /// A scene without taxels: its phases are told with the wrench's readings.
-  void forgo_taxels(const json& devices) {
-    const auto feels = [](const json& device) {
-      return device.is_object() && device.value("role", json()) == "taxels";
-    };
-    if (devices.empty() || std::ranges::any_of(devices, feels)) return;
-    limits_.taxels = 0;
-    limits_.taxel_rate_hz = limits_.wrench_rate_hz;
-  }
-
-  void read_noise(const json& document) {
-    limits_.wrench_noise = !lacks_noise(document, "wrench");
-    limits_.taxel_noise = !lacks_noise(document, "taxels");
-    if (!limits_.wrench_noise) limits_.frozen_wrench_s = 0;
-    if (!limits_.taxel_noise) limits_.frozen_taxels_s = 0;
-  }
-
-  /// A number of them, or rows and columns of an array that keeps imprints.
-  void read_taxels(ObjectReader& config) {
-    const auto taxels = config.integer("taxels", 1, 64, Need::optional);
-    if (taxels) limits_.taxels = static_cast<std::size_t>(*taxels);
-    const auto rows = config.integer("rows", 1, 128, Need::optional);
-    const auto cols = config.integer("cols", 1, 128, Need::optional);
-    limits_.imprint_array = rows && cols;
-    if (limits_.imprint_array) limits_.taxels = static_cast<std::size_t>(*rows * *cols);
-  }
-
-  void read_vibration(const json& object, const std::string& where) {
-    limits_.acceleration_rate_hz = 200;
-    limits_.sound_rate_hz = 8000;
-    ObjectReader config(object, where, problems_);
-    config.set(limits_.acceleration_rate_hz, {"acceleration_rate", {{"acceleration_rate_hz", 1}}},
-               {0, 1e5, {}});
-    config.set(limits_.sound_rate_hz, {"sound_rate", {{"sound_rate_hz", 1}}}, {0, 4e5, {}});
-  }
-
   void read_fabrics(ObjectReader& rig) {
     const json* list = rig.array("fabrics", Need::optional);
     if (list == nullptr) return;
@@ -342,28 +316,6 @@ std::string sentences(Problems& problems) {
 
 double RigLimits::level_rise_m() const {
   return std::tan(std::abs(level.ry_rad)) * geometry.plate_size_m.x_m / 2;
-}
-
-bool lacks_noise(const json& rig, std::string_view role) {
-  if (!rig.is_object() || !rig.contains("devices") || !rig["devices"].is_array()) return false;
-  const json bench = rig.value("bench", json());
-  if (bench != "simulated" && bench != "emulated") return false;
-  const auto is_zero = [](const json& root, const char* pointer) {
-    const json::json_pointer at(pointer);
-    return root.contains(at) && root[at].is_number() && root[at] == 0;
-  };
-  const json::json_pointer kind("/emulator/kind");
-  const auto names = [&](const char* key) {
-    const json::json_pointer at("/simulation/pads/" + std::string(key));
-    return rig.contains(at) && !is_zero(rig, at.to_string().c_str());
-  };
-  const bool grows = names("noise_per_count") || names("noise_per_square");
-  return std::ranges::any_of(rig["devices"], [&](const json& device) {
-    if (!device.is_object() || device.value("role", json()) != role) return false;
-    if (role == "wrench") return is_zero(device, "/emulator/noise_scale");
-    return role == "taxels" && device.contains(kind) && device[kind] == "taxel" &&
-           is_zero(rig, "/simulation/pads/noise_counts") && !grows;
-  });
 }
 
 Result<RigLimits> parse_rig_limits(std::string_view rig_json) {

@@ -20,12 +20,19 @@ struct RigLimits {
   double max_speed_mps = 4e-3;  ///< any linear axis; the paper's stages reach 4 mm/s
   double max_acceleration_mps2 = 20e-3;
   double max_tilt_speed_radps = 0.1;  ///< rotary stages
+  bool has_wrench = true;             ///< false: no force is measured, held or guarded, see below
   double force_cap_n = 10;
   double torque_cap_nm = 2;
+  // Of a rig without a force sensor: the taxels show a touch, and how much is too much, by their
+  // change since the probe hung free.
+  double touch_counts = 0;        ///< mean change that is a touch
+  double taxel_cap_counts = 0;    ///< largest change of a taxel; more fails the trial
+  double most_press_depth_m = 0;  ///< z goes no further below where it touched
   double frozen_wrench_s = 0.25;  ///< readings that stay the same for so long are not; 0: never
   double frozen_taxels_s = 1;
   double probe_weight_n = 0.2 * 9.80665;  ///< on the cloth when nothing pushes the probe
-  double rest_travel_m = 0.5e-3;  ///< z goes on this far after the cloth bears the probe's weight
+  /// z goes on this far after the cloth bears the probe's weight, or after the taxels' touch.
+  double rest_travel_m = 0.5e-3;
   /// How far z moves between the stop that the probe hangs on and its mount's spring, both without
   /// load: there the cloth bears the weight alone. Not stated on a real rig: not known.
   std::optional<double> slack_m;

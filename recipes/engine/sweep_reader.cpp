@@ -175,6 +175,11 @@ class SweepReader {
       problems_.add({place, "the value has the wrong type", "a number", brief(value), ""});
       return std::nullopt;
     }
+    if (known.kind == FactorKind::force && !limits_.has_wrench) {
+      problems_.add({place, "the rig has no force sensor, so no force can be held",
+                     "another factor", brief(value), ""});
+      return std::nullopt;
+    }
     const double si = value.get<double>() / known.spelling.per_si;
     const Bounds bounds = bounds_of(known.kind, limits_);
     if (!std::isfinite(si) || si < bounds.min || si > bounds.max) {

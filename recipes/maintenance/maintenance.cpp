@@ -132,7 +132,7 @@ class MaintenancePlanner {
 
   [[nodiscard]] Status check_target(Axis axis, double target) const {
     Range range = plan_.limits.geometry.travel[index(axis)];
-    if (axis == Axis::z) range.max = std::min(range.max, lowest_z_m(plan_.limits));
+    if (axis == Axis::z) range.max = std::min(range.max, lowest_jog_m());
     if (within(range, {target, target})) return {};
     return fail({.code = Errc::range,
                  .where = std::string(to_string(axis)),
@@ -142,9 +142,24 @@ class MaintenancePlanner {
                  .hint = "Jog a shorter distance"});
   }
 
+  /// Without a force sensor nothing stops a jog on the cloth.
+  [[nodiscard]] double lowest_jog_m() const {
+    return plan_.limits.has_wrench ? lowest_z_m(plan_.limits) : plan_.limits.clear_z_m();
+  }
+
+  [[nodiscard]] Status require_up() const {
+    if (plan_.begins_up) return {};
+    return fail({.code = Errc::unsupported,
+                 .where = "wrench",
+                 .what = "the rig has no force sensor, so the probe must be up for a jog",
+                 .expected = "z at the clear height",
+                 .hint = "Retract the probe first"});
+  }
+
   /// The force is measured from its value before the jog, because a sensor that was switched on
   /// since the last trial has no zero. The sum of both stays under the rig's cap.
   Status limit_force() {
+    if (!plan_.limits.has_wrench) return require_up();
     const double cap_n = plan_.limits.force_cap_n;
     if (!found_.force_n || !(*found_.force_n < cap_n))
       return fail({.code = Errc::measurement,

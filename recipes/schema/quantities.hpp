@@ -19,6 +19,8 @@ inline Quantity newtons(std::string_view stem, std::string_view newton_upper,
 inline const Quantity duration{"duration", {{"duration_s", 1}}};
 inline const Quantity force = newtons("force", "force_N", "force_n");
 inline const Quantity force_band = newtons("force_band", "force_band_N", "force_band_n");
+inline const Quantity press_depth{"press_depth",
+                                  {{"press_depth_mm", mm_per_m}, {"press_depth_m", 1}}};
 inline const Quantity contact_force =
     newtons("contact_force", "contact_force_N", "contact_force_n");
 inline const Quantity speed{"speed", {{"speed_mm_s", mm_per_m}, {"speed_mps", 1}}};

@@ -162,7 +162,7 @@ std::vector<ForceTarget> force_targets(const DatasetInfo& info) {
   std::vector<ForceTarget> out;
   if (info.recipe_json.empty() || info.rig_json.empty()) return out;
   const auto limits = recipes::parse_rig_limits(info.rig_json);
-  if (!limits) return out;
+  if (!limits || !limits->has_wrench) return out;
   const recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
   if (!report.plan) return out;
   for (const recipes::Exploration& exploration : report.plan->explorations) {

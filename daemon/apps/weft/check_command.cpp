@@ -31,6 +31,7 @@ json to_json(const std::vector<Diagnostic>& list) {
 }
 
 json to_json(const recipes::Forecast& forecast) {
+  const auto& force = forecast.force_n;
   return {{"duration_s", forecast.duration_s},
           {"people_s", forecast.people_s},
           {"asks", forecast.prompts},
@@ -38,8 +39,8 @@ json to_json(const recipes::Forecast& forecast) {
           {"total_s", forecast.total_s()},
           {"bytes", forecast.bytes},
           {"envelope", envelope_json(forecast)},
-          {"force_min_n", forecast.force_n.min},
-          {"force_max_n", forecast.force_n.max}};
+          {"force_min_n", force ? json(force->min) : json()},
+          {"force_max_n", force ? json(force->max) : json()}};
 }
 
 constexpr std::size_t max_listed_prompts = 100;
@@ -154,7 +155,10 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
                       : ": " + duration(f.duration_s) + " of the machine, " + duration(f.people_s) +
                             " of people, who are asked " + std::to_string(f.prompts) + " times")});
   facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
-  facts.row({"force", fixed(f.force_n.min, 2) + " to " + fixed(f.force_n.max, 2) + " N"});
+  if (f.force_n)
+    facts.row({"force", fixed(f.force_n->min, 2) + " to " + fixed(f.force_n->max, 2) + " N"});
+  else
+    facts.row({"force", "not measured: the rig has no force sensor"});
   std::string out = "The rig can run this recipe.\n" + facts.text() + simulation_text(simulation) +
                     format_prompts(plan) + "Stage positions used:\n" + envelope_text(f);
   for (const Diagnostic& warning : warnings)

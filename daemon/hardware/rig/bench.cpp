@@ -138,6 +138,7 @@ void Bench::on_taxels(const Sample& sample) {
   if (frame == nullptr) return refuse(*taxels_, sample);
   snapshot_.taxels_at = sample.host;
   snapshot_.taxel_digest = digest_of_counts(*frame);
+  if (wrench_ == nullptr) touch_.add(frame->counts);
   if (sensor_sink_) sensor_sink_(*taxels_, sample);
 }
 

@@ -14,6 +14,7 @@
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "drivers/api/sample.hpp"
 #include "recipes/control/guards.hpp"
+#include "recipes/control/taxel_touch.hpp"
 
 namespace weft::daemon {
 
@@ -96,7 +97,12 @@ class Bench {
   }
   /// has_stage() must be true.
   Device& stage(StageAxis axis) { return *stages_[recipes::index(axis)]; }
+  [[nodiscard]] bool has_wrench() const { return wrench_ != nullptr; }
+  /// has_wrench() must be true.
   Device& wrench() { return *wrench_; }
+  /// Of a rig without a force sensor; otherwise it sees no frame.
+  recipes::TaxelTouch& touch() { return touch_; }
+  [[nodiscard]] const recipes::TaxelTouch& touch() const { return touch_; }
   Device& taxels() { return *taxels_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
   /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated.
@@ -124,6 +130,7 @@ class Bench {
   Device* taxels_ = nullptr;
   Snapshot snapshot_;
   std::optional<Error> host_fault_;
+  recipes::TaxelTouch touch_;
   WrenchSample zero_;  ///< forces and torques at rest
   SensorSink sensor_sink_;
 

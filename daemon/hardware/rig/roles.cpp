@@ -78,14 +78,18 @@ Status roles_filled(const std::vector<std::string>& roles, const FixedAxes& fixe
             axis_filled(axis, count(to_string(axis)), fixed[recipes::index(axis)].has_value());
         !s)
       return s;
-  if (Status s = once("wrench", count("wrench")); !s) return s;
-  for (const std::string_view role : {"taxels", "vibro"})
+  for (const std::string_view role : sensor_roles)
     if (count(role) > 1)
       return fail({.where = "/devices",
                    .what = "role " + std::string(role) + " is filled twice",
                    .expected = "at most one device",
                    .got = std::to_string(count(role)) + " devices"});
-  return {};
+  if (count("wrench") + count("taxels") > 0) return {};
+  return fail({.where = "/devices",
+               .what = "the rig has neither a force sensor nor taxels",
+               .expected = "a device with the role wrench or taxels",
+               .got = "none",
+               .hint = "One of them must show when the probe touches the cloth"});
 }
 
 }  // namespace weft::daemon

@@ -63,7 +63,8 @@ json point_json(const recipes::Vec2& point) {
 
 json phase_json(const recipes::PhaseStep& step) {
   json out{{"phase", std::string(1, to_char(step.phase))}, {"duration_s", step.duration_s}};
-  if (step.phase == Phase::press || step.phase == Phase::motion) {
+  if (step.depth_m > 0) out["press_depth_m"] = step.depth_m;
+  if (step.force_band_n > 0) {
     out["force_n"] = step.force_n;
     out["force_band_n"] = step.force_band_n;
   }

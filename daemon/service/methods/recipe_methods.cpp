@@ -36,6 +36,7 @@ json plan_json(const recipes::Plan& plan) {
     next = {{"text", prompt->text},
             {"people_s", prompt->people_s},
             {"after_s", recipes::machine_s(plan, 0, prompt->trial)}};
+  const auto& force = plan.forecast.force_n;
   return {{"name", plan.name},
           {"trials", plan.trials.size()},
           {"fabrics", plan.fabrics},
@@ -44,8 +45,8 @@ json plan_json(const recipes::Plan& plan) {
           {"asks", plan.forecast.prompts},
           {"next_attention", std::move(next)},
           {"envelope", envelope_json(plan.forecast)},
-          {"force_min_n", plan.forecast.force_n.min},
-          {"force_max_n", plan.forecast.force_n.max},
+          {"force_min_n", force ? json(force->min) : json()},
+          {"force_max_n", force ? json(force->max) : json()},
           {"bytes", disk_forecast(plan)}};
 }
 

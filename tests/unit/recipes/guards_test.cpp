@@ -20,6 +20,7 @@ GuardLimits limits() {
   GuardLimits out;
   out.force_cap_n = 10;
   out.torque_cap_nm = 2;
+  out.taxel_cap_counts = 1000;
   out.travel = {Range{0, 0.15}, {0, 0.15}, {0, 0.15}, {-0.1, 0.1}, {-0.1, 0.1}};
   out.wrench_max_age = 50ms;
   out.taxels_max_age = 100ms;
@@ -233,6 +234,8 @@ TEST_CASE("Each guard trips on its own reading, by its name and with its action"
                     [](GuardReadings& r) { r.taxels_at = now - 101ms; }},
                    {Guard::frozen_taxels, "frozen_taxels", GuardAction::end_campaign,
                     [](GuardReadings& r) { r.history.taxels_frozen = 1s; }},
+                   {Guard::taxel_cap, "taxel_cap", GuardAction::fail_trial,
+                    [](GuardReadings& r) { r.taxel_change = 1001; }},
                    {Guard::late_cycle, "late_cycle", GuardAction::fail_trial,
                     [](GuardReadings& r) { r.cycle_lateness = 251ms; }},
                    {Guard::deadline, "deadline", GuardAction::fail_trial,

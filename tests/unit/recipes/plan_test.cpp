@@ -161,8 +161,8 @@ TEST_CASE("The forecast's envelope is the path's and the margins follow from the
   CHECK(z.max == Approx(0.101));
   CHECK(f.margin[index(Axis::x)] == Approx(0.05));
   CHECK(f.margin[index(Axis::z)] == Approx(0.049));
-  CHECK(f.force_n.min == Approx(0.2 * 9.80665));
-  CHECK(f.force_n.max == 5);
+  CHECK(f.force_n->min == Approx(0.2 * 9.80665));
+  CHECK(f.force_n->max == 5);
 }
 
 TEST_CASE("The forecast grows with what a trial adds") {

@@ -144,7 +144,7 @@ TEST_CASE("The library's imprints are the paper's 24, and an array's rows and co
   const CheckReport report = check_recipe(test::source_file("recipes/library/imprint.json"), *rig);
   REQUIRE(report.plan);
   CHECK(report.plan->trials.size() == 24);
-  CHECK(report.plan->forecast.force_n.max == 50);
+  CHECK(report.plan->forecast.force_n->max == 50);
 }
 
 }  // namespace press_test

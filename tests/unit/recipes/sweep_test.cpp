@@ -215,7 +215,7 @@ TEST_CASE("Every exploration is done in every cell, with the cell's values in it
   // of the slow cell longer than of the fast one
   CHECK(plan.explorations[0].step(weft::Phase::motion).duration_s >
         plan.explorations[2].step(weft::Phase::motion).duration_s);
-  CHECK(plan.forecast.force_n.max == 5);
+  CHECK(plan.forecast.force_n->max == 5);
   std::set<std::string> names;
   for (const Exploration& e : plan.explorations) names.insert(e.name);
   CHECK(names.size() == plan.explorations.size());

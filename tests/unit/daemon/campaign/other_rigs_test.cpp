@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "daemon/campaign/align_run.hpp"
-#include "daemon/campaign/maintenance.hpp"
+#include "daemon/campaign/bench_check.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "recipes/alignment/align_plan.hpp"
+#include "recipes/maintenance/maintenance.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
 
 namespace other_rigs_test {
@@ -21,13 +21,20 @@ using test::TemporaryFolder;
 
 namespace {
 
+void drop(json& rig, const std::string& role) {
+  json& devices = rig["devices"];
+  const auto found = std::find_if(devices.begin(), devices.end(),
+                                  [&](const json& device) { return device["role"] == role; });
+  REQUIRE(found != devices.end());
+  devices.erase(found);
+}
+
 /// bench17 without these stages; `fixed` says where their axes stand.
 json rig_without(const std::vector<std::string>& roles, const json& fixed) {
   json rig = test::bench17_near_home();
   rig["fixed"] = fixed;
   for (const std::string& role : roles) {
-    json& devices = rig["devices"];
-    devices.erase(std::ranges::find(devices, role, [](const json& d) { return d["role"]; }));
+    drop(rig, role);
     rig["limits"]["travel_mm"].erase(role);
   }
   if (fixed.contains("rx_deg") && fixed.contains("ry_deg")) rig["limits"].erase("tilt_deg");
@@ -40,6 +47,29 @@ json xyz_rig() {
 
 json xz_rig() {
   return rig_without({"y", "rx", "ry"}, {{"y_mm", 17}, {"rx_deg", 0}, {"ry_deg", 0}});
+}
+
+/// bench17 without its force sensor.
+json wrenchless_rig() {
+  json rig = rig_without({"wrench"}, json::object());
+  json& limits = rig["limits"];
+  for (const char* const key : {"force_cap_N", "torque_cap_Nm"}) limits.erase(key);
+  limits["taxel_cap_counts"] = 8000;
+  limits["press_depth_mm"] = 2;
+  rig["probe"]["touch_counts"] = 20;
+  return rig;
+}
+
+/// short_recipe() with presses of this depth.
+json recipe_by_depth(double depth_mm) {
+  json recipe = json::parse(short_recipe("denim"));
+  for (json& exploration : recipe["explorations"])
+    for (json& phase : exploration["phases"]) {
+      phase.erase("force_N");
+      phase.erase("force_band_N");
+      if (phase["phase"] == "P") phase["press_depth_mm"] = depth_mm;
+    }
+  return recipe;
 }
 
 /// Slides along x alone.
@@ -161,6 +191,110 @@ TEST_CASE("a jog of a fixed axis is refused, and a park leaves it out") {
   const auto align = recipes::plan_alignment(opened->limits, {});
   REQUIRE_FALSE(align);
   CHECK(align.error().code == Errc::unsupported);
+}
+
+namespace {
+
+/// Mean count of all taxels in a phase.
+double mean_in(const classifier::Trial& trial, Phase phase) {
+  double sum = 0;
+  std::size_t values = 0;
+  for (std::size_t i = 0; i < trial.phase.size(); ++i) {
+    if (trial.phase[i] != phase) continue;
+    for (std::size_t pad = 0; pad < trial.taxels; ++pad, ++values)
+      sum += trial.counts[i * trial.taxels + pad];
+  }
+  REQUIRE(values > 0);
+  return sum / static_cast<double>(values);
+}
+
+}  // namespace
+
+TEST_CASE("without a force sensor a recipe presses by depth, and the data set has no force") {
+  const Dataset data = recorded(wrenchless_rig(), recipe_by_depth(1.6).dump());
+  CHECK(data.info.wrench_rate_hz == 0);
+  for (std::size_t i = 0; i < data.trials.size(); ++i) {
+    const TrialRecord& record = data.records[i];
+    CHECK(record.wrench.samples() == 0);
+    CHECK_FALSE(record.quality.force_rms_error_n);
+    CHECK_FALSE(record.quality.force_in_band_fraction);
+    CHECK_FALSE(record.quality.rest);
+    // It presses harder in P than its weight does in S, and M keeps what P has.
+    const double rest = mean_in(data.trials[i], Phase::rest);
+    const double press = mean_in(data.trials[i], Phase::press);
+    CHECK(std::abs(press - rest) > 20);
+    CHECK(mean_in(data.trials[i], Phase::motion) != rest);
+    CHECK(mean_in(data.trials[i], Phase::end) == Approx(rest).margin(0.5 * std::abs(press - rest)));
+  }
+}
+
+TEST_CASE("z presses as deep as asked, below where the taxels touched") {
+  const Dataset data = recorded(wrenchless_rig(), recipe_by_depth(1.6).dump());
+  const auto [least_z, most_z] = range_of(data, 2);
+  // Recorded phases reach from the rest, 0.5 mm below the touch, to the press.
+  CHECK(most_z - least_z == Approx(1.6e-3 - 0.5e-3).margin(20e-6));
+}
+
+TEST_CASE("a rig without a force sensor refuses newtons, with the reason") {
+  const TemporaryFolder folder;
+  const auto newtons = check_request(request_in(folder, short_recipe("denim"), wrenchless_rig()));
+  REQUIRE_FALSE(newtons);
+  CHECK_THAT(to_string(newtons.error()), Catch::Contains("/explorations/M1/phases/1/force_N") &&
+                                             Catch::Contains("no force sensor"));
+  const auto too_deep =
+      check_request(request_in(folder, recipe_by_depth(2.1).dump(), wrenchless_rig()));
+  REQUIRE_FALSE(too_deep);
+  CHECK_THAT(to_string(too_deep.error()), Catch::Contains("press_depth_mm"));
+  const auto with_sensor = check_request(request_in(folder, recipe_by_depth(1.6).dump()));
+  REQUIRE_FALSE(with_sensor);
+  CHECK_THAT(to_string(with_sensor.error()), Catch::Contains("press_depth_mm"));
+}
+
+TEST_CASE("limits of a rig without a force sensor are stated, and a force cap is none of them") {
+  const auto refused = [](const char* pointer, const json& rig) {
+    const auto limits = recipes::parse_rig_limits(rig.dump());
+    REQUIRE_FALSE(limits);
+    CHECK_THAT(to_string(limits.error()), Catch::Contains(pointer));
+  };
+  for (const char* const key : {"taxel_cap_counts", "press_depth_mm"}) {
+    json rig = wrenchless_rig();
+    rig["limits"].erase(key);
+    refused(key, rig);
+  }
+  json rig = wrenchless_rig();
+  rig["probe"].erase("touch_counts");
+  refused("touch_counts", rig);
+  rig = wrenchless_rig();
+  rig["limits"]["force_cap_N"] = 10;
+  refused("/limits/force_cap_N", rig);
+  json blind = wrenchless_rig();
+  drop(blind, "taxels");
+  CHECK(refusal(blind).where == "/devices");
+}
+
+TEST_CASE("a touch that the taxels do not show fails the trial with the probe up") {
+  json rig = wrenchless_rig();
+  rig["probe"]["touch_counts"] = 7000;
+  const TemporaryFolder folder;
+  const auto run = run_campaign(request_in(folder, recipe_by_depth(1.6).dump(), rig), {});
+  REQUIRE(run);
+  CHECK(run->outcome == recipes::Outcome::failed);
+  CHECK(run->cleanup == recipes::Cleanup::done);
+  CHECK(run->rig == recipes::RigFact::safe);
+  REQUIRE(run->error);
+  CHECK(run->error->code == Errc::measurement);
+}
+
+TEST_CASE("a press whose taxels change more than the cap fails the trial with the probe up") {
+  json rig = wrenchless_rig();
+  rig["limits"]["taxel_cap_counts"] = 60;
+  const TemporaryFolder folder;
+  const auto run = run_campaign(request_in(folder, recipe_by_depth(1.6).dump(), rig), {});
+  REQUIRE(run);
+  CHECK(run->outcome == recipes::Outcome::failed);
+  CHECK(run->rig == recipes::RigFact::safe);
+  REQUIRE(run->error);
+  CHECK(run->error->code == Errc::safety);
 }
 
 }  // namespace other_rigs_test

@@ -1,0 +1,114 @@
+#include "recipes/engine/rig_sensors.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "recipes/schema/object_reader.hpp"
+
+namespace weft::recipes {
+namespace {
+
+using nlohmann::json;
+
+/// Under this the force loop swings about the set point, and a zero of 50 readings takes its time.
+constexpr double least_wrench_rate_hz = 20;
+
+const json& devices_of(const json& rig) {
+  static const json none = json::array();
+  const auto found = rig.is_object() ? rig.find("devices") : rig.end();
+  return found != rig.end() && found->is_array() ? *found : none;
+}
+
+/// A number of them, or rows and columns of an array that keeps imprints.
+void read_taxels(ObjectReader& config, RigLimits& limits) {
+  const auto taxels = config.integer("taxels", 1, 64, Need::optional);
+  if (taxels) limits.taxels = static_cast<std::size_t>(*taxels);
+  const auto rows = config.integer("rows", 1, 128, Need::optional);
+  const auto cols = config.integer("cols", 1, 128, Need::optional);
+  limits.imprint_array = rows && cols;
+  if (limits.imprint_array) limits.taxels = static_cast<std::size_t>(*rows * *cols);
+}
+
+void read_vibration(ObjectReader& config, RigLimits& limits) {
+  limits.acceleration_rate_hz = 200;
+  limits.sound_rate_hz = 8000;
+  config.set(limits.acceleration_rate_hz, {"acceleration_rate", {{"acceleration_rate_hz", 1}}},
+             {0, 1e5, {}});
+  config.set(limits.sound_rate_hz, {"sound_rate", {{"sound_rate_hz", 1}}}, {0, 4e5, {}});
+}
+
+void read_sensor(const std::string& role, ObjectReader& config, RigLimits& limits) {
+  const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
+  if (role == "vibro") return read_vibration(config, limits);
+  if (role == "wrench")
+    return config.set(limits.wrench_rate_hz, rate,
+                      {least_wrench_rate_hz, 7000,
+                       "the force loop cannot hold a force that it is told of less often"});
+  config.set(limits.taxel_rate_hz, rate, {0.1, 1e4, {}});
+  read_taxels(config, limits);
+}
+
+/// A scene without taxels: its phases are told with the wrench's readings.
+void forgo(const json& rig, RigLimits& limits, Problems& problems) {
+  if (!limits.has_wrench) limits.wrench_rate_hz = 0;
+  if (has_role(rig, "taxels")) return;
+  limits.taxels = 0;
+  limits.taxel_rate_hz = limits.wrench_rate_hz;
+  if (!limits.has_wrench)
+    problems.add({"/devices", "the rig has neither a force sensor nor taxels: no touch is found",
+                  "a device with the role wrench or taxels", "", ""});
+}
+
+void read_noise(const json& rig, RigLimits& limits) {
+  limits.wrench_noise = !lacks_noise(rig, "wrench");
+  limits.taxel_noise = !lacks_noise(rig, "taxels");
+  if (!limits.wrench_noise) limits.frozen_wrench_s = 0;
+  if (!limits.taxel_noise) limits.frozen_taxels_s = 0;
+}
+
+}  // namespace
+
+bool has_role(const json& rig, const char* role) {
+  const json& devices = devices_of(rig);
+  return devices.empty() || std::ranges::any_of(devices, [&](const json& device) {
+           return device.is_object() && device.value("role", json()) == role;
+         });
+}
+
+void read_sensors(const json& rig, RigLimits& limits, Problems& problems) {
+  const json& devices = devices_of(rig);
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const json& device = devices[i];
+    if (!device.is_object() || !device.contains("config")) continue;
+    const json role = device.value("role", json());
+    if (role != "vibro" && role != "wrench" && role != "taxels") continue;
+    ObjectReader config(device["config"], child("/devices", i) + "/config", problems);
+    read_sensor(role.get<std::string>(), config, limits);
+  }
+  forgo(rig, limits, problems);
+  read_noise(rig, limits);
+}
+
+bool lacks_noise(const json& rig, std::string_view role) {
+  if (!rig.is_object() || !rig.contains("devices") || !rig["devices"].is_array()) return false;
+  const json bench = rig.value("bench", json());
+  if (bench != "simulated" && bench != "emulated") return false;
+  const auto is_zero = [](const json& root, const char* pointer) {
+    const json::json_pointer at(pointer);
+    return root.contains(at) && root[at].is_number() && root[at] == 0;
+  };
+  const json::json_pointer kind("/emulator/kind");
+  const auto names = [&](const char* key) {
+    const json::json_pointer at("/simulation/pads/" + std::string(key));
+    return rig.contains(at) && !is_zero(rig, at.to_string().c_str());
+  };
+  const bool grows = names("noise_per_count") || names("noise_per_square");
+  return std::ranges::any_of(rig["devices"], [&](const json& device) {
+    if (!device.is_object() || device.value("role", json()) != role) return false;
+    if (role == "wrench") return is_zero(device, "/emulator/noise_scale");
+    return role == "taxels" && device.contains(kind) && device[kind] == "taxel" &&
+           is_zero(rig, "/simulation/pads/noise_counts") && !grows;
+  });
+}
+
+}  // namespace weft::recipes
