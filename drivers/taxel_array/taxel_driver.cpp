@@ -224,7 +224,10 @@ const char taxel_config_schema[] = R"({
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "taxels": {"type": "integer", "minimum": 1, "maximum": 64, "default": 16},
+    "taxels": {"type": "integer", "minimum": 1, "maximum": 64, "default": 16, "description": "how many; with rows and cols, their product"},
+    "rows": {"type": "integer", "minimum": 1, "maximum": 64, "description": "the array's shape, as the page draws it; taxels come row by row"},
+    "cols": {"type": "integer", "minimum": 1, "maximum": 64, "description": "taxels in a row"},
+    "positions_mm": {"x-unit": "mm", "type": "array", "items": {"type": "number", "minimum": -1000, "maximum": 1000}, "description": "in the place of rows and cols: x and y of each taxel from the middle of the face, x1, y1, x2, y2, ..."},
     "form": {"enum": ["weft", "cpm_udp"], "default": "weft", "description": "weft: serial frames of protocols/taxel; cpm_udp: datagrams of the CPM-Finger's gateway, 16 taxels"},
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
     "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
@@ -234,11 +237,33 @@ const char taxel_config_schema[] = R"({
   }
 })";
 
+namespace {
+
+/// By number, rows and columns or places, which must agree.
+std::uint8_t read_taxel_count(ConfigReader& config) {
+  constexpr int most = taxel::max_taxels;
+  const auto rows = config.integer("rows", 0, {1, most});
+  const auto cols = config.integer("cols", 0, {1, most});
+  const auto product = rows * cols;
+  if ((rows == 0) != (cols == 0))
+    config.refuse(rows == 0 ? "rows" : "cols", "missing beside the other");
+  if (product > most)
+    config.refuse("rows", "too many taxels", "rows times cols up to 64", std::to_string(product));
+  const auto taxels = config.integer("taxels", product > 0 ? product : 16, {1, most});
+  if (product > 0 && taxels != product)
+    config.refuse("taxels", "not the product of rows and cols", std::to_string(product),
+                  std::to_string(taxels));
+  config.numbers("positions_mm", std::vector<double>(static_cast<std::size_t>(2 * taxels)),
+                 {-1000, 1000});
+  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(taxels, 1, taxel::max_taxels));
+}
+
+}  // namespace
+
 Result<TaxelSettings> read_taxel_settings(std::string_view config_json) {
   ConfigReader config(config_json);
   TaxelSettings settings;
-  settings.taxels = static_cast<std::uint8_t>(
-      config.integer("taxels", 16, {1, double{protocols::taxel::max_taxels}}));
+  settings.taxels = read_taxel_count(config);
   if (config.choice("form", "weft", {"weft", "cpm_udp"}) == "cpm_udp")
     settings.form = TaxelForm::cpm_udp;
   if (settings.form == TaxelForm::cpm_udp && settings.taxels != protocols::taxel::cpm::taxels)

@@ -41,9 +41,13 @@ struct RigLimits {
   bool hangs_on_stop = false;
   double rest_tolerance = 0.05;    ///< of the weight: how far off it phases S and E may be
   Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point
-  double clearance_m = 8e-3;   ///< height above the plate for transfers: over the thickest cloth
-  double cycle_hz = 100;       ///< scan cycle of controller and guards
-  std::size_t taxels = 16;     ///< 0: no device has the role; data sets are of the wrench alone
+  double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
+  double cycle_hz = 100;      ///< scan cycle of controller and guards
+  std::size_t taxels = 16;    ///< 0: no device has the role; data sets are of the wrench alone
+  /// How the taxels lie, where the rig file says so: rows and columns, row by row, or places on the
+  /// face, from its middle.
+  std::size_t taxel_rows = 0, taxel_cols = 0;
+  std::vector<Vec2> taxel_places_m;
   bool imprint_array = false;  ///< the taxels are rows and columns of an array that keeps imprints
   /// Of the sensors' streams, as their drivers are configured. Without taxels the wrench's, whose
   /// readings then carry the phase.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "recipes/schema/object_reader.hpp"
+#include "recipes/schema/quantities.hpp"
 
 namespace weft::recipes {
 namespace {
@@ -20,13 +21,22 @@ const json& devices_of(const json& rig) {
 }
 
 /// A number of them, or rows and columns of an array that keeps imprints.
-void read_taxels(ObjectReader& config, RigLimits& limits) {
+void read_taxels(const json& device, ObjectReader& config, RigLimits& limits) {
   const auto taxels = config.integer("taxels", 1, 64, Need::optional);
   if (taxels) limits.taxels = static_cast<std::size_t>(*taxels);
   const auto rows = config.integer("rows", 1, 128, Need::optional);
   const auto cols = config.integer("cols", 1, 128, Need::optional);
-  limits.imprint_array = rows && cols;
-  if (limits.imprint_array) limits.taxels = static_cast<std::size_t>(*rows * *cols);
+  if (rows && cols) {
+    limits.imprint_array = device.value("driver", json()) != "taxel_array";
+    limits.taxel_rows = static_cast<std::size_t>(*rows);
+    limits.taxel_cols = static_cast<std::size_t>(*cols);
+    limits.taxels = limits.taxel_rows * limits.taxel_cols;
+  }
+  const json* places = config.array("positions_mm", Need::optional);
+  for (std::size_t i = 0; places != nullptr && i + 1 < places->size(); i += 2)
+    if ((*places)[i].is_number() && (*places)[i + 1].is_number())
+      limits.taxel_places_m.push_back({(*places)[i].get<double>() / quantities::mm_per_m,
+                                       (*places)[i + 1].get<double>() / quantities::mm_per_m});
 }
 
 void read_vibration(ObjectReader& config, RigLimits& limits) {
@@ -37,7 +47,8 @@ void read_vibration(ObjectReader& config, RigLimits& limits) {
   config.set(limits.sound_rate_hz, {"sound_rate", {{"sound_rate_hz", 1}}}, {0, 4e5, {}});
 }
 
-void read_sensor(const std::string& role, ObjectReader& config, RigLimits& limits) {
+void read_sensor(const json& device, ObjectReader& config, RigLimits& limits) {
+  const json role = device.value("role", json());
   const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
   if (role == "vibro") return read_vibration(config, limits);
   if (role == "wrench")
@@ -45,7 +56,7 @@ void read_sensor(const std::string& role, ObjectReader& config, RigLimits& limit
                       {least_wrench_rate_hz, 7000,
                        "the force loop cannot hold a force that it is told of less often"});
   config.set(limits.taxel_rate_hz, rate, {0.1, 1e4, {}});
-  read_taxels(config, limits);
+  read_taxels(device, config, limits);
 }
 
 /// A scene without taxels: its phases are told with the wrench's readings.
@@ -83,7 +94,7 @@ void read_sensors(const json& rig, RigLimits& limits, Problems& problems) {
     const json role = device.value("role", json());
     if (role != "vibro" && role != "wrench" && role != "taxels") continue;
     ObjectReader config(device["config"], child("/devices", i) + "/config", problems);
-    read_sensor(role.get<std::string>(), config, limits);
+    read_sensor(device, config, limits);
   }
   forgo(rig, limits, problems);
   read_noise(rig, limits);

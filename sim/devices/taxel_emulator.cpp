@@ -34,17 +34,26 @@ TaxelEmulator::TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& benc
     : FrameEmulator(now, params.largest_chunk_bytes, params.chunk_seed),
       params_(params),
       bench_plant_(&bench_plant),
-      next_frame_(BenchPlant::frame_at_or_after(now)) {}
+      next_frame_(
+          (static_cast<std::uint64_t>(now.time_since_epoch().count() + params.period_ns - 1)) /
+          static_cast<std::uint64_t>(params.period_ns)) {
+  if (!params.places.empty())
+    resampler_.emplace(params.places, params.noise_counts, mix(params.chunk_seed, "taxels"));
+}
+
+TimePoint TaxelEmulator::frame_start(std::uint64_t frame) const {
+  return TimePoint(Duration(static_cast<std::int64_t>(frame) * params_.period_ns));
+}
 
 std::optional<TimePoint> TaxelEmulator::next_wakeup() const {
-  return BenchPlant::frame_start(next_frame_ + 1);
+  return frame_start(next_frame_ + 1);
 }
 
 void TaxelEmulator::skip_to(TimePoint now) {
   dead_counts_.reset();
   frozen_.reset();
   for (; *next_wakeup() < now; ++next_frame_, ++sequence_)
-    if (params_.wire == TaxelWire::weft) pass_over(protocols::taxel::frame_size(pad_count));
+    if (params_.wire == TaxelWire::weft) pass_over(protocols::taxel::frame_size(taxels()));
 }
 
 void TaxelEmulator::act(TimePoint at, ByteSink& out) {
@@ -55,8 +64,11 @@ void TaxelEmulator::act(TimePoint at, ByteSink& out) {
   protocols::taxel::Frame frame;
   frame.sequence = sequence_++;
   frame.device_us = clock_us(at, at);
-  frame.taxel_count = static_cast<std::uint8_t>(pad_count);
-  std::copy(scan.counts.begin(), scan.counts.end(), frame.counts.begin());
+  frame.taxel_count = static_cast<std::uint8_t>(taxels());
+  if (resampler_)
+    resampler_->sample(scan, at, next_frame_, std::span(frame.counts).first(taxels()));
+  else
+    std::copy(scan.counts.begin(), scan.counts.end(), frame.counts.begin());
   frame.proximity_counts = light.proximity_counts;
   frame.ambient_counts = light.ambient_counts;
   apply_faults(frame, at);
@@ -86,8 +98,8 @@ void TaxelEmulator::apply_faults(protocols::taxel::Frame& frame, TimePoint at) {
 void TaxelEmulator::apply_pad_faults(protocols::taxel::Frame& frame, TimePoint at) {
   constexpr double noise_counts = 3000;
   const auto pad = [&](const Fault* fault) -> std::uint16_t& {
-    return frame
-        .counts[static_cast<std::size_t>(std::clamp(fault->amount, 0.0, double{pad_count - 1}))];
+    return frame.counts[static_cast<std::size_t>(
+        std::clamp(fault->amount, 0.0, static_cast<double>(taxels() - 1)))];
   };
   const Fault* dead = active_fault(FaultKind::dead_pad, at);
   if (frozen(FaultKind::dead_pad, at, dead != nullptr ? pad(dead) : std::uint16_t{0}, dead_counts_))

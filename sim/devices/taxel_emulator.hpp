@@ -7,6 +7,7 @@
 #include "protocols/taxel/taxel.hpp"
 #include "sim/devices/bench_plant.hpp"
 #include "sim/devices/emulator.hpp"
+#include "sim/devices/pad_resampler.hpp"
 
 namespace weft::sim {
 
@@ -20,6 +21,10 @@ struct TaxelEmulatorParams {
   std::size_t largest_chunk_bytes = 0;
   std::uint64_t chunk_seed = 0;
   TaxelWire wire = TaxelWire::weft;
+  /// Another array than the plant's 16 pads, at most protocols::taxel::max_taxels; empty: those.
+  std::vector<TaxelPlace> places = {};
+  std::int64_t period_ns = pad_timing::frame_ns;
+  double noise_counts = 1;  ///< of each taxel, with `places`
 };
 
 class TaxelEmulator final : public FrameEmulator {
@@ -32,13 +37,18 @@ class TaxelEmulator final : public FrameEmulator {
   [[nodiscard]] bool can_rest() const override { return true; }
   void skip_to(TimePoint now) override;
 
+  /// Taxels of a frame.
+  [[nodiscard]] std::size_t taxels() const { return resampler_ ? resampler_->taxels() : pad_count; }
+
  private:
+  [[nodiscard]] TimePoint frame_start(std::uint64_t frame) const;
   void act(TimePoint at, ByteSink& out) override;
   void apply_faults(protocols::taxel::Frame& frame, TimePoint at);
   void apply_pad_faults(protocols::taxel::Frame& frame, TimePoint at);
   void apply_number_faults(TimePoint at);
 
   TaxelEmulatorParams params_;
+  std::optional<PadResampler> resampler_;
   BenchPlant* bench_plant_;
   std::uint64_t next_frame_;
   std::uint16_t sequence_ = 0;

@@ -11,6 +11,7 @@
 #include "sim/devices/ati_digital_emulator.hpp"
 #include "sim/devices/imprint_emulator.hpp"
 #include "sim/plant/field_reader.hpp"
+#include "sim/rig/taxel_config.hpp"
 
 namespace weft::sim {
 namespace {
@@ -283,20 +284,6 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
     return parse_error(
         where + "/torque_unit",
         {.what = "no such spelling", .expected = "N-m or Nm", .got = params.torque_unit});
-  return params;
-}
-
-Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string& where) {
-  TaxelEmulatorParams params;
-  std::string form = "weft";
-  FieldReader reader(emulator, where);
-  reader.ignore("kind").text("form", form);
-  reader.whole("largest_chunk_bytes", params.largest_chunk_bytes, 0, 4096);
-  if (Status s = reader.finish(); !s) return pass(s.error());
-  if (form != "weft" && form != "cpm_udp")
-    return parse_error(where + "/form",
-                       {.what = "no such form", .expected = "weft or cpm_udp", .got = form});
-  params.wire = form == "weft" ? TaxelWire::weft : TaxelWire::cpm_udp;
   return params;
 }
 

@@ -282,8 +282,8 @@ std::optional<double> Rig::stream_rate_hz(std::string_view device_name) const {
   if (const auto* box = parts_->params_of<RdtEmulatorParams>(device_name)) return box->rate_hz;
   if (const auto* digital = parts_->params_of<AtiDigitalParams>(device_name))
     return digital->rate_hz;
-  if (parts_->params_of<TaxelEmulatorParams>(device_name) != nullptr)
-    return 1e9 / pad_timing::frame_ns;
+  if (const auto* taxels = parts_->params_of<TaxelEmulatorParams>(device_name))
+    return 1e9 / static_cast<double>(taxels->period_ns);
   if (const auto* array = parts_->params_of<ImprintEmulatorParams>(device_name))
     return 1e9 / static_cast<double>(array->period_ns);
   return std::nullopt;

@@ -74,6 +74,17 @@ json axes_of(const recipes::Geometry& geometry, bool fixed) {
   return out;
 }
 
+/// null where the rig file does not say how the taxels lie.
+json shape_of(const recipes::RigLimits& rig) {
+  if (rig.taxels > 0 && rig.taxel_places_m.size() == rig.taxels) {
+    json places = json::array();
+    for (const recipes::Vec2& at : rig.taxel_places_m) places.push_back(point_of(at));
+    return {{"places", std::move(places)}};
+  }
+  if (rig.taxel_rows * rig.taxel_cols != rig.taxels || rig.taxels == 0) return nullptr;
+  return {{"rows", rig.taxel_rows}, {"columns", rig.taxel_cols}};
+}
+
 Outcome describe_rig(const Services& services, const Call&) {
   const auto opened = open_rig(services.rig, {});
   if (!opened) return refused(opened.error());
@@ -93,6 +104,7 @@ Outcome describe_rig(const Services& services, const Call&) {
                       {"footprint", point_of(rig.footprint_m)},
                       {"clearance_m", rig.clearance_m},
                       {"taxels", rig.taxels},
+                      {"taxel_shape", shape_of(rig)},
                       {"fabrics", rig.fabrics}});
 }
 

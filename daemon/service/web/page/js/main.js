@@ -51,7 +51,7 @@ class Page {
     this.log = new LogView(this.api, this.store);
     this.latest = new Latest(this.api, this.store);
     this.probe = new ProbeView(this.samples, this.store);
-    this.pads = new PadMap(this.samples);
+    this.pads = new PadMap(this.samples, this.store);
     show_charts(this.samples);
     this.store.on_change(() => this.#follow());
     this.stream = new Stream(this.api, `mode=latest&max_hz=${most_hz}&topics=${topics.join(',')}`, this);

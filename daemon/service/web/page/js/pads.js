@@ -14,10 +14,30 @@ export function heat(share) {
   return { fill: `rgb(${rgb.join(' ')})`, ink: 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2] > 130 ? '#000' : '#fff' };
 }
 
-/** Rows and columns of so many pads: a square where they make one. */
-function shape(count) {
-  const side = Math.round(Math.sqrt(count));
-  return side * side === count ? [side, side] : [1, count];
+/** Rows and columns where the rig does not say: a square where the pads make one, else the least oblong. */
+function guess(count) {
+  let rows = Math.floor(Math.sqrt(count));
+  while (count % rows !== 0) rows -= 1;
+  return { rows, columns: count / rows };
+}
+
+/** Where each of so many pads lies, as the rig describes it: squares of side 1 in a picture of `width` x `height`. */
+export function layout(count, shape) {
+  if (shape?.places?.length === count) return placed(shape.places.map(({ x_m, y_m }) => [1000 * x_m, 1000 * y_m]));
+  const { rows, columns } = shape?.rows * shape?.columns === count ? shape : guess(count);
+  const places = Array.from({ length: count }, (_, at) => [at % columns, Math.floor(at / columns)]);
+  return { places, width: columns, height: rows };
+}
+
+/** Places in mm; a pad is as wide as the nearest two are apart. */
+function placed(points) {
+  let apart = Infinity;
+  points.forEach(([x, y], i) => points.slice(0, i).forEach(([u, v]) => { apart = Math.min(apart, Math.hypot(x - u, y - v)); }));
+  if (!(apart > 0 && Number.isFinite(apart))) apart = 1;
+  const [left, low] = [0, 1].map((k) => Math.min(...points.map((point) => point[k])));
+  const places = points.map(([x, y]) => [(x - left) / apart, (y - low) / apart]);
+  const [width, height] = [0, 1].map((k) => 1 + Math.max(...places.map((place) => place[k])));
+  return { places, width, height };
 }
 
 export class PadMap {
@@ -25,8 +45,9 @@ export class PadMap {
   #low = Infinity;
   #high = -Infinity;
 
-  constructor(samples) {
+  constructor(samples, store) {
     this.samples = samples;
+    this.store = store;
     this.surface = new Surface(byId('pads'));
     each_frame(() => this.#paint());
     setInterval(() => this.#say(), 1000);
@@ -50,10 +71,10 @@ export class PadMap {
     this.samples.counts_dirty = false;
     if (counts.length === 0) return this.#empty(context);
     this.#learn_range(counts);
-    const [rows, columns] = shape(counts.length);
-    const size = Math.min(this.surface.width / columns, this.surface.height / rows);
-    const left = (this.surface.width - size * columns) / 2;
-    counts.forEach((count, at) => this.#pad(context, count, left + (at % columns) * size, Math.floor(at / columns) * size, size, counts.length));
+    const { places, width, height } = layout(counts.length, this.store.description?.taxel_shape);
+    const size = Math.min(this.surface.width / width, this.surface.height / height);
+    const left = (this.surface.width - size * width) / 2;
+    counts.forEach((count, at) => this.#pad(context, count, left + places[at][0] * size, places[at][1] * size, size, counts.length));
   }
 
   #pad(context, count, x, y, size, of) {
