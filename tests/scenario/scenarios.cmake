@@ -175,6 +175,11 @@ add_test(NAME nightly_emulated_kill CONFIGURATIONS Nightly COMMAND ${emulated_ki
 set_tests_properties(scenario_real_time nightly_emulated_kill
                      PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# Rigs with other stages and sensors, in real time side by side.
+add_test(NAME scenario_other_rigs COMMAND ${WEFT_PYTHON} ${cli_tests}/other_rigs.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd>
+         $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_other_rigs PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Every device on TCP too, and hosts that leave in the middle of a message.
 add_test(NAME scenario_rig_tcp
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
