@@ -339,7 +339,7 @@ class Aligner {
                    .where = "alignment",
                    .what = (fixed ? "the plate is tilted, and the rig has no stage for "
                                   : "the plate's tilt is beyond the travel of ") +
-                           std::string(to_string(axis)),
+                           std::string(to_string(axis)) + (fixed ? " to level it" : ""),
                    .expected = in_deg(range.min) + " to " + in_deg(range.max),
                    .got = in_deg(angle),
                    .hint = "Level the plate by hand first"};

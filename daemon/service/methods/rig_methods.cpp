@@ -350,11 +350,14 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
                Role::operator_, {{"reason", ParamType::text, false, "for another person's"}},
                "as rig.state", unlock);
   add_maintenance(group);
-  group.read("rig.describe", "what the rig is and can do, as its file says", {},
-             "rig, bench (simulated, emulated, real), simulated, force_cap_n, torque_cap_nm, "
-             "travel by axis, plate: origin, size, surface_z_m; footprint of the probe, "
-             "clearance_m, taxels, fabrics",
-             describe_rig);
+  group.read(
+      "rig.describe", "what the rig is and can do, as its file says", {},
+      "rig, bench (simulated, emulated, real), simulated, wrench (false: no force sensor, and "
+      "the caps are null), force_cap_n, torque_cap_nm, travel by axis, fixed: where axes "
+      "without a stage stand; plate: origin, size, surface_z_m; footprint of the probe, "
+      "clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated), "
+      "fabrics",
+      describe_rig);
   group.read("device.list", "the rig's devices, as its file has them", {},
              "rig, bench, devices: device, role, driver, link", list_devices);
   group.read("device.describe",

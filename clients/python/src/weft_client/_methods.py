@@ -443,8 +443,10 @@ class RigMethods:
     def describe(self) -> JsonObject:
         """What the rig is and can do, as its file says.
 
-        Result: rig, bench (simulated, emulated, real), simulated, force_cap_n, torque_cap_nm, travel by axis, plate: origin,
-        size, surface_z_m; footprint of the probe, clearance_m, taxels, fabrics. Least role: observer.
+        Result: rig, bench (simulated, emulated, real), simulated, wrench (false: no force sensor, and the caps are null),
+        force_cap_n, torque_cap_nm, travel by axis, fixed: where axes without a stage stand; plate: origin, size, surface_z_m;
+        footprint of the probe, clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated), fabrics.
+        Least role: observer.
         """
         return self._call("rig.describe", {})
 

@@ -34,9 +34,10 @@ class Chart {
   #graph = null;
   #drawn = null;
 
-  constructor(kind, samples) {
+  constructor(kind, samples, store) {
     this.kind = kind;
     this.samples = samples;
+    this.store = store;
     this.box = byId(kind.id);
     this.figures = kind.names.map((name, at) => {
       const figure = el('span', { class: 'figure' });
@@ -96,8 +97,11 @@ class Chart {
     return [low - more, high + more];
   }
 
+  /** Forces of a rig without a force sensor are never measured: no chart. */
   #paint() {
-    if (this.box.clientWidth === 0) return;
+    const measured = this.kind.rows !== 'force' || this.store.description?.wrench !== false;
+    this.box.parentElement.hidden = !measured;
+    if (!measured || this.box.clientWidth === 0) return;
     const resized = this.#graph !== null && this.box.clientWidth !== this.#graph.size().width;
     const from = this.samples[this.kind.rows];
     const newest = `${from.rows.length} ${from.rows.at(-1)?.[0]}`;
@@ -119,6 +123,6 @@ class Chart {
   }
 }
 
-export function show_charts(samples) {
-  for (const kind of kinds) new Chart(kind, samples);
+export function show_charts(samples, store) {
+  for (const kind of kinds) new Chart(kind, samples, store);
 }

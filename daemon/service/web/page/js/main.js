@@ -52,7 +52,7 @@ class Page {
     this.latest = new Latest(this.api, this.store);
     this.probe = new ProbeView(this.samples, this.store);
     this.pads = new PadMap(this.samples, this.store);
-    show_charts(this.samples);
+    show_charts(this.samples, this.store);
     this.store.on_change(() => this.#follow());
     this.stream = new Stream(this.api, `mode=latest&max_hz=${most_hz}&topics=${topics.join(',')}`, this);
     setInterval(() => this.#poll(), poll_ms);

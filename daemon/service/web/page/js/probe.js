@@ -14,7 +14,7 @@ function bench_of(description) {
   const { plate, footprint, clearance_m } = description;
   const mm = ({ x_m, y_m }) => ({ x: 1000 * x_m, y: 1000 * y_m });
   return { origin: mm(plate.origin), size: mm(plate.size), surface: 1000 * plate.surface_z_m, foot: mm(footprint),
-    clearance: 1000 * clearance_m };
+    clearance: 1000 * clearance_m, along: description.fixed?.y_m === undefined ? 'y' : 'x' };
 }
 
 export class ProbeView {
@@ -98,27 +98,29 @@ export class ProbeView {
     end();
   }
 
-  #paint_beside({ size, foot, clearance }) {
+  /** Seen along the warp; where the rig has no stage along the weft, along that. */
+  #paint_beside({ size, foot, clearance, along }) {
     const context = this.beside.context();
     if (context === null) return;
     const now = this.#trail.at(-1);
     const highest = 2.5 * clearance;
-    const x_scale = (this.beside.width - 2 * margin_px) / size.y;
+    const x_scale = (this.beside.width - 2 * margin_px) / size[along];
     const y_scale = (this.beside.height - margin_px - 8) / (highest + below_mm);
     const x = (v) => margin_px + v * x_scale;
     const y = (h) => 8 + (highest - h) * y_scale;
     context.fillStyle = colour('cloth');
-    context.fillRect(x(0), y(0), size.y * x_scale, below_mm * y_scale);
-    stroke(context, [[x(0), y(clearance)], [x(size.y), y(clearance)]], colour('quiet'), 1, [3, 3]);
+    context.fillRect(x(0), y(0), size[along] * x_scale, below_mm * y_scale);
+    stroke(context, [[x(0), y(clearance)], [x(size[along]), y(clearance)]], colour('quiet'), 1, [3, 3]);
     label(context, `transfers ${fixed(clearance, 0)} mm`, x(0), y(clearance) - 4, 'left');
     label(context, 'plate', x(0), y(0) - 4, 'left');
-    label(context, 'weft v →', x(0), this.beside.height - 6, 'left');
+    label(context, along === 'y' ? 'weft v →' : 'warp u →', x(0), this.beside.height - 6, 'left');
     if (!now) return;
+    const at = along === 'y' ? now.v : now.u;
     const h = Math.min(now.h, highest - 1); // higher than the picture: at its edge
-    const wide = Math.max(foot.y * x_scale, 8);
+    const wide = Math.max(foot[along] * x_scale, 8);
     context.fillStyle = colour('line-1');
-    context.fillRect(x(now.v) - wide / 2, y(h) - 14, wide, 14);
-    context.fillRect(x(now.v) - 2, 0, 4, Math.max(y(h) - 14, 0));
+    context.fillRect(x(at) - wide / 2, y(h) - 14, wide, 14);
+    context.fillRect(x(at) - 2, 0, 4, Math.max(y(h) - 14, 0));
   }
 
   #say() {

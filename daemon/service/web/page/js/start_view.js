@@ -13,9 +13,10 @@ function diagnostics(title, kind, list) {
 
 function phase_text(phase) {
   const force = phase.force_n === undefined ? '' : `, ${phase.force_n} ± ${phase.force_band_n} N`;
+  const depth = phase.press_depth_m === undefined ? '' : `, ${+(1000 * phase.press_depth_m).toFixed(3)} mm below the touch`;
   const speed = phase.speed_mps === undefined ? '' : ` at ${+(1000 * phase.speed_mps).toFixed(3)} mm/s`;
   const names = { S: 'rest on the cloth', P: 'press', M: 'slide', E: 'rest' };
-  return `${phase.phase}: ${names[phase.phase] ?? ''} ${+phase.duration_s.toFixed(2)} s${force}${speed}`;
+  return `${phase.phase}: ${names[phase.phase] ?? ''} ${+phase.duration_s.toFixed(2)} s${force}${depth}${speed}`;
 }
 
 export class StartView {

@@ -1,0 +1,27 @@
+// Where the pads of an array lie in its picture.
+
+/** Rows and columns where the rig does not say: a square where the pads make one, else the least oblong. */
+function guess(count) {
+  let rows = Math.floor(Math.sqrt(count));
+  while (count % rows !== 0) rows -= 1;
+  return { rows, columns: count / rows };
+}
+
+/** Where each of so many pads lies, as the rig describes it: squares of side 1 in a picture of `width` x `height`. */
+export function layout(count, shape) {
+  if (shape?.places?.length === count) return placed(shape.places.map(({ x_m, y_m }) => [1000 * x_m, 1000 * y_m]));
+  const { rows, columns } = shape?.rows * shape?.columns === count ? shape : guess(count);
+  const places = Array.from({ length: count }, (_, at) => [at % columns, Math.floor(at / columns)]);
+  return { places, width: columns, height: rows };
+}
+
+/** Places in mm; a pad is as wide as the nearest two are apart. */
+function placed(points) {
+  let apart = Infinity;
+  points.forEach(([x, y], i) => points.slice(0, i).forEach(([u, v]) => { apart = Math.min(apart, Math.hypot(x - u, y - v)); }));
+  if (!(apart > 0 && Number.isFinite(apart))) apart = 1;
+  const [left, low] = [0, 1].map((k) => Math.min(...points.map((point) => point[k])));
+  const places = points.map(([x, y]) => [(x - left) / apart, (y - low) / apart]);
+  const [width, height] = [0, 1].map((k) => 1 + Math.max(...places.map((place) => place[k])));
+  return { places, width, height };
+}
