@@ -160,10 +160,16 @@ namespace {
 /// height and all the way down.
 double light_s(const Plan& plan, double force_n, double to_touch_m) {
   const RigLimits& limits = plan.limits;
-  if (!limits.has_wrench || force_n >= limits.probe_weight_n) return 0;
+  if (force_n >= limits.probe_weight_n) return 0;
   const double seat_mps = driven_speed(limits, plan.approach.seat_speed_mps);
   if (force_n > 0) return limits.rest_travel_m * (1 / lighten_speed_mps + 1 / seat_mps);
   return to_touch_m * (1 / plan.approach.transfer_speed_mps + 1 / seat_mps);
+}
+
+/// A press by depth: from the rest down and back up.
+double depth_s(const Plan& plan, double depth_m) {
+  const Moves move{plan.limits.max_acceleration_mps2};
+  return 2 * move(depth_m - plan.limits.rest_travel_m, plan.approach.seat_speed_mps);
 }
 
 }  // namespace
@@ -173,15 +179,17 @@ double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m) {
   const RigLimits& limits = plan.limits;
   const Approach& approach = plan.approach;
   const Moves move{limits.max_acceleration_mps2};
+  const double down_mps = limits.has_wrench ? approach.speed_mps : touch_speed_mps(plan);
   // A probe that hangs free is lower by the slack.
   const double to_touch_m =
       std::max(0.0, limits.clearance_m - cloth_height_m - limits.slack_m.value_or(0));
   return transfer_s(plan, from_m, start_of(plan, trial)) + bias_s +
-         move(to_touch_m, driven_speed(limits, approach.speed_mps)) +
+         move(to_touch_m, driven_speed(limits, down_mps)) +
          move(seat_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
          move(limits.rest_travel_m, approach.seat_speed_mps) +
-         light_s(plan, exploration.step(Phase::press).force_n, to_touch_m) + press_s +
-         plan.settle.dwell_s + recording_s(plan, exploration) +
+         (limits.has_wrench ? light_s(plan, exploration.step(Phase::press).force_n, to_touch_m)
+                            : depth_s(plan, exploration.step(Phase::press).depth_m)) +
+         press_s + plan.settle.dwell_s + recording_s(plan, exploration) +
          move(release_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
          move(limits.rest_travel_m, approach.speed_mps) +
          move(to_touch_m + limits.rest_travel_m, approach.transfer_speed_mps);

@@ -222,10 +222,11 @@ std::string rate_of(std::string_view name, const BlockFormat& format) {
 std::string rates(const Dataset& dataset) {
   const DatasetInfo& info = dataset.info;
   const bool feels = dataset.trials.empty() || dataset.trials.front().taxels > 0;
+  const std::string force =
+      info.wrench_rate_hz > 0 ? "wrench " + fixed(info.wrench_rate_hz, 1) + " Hz" : "no wrench";
   return (feels ? "taxels " + fixed(info.taxel_rate_hz, 1) + " Hz" : std::string("no taxels")) +
-         ", wrench " + fixed(info.wrench_rate_hz, 1) + " Hz, stages " +
-         fixed(info.stage_rate_hz, 1) + " Hz" + rate_of("acceleration", info.acceleration) +
-         rate_of("sound", info.sound);
+         ", " + force + ", stages " + fixed(info.stage_rate_hz, 1) + " Hz" +
+         rate_of("acceleration", info.acceleration) + rate_of("sound", info.sound);
 }
 
 /// Pages that the hand-over writes after this report, by name: it stands alone.

@@ -203,4 +203,20 @@ TEST_CASE("streaming taxels allocates nothing") {
   CHECK(bench.host.published == 501);
 }
 
+TEST_CASE("rows and columns say how many taxels there are, and what contradicts them is refused") {
+  const auto taxels = [](const char* config) {
+    const auto settings = drivers::read_taxel_settings(config);
+    return settings ? int{settings->taxels} : 0;
+  };
+  CHECK(taxels("{}") == 16);
+  CHECK(taxels(R"({"rows": 4, "cols": 8})") == 32);
+  CHECK(taxels(R"({"rows": 4, "cols": 8, "taxels": 32})") == 32);
+  CHECK(taxels(R"({"taxels": 2, "positions_mm": [0, 0, 4, 0]})") == 2);
+  for (const char* const wrong :
+       {R"({"rows": 4, "cols": 8, "taxels": 31})", R"({"rows": 4})", R"({"rows": 9, "cols": 8})",
+        R"({"taxels": 2, "positions_mm": [0, 0, 4]})",
+        R"({"rows": 4, "cols": 8, "form": "cpm_udp"})"})
+    CHECK(taxels(wrong) == 0);
+}
+
 }  // namespace taxel_array_test

@@ -1,5 +1,7 @@
 #include "sim/devices/bench_plant.hpp"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "sim/devices/taxel_emulator.hpp"
@@ -102,6 +104,59 @@ TEST_CASE("the sensor sends 37 whole frames a second, however they are cut") {
     CHECK(splitter.skipped_bytes() == 0);
     CHECK(largest <= (chunk == 0 ? protocols::taxel::frame_size(16) : chunk));
   }
+}
+
+TEST_CASE("an array of another shape and rate sends frames of its own taxels, with noise") {
+  BenchPlant bench_plant(plant_params(), 1);
+  TaxelEmulatorParams params;
+  params.places = taxel_grid(4, 8);
+  params.period_ns = 10'000'000;
+  TaxelEmulator sensor(params, bench_plant, {});
+  protocols::taxel::Splitter splitter;
+  ByteSink sink = [&](ByteView bytes) { splitter.push(bytes); };
+  for (TimePoint t = *sensor.next_wakeup(); t <= TimePoint{std::chrono::seconds(2)};
+       t = *sensor.next_wakeup())
+    sensor.wake(t, sink);
+  protocols::taxel::Frame frame;
+  std::array<bool, 32> changes{};
+  std::array<std::uint16_t, 32> last{};
+  int frames = 0;
+  while (splitter.next(frame)) {
+    REQUIRE(frame.taxel_count == 32);
+    for (std::size_t i = 0; i < last.size(); ++i) {
+      changes[i] = changes[i] || (frames > 0 && frame.counts[i] != last[i]);
+      last[i] = frame.counts[i];
+      CHECK(frame.counts[i] > 3900);  // least baseline of a pad
+    }
+    ++frames;
+  }
+  CHECK(frames == 200);
+  CHECK(std::ranges::all_of(changes, [](bool changed) { return changed; }));
+}
+
+TEST_CASE("taxels where the plant has its pads read them, a scan of the plant late at most") {
+  PadFrame before, newest;
+  for (std::size_t pad = 0; pad < pad_count; ++pad) {
+    before.counts[pad] = 1000;
+    newest.counts[pad] = static_cast<std::uint16_t>(1000 + 16 * pad);
+  }
+  newest.index = 1;
+  PadResampler same(taxel_grid(4, 4), 0, 1), between({{0, 0}}, 0, 1);
+  std::array<std::uint16_t, pad_count> counts{};
+  std::array<std::uint16_t, 1> middle{};
+  const auto both = [&](const PadFrame& scan, TimePoint at) {
+    same.sample(scan, at, 0, counts);
+    between.sample(scan, at, 0, middle);
+  };
+  both(before, BenchPlant::frame_start(1));
+  CHECK(counts == before.counts);
+  both(newest, BenchPlant::frame_start(2));  // the next one has just come
+  CHECK(counts == before.counts);
+  both(newest, BenchPlant::frame_start(3));
+  CHECK(counts == newest.counts);
+  CHECK(middle[0] == 1000 + 16 * 15 / 2);  // the mean of pads 5, 6, 9 and 10
+  both(newest, BenchPlant::frame_start(2) + Duration(pad_timing::frame_ns / 2));
+  CHECK(counts[8] == 1000 + 16 * 8 / 2);
 }
 
 }  // namespace bench_plant_test

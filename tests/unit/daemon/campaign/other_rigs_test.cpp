@@ -297,4 +297,30 @@ TEST_CASE("a press whose taxels change more than the cap fails the trial with th
   CHECK(run->error->code == Errc::safety);
 }
 
+TEST_CASE("taxels that fall silent while the probe presses by depth end the campaign, probe up") {
+  test::Guarded guarded(recipe_by_depth(1.6).dump(), wrenchless_rig());
+  guarded.start();
+  guarded.run_to(recipes::Step::holding);
+  REQUIRE(guarded.bench.sim.rig->inject(R"({"device":"taxels","fault":"unplug"})",
+                                        guarded.bench.sim.loop.now()));
+  guarded.finish();
+  const auto& done = *guarded.supervisor->result();
+  CHECK(done.outcome == recipes::Outcome::failed);
+  CHECK(done.cleanup == recipes::Cleanup::done);
+  CHECK(done.rig == recipes::RigFact::safe);
+  CHECK(guarded.bench.sim.rig->truth(guarded.bench.sim.loop.now()).contact_force_n == 0);
+}
+
+TEST_CASE("an array of 32 taxels at 100 Hz is recorded as it is") {
+  json rig = test::bench17_near_home();
+  json& array = test::device_of(rig, "taxels");
+  array["config"] = {{"rows", 4}, {"cols", 8}, {"rate_hz", 100}};
+  array["emulator"] = {{"kind", "taxel"}, {"rows", 4}, {"cols", 8}, {"rate_hz", 100}};
+  const Dataset data = recorded(rig, short_recipe("denim"));
+  const classifier::Trial& trial = data.trials.at(0);
+  CHECK(trial.taxels == 32);
+  // Phase P lasts 2 s.
+  CHECK(std::ranges::count(trial.phase, Phase::press) == Approx(200).margin(2));
+}
+
 }  // namespace other_rigs_test
