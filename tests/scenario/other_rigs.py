@@ -94,8 +94,8 @@ def described(t, client, of):
     t.expect(rig["wrench"] == of["wrench"] and (rig["force_cap_n"] is None) != of["wrench"], f"wrench: {rig}")
 
 
-def watched(t, client, of):
-    """A run with its live samples; returns how it ended."""
+def watched(client):
+    """A run to its end; returns how it ended, and its live samples by topic."""
     topics = ["stream:force", "stream:stages", "stream:taxels"]
     lease = client.call("lease.acquire", ttl_ms=600000)["lease"]
     client.call("sub.open", topics=topics + ["run:*"], mode="every")
@@ -106,7 +106,11 @@ def watched(t, client, of):
         if event["topic"] in told:
             told[event["topic"]].append(event["delta"])
         if event["topic"] == f"run:{run}" and event["delta"].get("state") == "ended":
-            break
+            return client.call("run.get", run=run), told
+
+
+def sampled(t, told, of):
+    """What the page drew meanwhile."""
     t.expect(bool(told["stream:force"]) == of["wrench"], f"force is told where it is measured: {len(told['stream:force'])}")
     t.expect(all(len(frame["counts"]) == of["taxels"] for frame in told["stream:taxels"]) and len(told["stream:taxels"]) > 50,
              f"frames of taxels: {len(told['stream:taxels'])}")
@@ -114,7 +118,6 @@ def watched(t, client, of):
     low = max(frame["position_mm"]["z"] for frame in told["stream:stages"]) - 0.3
     on_cloth = [frame["position_mm"][slid] for frame in told["stream:stages"] if frame["position_mm"]["z"] > low]
     t.expect(on_cloth and abs(max(on_cloth) - min(on_cloth) - SLIDE_MM) < 1, f"slid along {slid}: {min(on_cloth)} to {max(on_cloth)}")
-    return client.call("run.get", run=run)
 
 
 def recorded(t, folder, run, of):
@@ -134,10 +137,10 @@ def recorded(t, folder, run, of):
 class Ran:
     """As tried() wants it."""
 
-    def __init__(self, run, daemon_said):
-        self.run = run
+    def __init__(self, run, told):
+        self.run, self.told = run, told
         self.returncode = 0 if run.get("outcome") == "complete" else 1
-        self.stdout, self.stderr = json.dumps(run), daemon_said
+        self.stdout, self.stderr = json.dumps(run), ""
 
 
 def whole(name):
@@ -159,18 +162,19 @@ def whole(name):
                 try:
                     client = Client(daemon.socket)
                     described(t, client, of)
-                    run = watched(t, client, of)
+                    run, told = watched(client)
                 finally:
                     daemon.end()
                 truth = served.order(order="truth")
                 t.expect(truth["contact_force_n"] == 0, f"the probe is off the cloth in the end: {truth}")
             (folder / "data").unlink(missing_ok=True)
             (folder / "data").symlink_to(folder / data)
-            return Ran(run, json.dumps(run.get("error")))
+            return Ran(run, told)
 
         ran = tried(once)
         t.expect(ran.returncode == 0, f"the run: {ran.run}")
         if ran.returncode == 0:
+            sampled(t, ran.told, of)
             recorded(t, folder, ran.run, of)
     return t
 
