@@ -122,7 +122,7 @@ def file_limit(t, d, root):
         t.expect(ran.returncode == 1, f"{limit_bytes} bytes: {ran.returncode} {ran.stderr[-500:]}")
         return json.loads(ran.stdout)
     error = run(AT_ONCE_BYTES)["error"]
-    t.expect(error["code"] == "io" and "File too large" in error["got"], f"at once: {error}")
+    t.expect(error["code"] == "io" and "ulimit" in error["hint"], f"at once: {error}")
     ended = run(IN_THE_MIDDLE_BYTES)
     t.expect((ended["outcome"], ended["cleanup"]) == ("failed", "done"), f"in the middle: {ended}")
 

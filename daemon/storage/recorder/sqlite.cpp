@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdio>
 #include <limits>
-#include <system_error>
 #include <utility>
 
 #include "daemon/base/file/file_holders.hpp"
@@ -38,14 +37,9 @@ std::string holders_of(int sqlite_code, const FilePath& file) {
 std::string hint_for(Errc code) {
   if (code == Errc::no_space) return "Free some space on the disk";
   if (code == Errc::busy) return "End that program or close the file there; nothing is damaged";
+  if (code == Errc::io)
+    return "Look at the disk, its quota and the limit of a file's size (ulimit -f)";
   return {};
-}
-
-/// What the operating system said, of a fault of reading or writing: "File too large".
-std::string system_text(sqlite3* database, Errc code) {
-  const int number = sqlite3_system_errno(database);
-  if (code != Errc::io || number == 0) return {};
-  return ": " + std::generic_category().message(number);
 }
 
 tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, std::string what) {
@@ -55,7 +49,7 @@ tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, st
   return fail({.code = code,
                .where = file ? *file : "",
                .what = std::move(what),
-               .got = std::string(sqlite3_errmsg(database)) + system_text(database, code) +
+               .got = std::string(sqlite3_errmsg(database)) +
                       (holders.empty() ? "" : " by " + holders) + " (SQLite " +
                       std::to_string(number) + ")",
                .hint = hint_for(code)});
