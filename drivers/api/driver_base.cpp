@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "protocols/base/printable.hpp"
+
 namespace weft {
 
 // Text from a device need not be UTF-8: what is not becomes U+FFFD.
@@ -30,7 +32,8 @@ Status DriverBase::attach() {
   if (attached_)
     return fail({.code = Errc::wrong_state, .what = "open is refused: opening is under way"});
   attached_ = true;
-  host_->link().on_receive([this](ByteView bytes, TimePoint arrival) { received(bytes, arrival); });
+  host_->link().on_receive(
+      [this](ByteView bytes, TimePoint arrival) { guard([&] { received(bytes, arrival); }); });
   host_->link().on_closed([this](const Error& why) {
     raise(Error{.code = why.code,
                 .where = why.where,
@@ -65,6 +68,14 @@ void DriverBase::enter(LifecycleEvent event) {
   if (!to || *to == state_) return;
   state_ = *to;
   host_->state_changed(state_);
+}
+
+void DriverBase::raise_unreadable(const char* why) {
+  raise(
+      {.code = Errc::device_data,
+       .what = "the driver failed on what the device sent",
+       .got = printable(why, 80),
+       .hint = "Report it with the recorded bytes; check that the device is of the driver's kind"});
 }
 
 void DriverBase::raise(const Error& error) {

@@ -2,6 +2,7 @@
 // What every driver does alike: the lifecycle, the link's callbacks, the way into a fault.
 
 #include <array>
+#include <exception>
 #include <optional>
 #include <string_view>
 
@@ -82,10 +83,21 @@ class DriverBase : public Driver {
 
   /// Follows the lifecycle table and tells the host; pairs that it does not have change nothing.
   void enter(LifecycleEvent event);
+  /// Runs `read`, which reads what a device sent: what it throws faults the driver (device data).
+  template <class Read>
+  void guard(Read&& read) {
+    try {
+      read();
+    } catch (const std::exception& e) {
+      raise_unreadable(e.what());
+    }
+  }
   /// Makes the device safe, detaches and goes to faulted. Only the first fault counts.
   void raise(const Error& error);
 
  private:
+  void raise_unreadable(const char* why);
+
   DriverHost* host_;
   DriverState state_ = DriverState::closed;
   bool attached_ = false;

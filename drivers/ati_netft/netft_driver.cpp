@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/api/config.hpp"
+#include "protocols/base/printable.hpp"
 
 namespace weft::drivers {
 
@@ -22,48 +23,6 @@ std::array<double, 6> counts_of(const Record& record) {
   return counts;
 }
 }  // namespace
-
-Status PageReader::read(Link& link) {
-  link_ = &link;
-  at_calibration_ = false;
-  link.on_receive([this](ByteView bytes, TimePoint) { received(bytes); });
-  link.on_closed([this](const Error& why) { finish(pass(why, "the settings page")); });
-  return send_request(settings_path);
-}
-
-void PageReader::let_go() {
-  if (link_ == nullptr) return;
-  link_->on_receive({});
-  link_->on_closed({});
-  link_ = nullptr;
-}
-
-Status PageReader::send_request(std::string_view path) {
-  reply_.clear();
-  const std::string request = http_get(path, "netft");
-  return link_->write({reinterpret_cast<const std::uint8_t*>(request.data()), request.size()});
-}
-
-void PageReader::received(ByteView bytes) {
-  if (Status fine = reply_.push(bytes); !fine) return finish(pass(fine.error()));
-  if (!reply_.complete()) return;
-  if (at_calibration_) {
-    auto page = decode_calibration(reply_.body());
-    if (!page) return finish(pass(page.error(), calibration_path));
-    pages_.calibration = std::move(*page);
-    return finish(pages_);
-  }
-  auto page = decode_settings(reply_.body());
-  if (!page) return finish(pass(page.error(), settings_path));
-  pages_.settings = std::move(*page);
-  at_calibration_ = true;
-  if (Status sent = send_request(calibration_path); !sent) finish(pass(sent.error()));
-}
-
-void PageReader::finish(Result<BoxPages> outcome) {
-  let_go();
-  done_(std::move(outcome));
-}
 
 NetftDriver::NetftDriver(const NetftSettings& settings, DriverHost& driver_host)
     : DriverBase(driver_host),
@@ -137,17 +96,35 @@ Status NetftDriver::agree(const BoxPages& pages) {
                  .expected = std::to_string(settings_.rate_hz),
                  .got = std::to_string(page.rdt_rate_hz),
                  .hint = hint});
-  if (!settings_.calibration_serial.empty() &&
-      settings_.calibration_serial != pages.calibration.serial)
-    return fail({.code = Errc::device_identity,
-                 .where = "/calibration_serial",
-                 .what = "the box holds another calibration than the rig file names",
-                 .expected = settings_.calibration_serial,
-                 .got = pages.calibration.serial,
-                 .hint = hint});
+  if (Status serial = agree_on_serial(pages); !serial) return serial;
   settings_.newton_per_count = n;
   settings_.newton_metre_per_count = nm;
   return {};
+}
+
+/// The calibration page has the serial number; the settings page repeats it on boxes that have
+/// none.
+Status NetftDriver::agree_on_serial(const BoxPages& pages) {
+  const std::string& wanted = settings_.calibration_serial;
+  const std::string found = pages.calibration_serial();
+  if (found.empty() && (pages.missing || !wanted.empty())) {
+    const std::string why = pages.missing ? to_string(*pages.missing) : "no serial number on it";
+    if (!wanted.empty())
+      return fail({.code = Errc::device_identity,
+                   .where = "/calibration_serial",
+                   .what = "the box's pages do not tell which calibration it holds",
+                   .expected = wanted,
+                   .got = why,
+                   .hint = "Leave calibration_serial out for a box without a calibration page"});
+    host().log(LogLevel::info, "the box has no readable calibration page: " + why);
+  }
+  if (wanted.empty() || wanted == found) return {};
+  return fail({.code = Errc::device_identity,
+               .where = "/calibration_serial",
+               .what = "the box holds another calibration than the rig file names",
+               .expected = wanted,
+               .got = printable(found, 64),
+               .hint = "Correct the rig file, or choose the calibration on the box's pages"});
 }
 
 /// RDT records carry no serial number and no calibration: only the pages tell who the box is.
@@ -156,10 +133,13 @@ DeviceIdentity NetftDriver::identity() const {
   identity.scale = {{"counts_per_n", 1 / settings_.newton_per_count},
                     {"counts_per_nm", 1 / settings_.newton_metre_per_count},
                     {"sign_z", settings_.sign_z}};
-  if (pages_)
-    identity.reported = {{"product", pages_->settings.product},
-                         {"calibration_serial", pages_->calibration.serial},
-                         {"rdt_rate_hz", std::to_string(pages_->settings.rdt_rate_hz)}};
+  if (!pages_) return identity;
+  const auto report = [&](const char* key, const std::string& text) {
+    if (!text.empty()) identity.reported.emplace_back(key, printable(text, 64));
+  };
+  report("product", pages_->settings.product);
+  report("calibration_serial", pages_->calibration_serial());
+  report("rdt_rate_hz", std::to_string(pages_->settings.rdt_rate_hz));
   return identity;
 }
 
@@ -291,6 +271,7 @@ bool NetftDriver::within_rating(const WrenchSample& wrench) {
 
 void NetftDriver::on_opening_timeout() {
   if (reader_.reading()) {
+    if (reader_.go_without_calibration()) return;
     raise({.code = Errc::timeout,
            .where = "/http",
            .what = "the settings page of the Net F/T box does not come",
@@ -344,7 +325,7 @@ const char netft_config_schema[] = R"({
     "rated_force_n": {"x-unit": "N", "x-safety": true, "type": "array", "items": {"type": "number", "minimum": 0.1, "maximum": 10000}, "minItems": 3, "maxItems": 3, "default": [40, 40, 120], "description": "a sample beyond these is marked invalid"},
     "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "RDT output rate that the box is set to"},
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.5},
-    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 64, "description": "of the box's calibration page; another is refused; needs the device's http link"},
+    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 64, "x-link": "http", "description": "of the box's calibration page, or cfgcalsn of its settings page; another is refused; needs the device's http link"},
     "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "six values that stay the same for so long are a fault, because a real sensor has noise; 0: never"},
     "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "ten periods of the stream, at least 0.1"}
   }

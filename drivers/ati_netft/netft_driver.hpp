@@ -2,7 +2,6 @@
 // The state machine of one Net F/T box.
 
 #include <array>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,9 +10,9 @@
 #include "drivers/api/driver_base.hpp"
 #include "drivers/api/timer.hpp"
 #include "drivers/api/wrench_watch.hpp"
+#include "drivers/ati_netft/page_reader.hpp"
 #include "protocols/base/result.hpp"
 #include "protocols/base/time.hpp"
-#include "protocols/rdt/page.hpp"
 #include "protocols/rdt/rdt.hpp"
 
 namespace weft::drivers {
@@ -44,39 +43,6 @@ Result<NetftSettings> read_netft_settings(std::string_view config_json);
 /// Driver for an ATI force/torque sensor behind a Net F/T box. One page about it: README.md.
 extern const DriverEntry ati_netft_entry;
 
-struct BoxPages {
-  protocols::rdt::SettingsPage settings;
-  protocols::rdt::CalibrationPage calibration;
-};
-
-/// Reads the settings and calibration pages of a Net F/T box over its HTTP port, one after the
-/// other on one connection. `done` is called once a read, never from read().
-class PageReader {
- public:
-  using Done = std::function<void(Result<BoxPages>)>;
-  explicit PageReader(Done done) : done_(std::move(done)) {}
-  ~PageReader() { let_go(); }
-  PageReader(const PageReader&) = delete;
-  PageReader& operator=(const PageReader&) = delete;
-
-  /// Errors: io. `link` outlives the reading.
-  Status read(Link& link);
-  /// No callback comes any more.
-  void let_go();
-  [[nodiscard]] bool reading() const { return link_ != nullptr; }
-
- private:
-  Status send_request(std::string_view path);
-  void received(ByteView bytes);
-  void finish(Result<BoxPages> outcome);
-
-  Done done_;
-  Link* link_ = nullptr;
-  protocols::rdt::HttpReply reply_;
-  bool at_calibration_ = false;
-  BoxPages pages_;
-};
-
 /// Publishes each record of the stream as a WrenchSample in SI. Records that come twice or too late
 /// are dropped; the records missing before one are its `lost`. Nothing allocates while streaming.
 class NetftDriver final : public DriverBase {
@@ -101,6 +67,7 @@ class NetftDriver final : public DriverBase {
   Status request_next();
   void on_pages(const Result<BoxPages>& pages);
   Status agree(const BoxPages& pages);
+  Status agree_on_serial(const BoxPages& pages);
   [[nodiscard]] DeviceIdentity identity() const;
   void on_late_record(const protocols::rdt::Record& record);
   void on_record(const protocols::rdt::Record& record, TimePoint arrival);

@@ -7,6 +7,8 @@
 #include <span>
 #include <utility>
 
+#include "protocols/base/printable.hpp"
+
 namespace weft::protocols::rdt {
 namespace {
 
@@ -96,7 +98,7 @@ Result<double> positive(std::string_view xml, const std::string& name) {
                .where = name,
                .what = "the page of the Net F/T box has no usable number",
                .expected = "a number above zero",
-               .got = text->substr(0, 40)});
+               .got = printable(*text)});
 }
 
 Status fits(std::string_view xml) {
@@ -119,14 +121,7 @@ Result<double> factor(const std::array<Unit, size>& units, std::string_view name
   return fail({.code = Errc::unsupported,
                .what = "no such unit",
                .expected = known,
-               .got = std::string(name)});
-}
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return out;
+               .got = printable(name)});
 }
 
 constexpr std::string_view prologue = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
@@ -211,13 +206,14 @@ std::string_view torque_unit_name(unsigned code) {
 Result<SettingsPage> decode_settings(std::string_view xml) {
   if (Status size = fits(xml); !size) return pass(size.error());
   SettingsPage page;
-  for (auto [name, member] : {std::pair{"prodname", &page.product},
-                              {"scfgfu", &page.force_unit},
-                              {"scfgtu", &page.torque_unit}}) {
+  for (auto [name, member] :
+       {std::pair{"scfgfu", &page.force_unit}, {"scfgtu", &page.torque_unit}}) {
     auto text = only(xml, name);
     if (!text) return pass(text.error());
     *member = std::move(*text);
   }
+  page.product = only(xml, "prodname").value_or("");
+  page.calibration_serial = only(xml, "cfgcalsn").value_or("");
   const auto force = positive(xml, "cfgcpf");
   if (!force) return pass(force.error());
   const auto torque = positive(xml, "cfgcpt");
@@ -233,11 +229,10 @@ Result<CalibrationPage> decode_calibration(std::string_view xml) {
   if (Status size = fits(xml); !size) return pass(size.error());
   auto serial = only(xml, "calsn");
   if (!serial) return pass(serial.error());
-  const auto force = positive(xml, "calcpf");
-  if (!force) return pass(force.error());
-  const auto torque = positive(xml, "calcpt");
-  if (!torque) return pass(torque.error());
-  return CalibrationPage{std::move(*serial), *force, *torque};
+  CalibrationPage page{std::move(*serial)};
+  if (const auto force = positive(xml, "calcpf")) page.counts_per_force = *force;
+  if (const auto torque = positive(xml, "calcpt")) page.counts_per_torque = *torque;
+  return page;
 }
 
 Result<double> newtons_per(std::string_view force_unit) {
@@ -263,103 +258,6 @@ Result<double> newton_metres_per(std::string_view torque_unit) {
                                                {"lbfft", 1.3558179483314004},
                                                {"kgf-cm", 0.0980665}}};
   return factor(units, torque_unit);
-}
-
-Result<HttpRequest> decode_request_head(std::string_view head) {
-  std::string_view line = head.substr(0, head.find('\n'));
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  const std::size_t first = line.find(' ');
-  const std::size_t second = first == std::string_view::npos ? first : line.find(' ', first + 1);
-  const std::string_view method = line.substr(0, first);
-  if (second == std::string_view::npos || (method != "GET" && method != "HEAD"))
-    return fail({.code = Errc::parse,
-                 .what = "not a GET request",
-                 .expected = "GET /path HTTP/1.1",
-                 .got = std::string(line.substr(0, 40))});
-  std::string_view target = line.substr(first + 1, second - first - 1);
-  constexpr std::string_view scheme = "http://";
-  if (target.starts_with(scheme)) {
-    const std::size_t path = target.find('/', scheme.size());
-    target = path == std::string_view::npos ? "/" : target.substr(path);
-  }
-  const std::size_t mark = target.find('?');
-  HttpRequest request;
-  request.head_only = method == "HEAD";
-  request.path = std::string(target.substr(0, mark));
-  if (mark != std::string_view::npos) request.query = std::string(target.substr(mark + 1));
-  return request;
-}
-
-std::optional<std::string_view> query_value(std::string_view query, std::string_view key) {
-  while (!query.empty()) {
-    const std::string_view pair = query.substr(0, query.find('&'));
-    const std::size_t equals = pair.find('=');
-    if (pair.substr(0, equals) == key && equals != std::string_view::npos)
-      return pair.substr(equals + 1);
-    query.remove_prefix(std::min(query.size(), pair.size() + 1));
-  }
-  return std::nullopt;
-}
-
-std::string http_get(std::string_view path, std::string_view host) {
-  return "GET " + std::string(path) + " HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n";
-}
-
-std::string http_reply(int status, std::string_view type, std::string_view body,
-                       std::string_view location) {
-  const char* word = status == 200   ? "OK"
-                     : status == 302 ? "Found"
-                     : status == 404 ? "Not Found"
-                                     : "Bad Request";
-  return "HTTP/1.0 " + std::to_string(status) + " " + word +
-         (location.empty() ? "" : "\r\nLocation: " + std::string(location)) +
-         "\r\nContent-Type: " + std::string(type) +
-         "\r\nContent-Length: " + std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" +
-         std::string(body);
-}
-
-Status HttpReply::push(ByteView bytes) {
-  for (const std::uint8_t byte : bytes) text_.push_back(static_cast<char>(byte));
-  const auto bad = [&](const char* what) {
-    return fail({.code = Errc::parse,
-                 .what = what,
-                 .expected = "HTTP/1.1 200 with its length",
-                 .got = text_.substr(0, 40)});
-  };
-  if (text_.size() > largest_page + 8192) return bad("the reply is too large");
-  if (body_at_ == 0) {
-    const std::size_t blank = text_.find("\r\n\r\n");
-    if (blank == std::string::npos) return {};
-    const std::string head = lower(std::string_view(text_).substr(0, blank));
-    if (!head.starts_with("http/1.") || head.substr(8, 4) != " 200")
-      return bad("the box refuses its page");
-    if (head.find("transfer-encoding:") != std::string::npos)
-      return bad("the reply comes in chunks");
-    const std::size_t at = head.find("content-length:");
-    body_at_ = blank + 4;
-    length_ = unknown_length;  // an old server: the page ends with its root element
-    if (at == std::string::npos) return {};
-    const std::size_t digits = head.find_first_not_of(' ', at + 15);
-    if (digits == std::string::npos ||
-        std::from_chars(head.data() + digits, head.data() + head.size(), length_).ec !=
-            std::errc{} ||
-        length_ > largest_page)
-      return bad("the reply does not tell its length");
-  }
-  return {};
-}
-
-std::size_t HttpReply::end() const {
-  if (body_at_ == 0) return std::string::npos;
-  if (length_ != unknown_length)
-    return text_.size() >= body_at_ + length_ ? body_at_ + length_ : std::string::npos;
-  const std::size_t closing = text_.find("</netft", body_at_);
-  const std::size_t last = closing == std::string::npos ? closing : text_.find('>', closing);
-  return last == std::string::npos ? last : last + 1;
-}
-
-std::string_view HttpReply::body() const {
-  return std::string_view(text_).substr(0, end()).substr(body_at_);
 }
 
 }  // namespace weft::protocols::rdt

@@ -4,18 +4,16 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 
-#include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
+#include "protocols/rdt/http.hpp"
 
 namespace weft::protocols::rdt {
 
 inline constexpr std::string_view settings_path = "/netftapi2.xml";
 inline constexpr std::string_view calibration_path = "/netftcalapi.xml";
-inline constexpr std::size_t largest_page = 65536;
 
 inline constexpr std::size_t configurations = 16, thresholds = 16;
 
@@ -40,15 +38,15 @@ struct Threshold {
 
 /// The tags that clients use. Lists of six are Fx Fy Fz Tx Ty Tz.
 struct SettingsPage {
-  std::string product = "Net F/T";
+  std::string product = "Net F/T";  ///< prodname; empty where a box has none
   double counts_per_force = 1e6;    ///< cfgcpf
   double counts_per_torque = 1e6;   ///< cfgcpt
   std::string force_unit = "N";     ///< scfgfu
-  std::string torque_unit = "N-m";  ///< scfgtu
+  std::string torque_unit = "Nm";   ///< scfgtu: Nm on a box of firmware 2.2.59, on others N-m
   bool rdt_enabled = true;          ///< comrdte
   double rdt_rate_hz = 0;           ///< comrdtrate
+  std::string calibration_serial;   ///< cfgcalsn; empty where a box has none
   // Written only.
-  std::string calibration_serial;             ///< cfgcalsn
   unsigned user_filter = 0;                   ///< setuserfilter, 0: none
   std::array<double, 6> max_ratings{};        ///< cfgmr
   std::array<std::int32_t, 6> bias_counts{};  ///< setbias
@@ -70,21 +68,21 @@ struct SettingsPage {
 
 struct CalibrationPage {
   std::string serial;
-  double counts_per_force = 1e6;
-  double counts_per_torque = 1e6;
+  double counts_per_force = 1e6;   ///< calcpf, where it is there
+  double counts_per_torque = 1e6;  ///< calcpt, where it is there
   // Written only.
-  std::string part_number = {}, date = {};            ///< calpn, caldt
-  std::string force_unit = "N", torque_unit = "N-m";  ///< scalfu, scaltu
-  std::array<double, 6> max_ratings{};                ///< calmr
+  std::string part_number = {}, date = {};           ///< calpn, caldt
+  std::string force_unit = "N", torque_unit = "Nm";  ///< scalfu, scaltu
+  std::array<double, 6> max_ratings{};               ///< calmr
 };
 
 std::string encode(const SettingsPage& page);
 std::string encode(const CalibrationPage& page);
 
-/// Errors: parse, when one of prodname, cfgcpf, cfgcpt, scfgfu, scfgtu is not there once, a number
-/// is none or is not above zero, or the page is too large.
+/// Errors: parse, when one of cfgcpf, cfgcpt, scfgfu, scfgtu is not there once, a number is none or
+/// is not above zero, or the page is too large. Other tags may be missing.
 Result<SettingsPage> decode_settings(std::string_view xml);
-/// Errors: as above, for calsn, calcpf and calcpt.
+/// Errors: as above, for calsn.
 Result<CalibrationPage> decode_calibration(std::string_view xml);
 
 /// The names of a configuration's codes, 1 to 6; empty for another.
@@ -94,40 +92,5 @@ std::string_view torque_unit_name(unsigned code);
 /// How many newtons (newton metres) the page's unit has. Errors: unsupported.
 Result<double> newtons_per(std::string_view force_unit);
 Result<double> newton_metres_per(std::string_view torque_unit);
-
-/// The path and query of "GET /path?query HTTP/1.1 ...", once the blank line has come ("GET
-/// http://box/path ..." alike); HEAD asks for what GET would say, without its body. Errors: parse,
-/// for another method or an over-long request.
-struct HttpRequest {
-  std::string path, query;
-  bool head_only = false;
-};
-Result<HttpRequest> decode_request_head(std::string_view head);
-/// The value of a key in "a=1&b=2"; nothing when it is not there.
-std::optional<std::string_view> query_value(std::string_view query, std::string_view key);
-std::string http_get(std::string_view path, std::string_view host);
-/// A reply of HTTP/1.0, after which the connection is closed, whatever the request says: public
-/// clients of the box read to the end (no document says it). `location`: where a 302 sends to.
-std::string http_reply(int status, std::string_view type, std::string_view body,
-                       std::string_view location = {});
-
-/// Puts an HTTP reply together: push() what comes, until complete() or an error; any chunking
-/// gives the same. Without a Content-Length the page ends with its root element.
-class HttpReply {
- public:
-  /// Errors: parse, when the reply is no page, comes in chunks (Transfer-Encoding) or is too large.
-  Status push(ByteView bytes);
-  /// All of the body is there.
-  [[nodiscard]] bool complete() const { return end() != std::string::npos; }
-  [[nodiscard]] std::string_view body() const;
-  void clear() { *this = {}; }
-
- private:
-  static constexpr std::size_t unknown_length = std::string::npos;
-  [[nodiscard]] std::size_t end() const;  ///< of the body; npos until all of it is there
-  std::string text_;
-  std::size_t body_at_ = 0;  ///< 0: the head is not complete
-  std::size_t length_ = 0;
-};
 
 }  // namespace weft::protocols::rdt

@@ -61,7 +61,8 @@ struct RdtEmulatorParams {
   std::size_t records_per_datagram = 10;  ///< in buffered mode at first, 1 to 40
   double threshold_n = 0;                 ///< |Fz| above it latches the monitor condition; 0: off
   std::string calibration_serial = "FT00000";
-  std::string torque_unit = "N-m";  ///< as the page spells it: "N-m" or "Nm", by firmware
+  /// As the page spells it, by firmware: "Nm" (2.2.59, whose pages are served) or "N-m".
+  std::string torque_unit = "Nm";
   FtSensorParams sensor;
 };
 

@@ -120,6 +120,7 @@ def bench(t, root, rig, d):
         "limit over the driver's speed": ({"/limits/speed_mm_s": 20}, {"/limits/speed_mm_s"}, ["stage.z", "4 mm/s", "20 mm/s"]),
         "tilt speed": ({"/limits/tilt_speed_deg_s": 9}, {"/limits/tilt_speed_deg_s"}, ["stage.rx", "5 deg/s"]),
         "acceleration": ({"/devices/1/config/acceleration_mm_s2": 10}, {"/devices/1/config/acceleration_mm_s2"}, ["10 mm/s2", "20"]),
+        "calibration that no page can tell": ({"/devices/5/config/calibration_serial": "FT1"}, {"/devices/5/config/calibration_serial"}, ["http link"]),
         "no acceleration of a stage": ({"/limits/acceleration_mm_s2": 10}, {f"/devices/{i}/config/acceleration_mm_s2" for i in range(3)}, ["20 mm/s2"]),
         "acceleration over the stages'": ({f"/devices/{i}/config": no_acceleration(good, i) for i in range(3)} | {"/limits/acceleration_mm_s2": 100},
                                           {"/limits/acceleration_mm_s2"}, ["50", "100"]),

@@ -129,14 +129,14 @@ def pages(url):
     text = {child.tag: child.text for child in root}
     assert len(text) == len(list(root)), "each tag once"
     assert (text["cfgcpf"], text["cfgcpt"]) == ("1000000", "1000000"), text
-    assert (text["scfgfu"], text["scfgtu"], text["comrdte"]) == ("N", "N-m", "Enabled"), text
+    assert (text["scfgfu"], text["scfgtu"], text["comrdte"]) == ("N", "Nm", "Enabled"), text
     assert text["comrdtrate"] == "500" and int(text["runstat"], 16) == 0
     for name in ("runft", "setbias", "cfgmr"):
         assert len(text[name].split(";")) == 6, text[name]
     with urllib.request.urlopen(url + "/netftcalapi.xml?index=0", timeout=5) as reply:
         root = xml.etree.ElementTree.fromstring(reply.read())
     assert root.tag == "netftCalibration" and root.find("calsn").text == "FT12288"
-    assert (root.find("scalfu").text, root.find("scaltu").text) == ("N", "N-m")
+    assert (root.find("scalfu").text, root.find("scaltu").text) == ("N", "Nm")
     try:
         urllib.request.urlopen(url + "/nothing", timeout=5)
         raise AssertionError("there is no such page")

@@ -291,6 +291,21 @@ Result<std::string> with_noise(const DeviceEntry& entry, json config) {
                .hint = "Leave it out: the driver is told of a simulation without noise"});
 }
 
+/// A key may be of use only with another link of the device: its schema names that as `x-link`.
+Status has_needed_links(const DeviceEntry& entry, const json& config, const json& schema) {
+  if (!config.is_object() || entry.http) return {};
+  const json properties = schema.is_object() ? schema.value("properties", json()) : json();
+  for (const auto& [key, value] : config.items())
+    if (properties.contains(key) && properties[key].value("x-link", "") == "http" && value != "")
+      return fail({.code = Errc::invalid_argument,
+                   .where = "/" + key,
+                   .what = "nothing can be compared without the box's pages",
+                   .expected = "the device's http link beside its link",
+                   .got = "none",
+                   .hint = "Add \"http\" to the device, or leave " + key + " out"});
+  return {};
+}
+
 }  // namespace
 
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers) {
@@ -299,6 +314,7 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
   if (!source) return pass(source.error());
   const json schema = json::parse(source->config_schema_json, nullptr, false);
   json config = json::parse(entry.config_json, nullptr, false);
+  if (Status linked = has_needed_links(entry, config, schema); !linked) return pass(linked.error());
   if (config.is_object() && schema.is_object() && schema.contains("/properties/noise"_json_pointer))
     return with_noise(entry, std::move(config));
   if (entry.noiseless && config.is_object() && schema.is_object() &&

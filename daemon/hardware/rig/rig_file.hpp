@@ -93,7 +93,7 @@ Result<RigFile> parse_rig_file(std::string_view text);
 /// The configuration of a device as its driver takes it: a linear stage whose driver knows the key
 /// `acceleration_mm_s2` is told the rig's limit by it. Errors: those of DriverCatalog::source();
 /// invalid_argument, where the rig file has another value there, for plan, force loop and guards
-/// count on the limit's.
+/// count on the limit's, or a key whose link (`x-link` of its schema) the device does not have.
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers);
 
 /// What a driver says of such a configuration; of a limit that was sent, at the limit.

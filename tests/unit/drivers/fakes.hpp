@@ -49,6 +49,7 @@ class FakeHost final : public DriverHost {
  public:
   Loop& loop() override { return loop_; }
   Link& link() override { return link_; }
+  Link* http() override { return http_.get(); }
   void publish(const Sample& sample) override {
     ++published;
     if (!record) return;
@@ -63,6 +64,7 @@ class FakeHost final : public DriverHost {
 
   TestLoop loop_;
   FakeLink link_;
+  std::unique_ptr<FakeLink> http_;  ///< none at first
   bool record = true;
   std::size_t published = 0;
   std::vector<Sample> samples;

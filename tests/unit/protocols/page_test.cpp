@@ -12,10 +12,6 @@ using namespace weft::protocols::rdt;
 
 namespace {
 
-ByteView bytes_of(std::string_view text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 const std::string minimal =
     "<netft><prodname>Net F/T</prodname><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt>"
     "<scfgfu>N</scfgfu><scfgtu>Nm</scfgtu></netft>";
@@ -68,63 +64,43 @@ TEST_CASE("pages with a tag missing, twice, or without a usable number are refus
     CHECK_FALSE(decode_settings(std::string_view(minimal).substr(0, size)));
 }
 
+TEST_CASE("a page without its product, calibration or rate is read all the same") {
+  std::string text = minimal;
+  text.erase(text.find("<prodname>"), std::string("<prodname>Net F/T</prodname>").size());
+  const auto page = decode_settings(text);
+  REQUIRE(page);
+  CHECK(page->product.empty());
+  CHECK(page->calibration_serial.empty());
+  CHECK(page->rdt_rate_hz == 0);
+  CHECK(decode_settings("<netft><cfgcalsn> FT12288 </cfgcalsn>" + text)->calibration_serial ==
+        "FT12288");
+  const auto calibration = decode_calibration("<x><calsn>FT1</calsn></x>");
+  REQUIRE(calibration);
+  CHECK(calibration->serial == "FT1");
+  CHECK_FALSE(decode_calibration("<x><calcpf>1000000</calcpf></x>"));
+}
+
+TEST_CASE("both spellings of the torque unit are read; a box says Nm unless it is told otherwise") {
+  for (const auto& [text, value] :
+       {std::pair{"Nm", 1.0}, {"N-m", 1.0}, {"Nmm", 1e-3}, {"N-mm", 1e-3}})
+    CHECK(newton_metres_per(text).value() == value);
+  CHECK(encode(SettingsPage{}).find("<scfgtu>Nm</scfgtu>") != std::string::npos);
+  CHECK(encode(CalibrationPage{"FT1"}).find("<scaltu>Nm</scaltu>") != std::string::npos);
+}
+
+TEST_CASE("what a page says in the wrong place stays one printable line of an error") {
+  std::string text = minimal;
+  const std::string from = "<cfgcpf>1000000";
+  text.replace(text.find(from), from.size(), "<cfgcpf>5 \x01\x02\r\nServer: x");
+  const auto page = decode_settings(text);
+  REQUIRE_FALSE(page);
+  CHECK(page.error().got == "5 ??");
+}
+
 TEST_CASE("units of the pages are turned into SI, unknown ones are refused") {
   CHECK(newtons_per("lbf").value() == Approx(4.448222));
   CHECK(newton_metres_per("N-mm").value() == 1e-3);
   CHECK_FALSE(newtons_per("stone"));
-}
-
-TEST_CASE("a reply is put together from any pieces, with and without its length") {
-  const std::string with = http_reply(200, "text/xml", minimal);
-  const std::string without = "HTTP/1.0 200 OK\r\nServer: x\r\n\r\n" + minimal;
-  for (const std::string& text : {with, without})
-    for (std::size_t piece = 1; piece < text.size(); piece += 7) {
-      HttpReply reply;
-      for (std::size_t at = 0; at < text.size(); at += piece) {
-        CHECK_FALSE(reply.complete());
-        REQUIRE(reply.push(bytes_of(std::string_view(text).substr(at, piece))));
-      }
-      REQUIRE(reply.complete());
-      CHECK(decode_settings(reply.body()));
-    }
-  // What an old server sends behind its page, in the same piece or in none, is no part of it.
-  HttpReply with_more;
-  REQUIRE(with_more.push(bytes_of(without + "\r\n")));
-  REQUIRE(with_more.complete());
-  CHECK(with_more.body() == minimal);
-  HttpReply chunked;
-  const Status status =
-      chunked.push(bytes_of("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n"));
-  REQUIRE_FALSE(status);
-  CHECK(status.error().what == "the reply comes in chunks");
-  HttpReply refused;
-  CHECK_FALSE(refused.push(bytes_of("HTTP/1.1 404 Not Found\r\n\r\n")));
-  HttpReply endless;
-  CHECK_FALSE(endless.push(bytes_of(std::string(200000, 'x'))));
-}
-
-TEST_CASE("requests are read with their query; what is no GET is refused") {
-  const auto request = decode_request_head("GET /comm.cgi?comrdtrate=500 HTTP/1.1\r\nHost: x");
-  REQUIRE(request);
-  CHECK(request->path == "/comm.cgi");
-  CHECK(request->query == "comrdtrate=500");
-  CHECK(decode_request_head("GET http://192.168.1.1/a?b=1 HTTP/1.1")->path == "/a");
-  CHECK(decode_request_head("GET http://192.168.1.1 HTTP/1.1")->path == "/");
-  CHECK(decode_request_head("HEAD / HTTP/1.1")->head_only);
-  CHECK_FALSE(request->head_only);
-  CHECK(query_value("a=1&bb=2&c=", "bb") == "2");
-  CHECK(query_value("a=1&bb=2&c=", "c") == "");
-  for (const char* absent : {"b", "d", ""}) CHECK_FALSE(query_value("a=1&bb=2&c=&d", absent));
-  for (const char* bad : {"", "GET", "POST / HTTP/1.1", "GET /"})
-    CHECK_FALSE(decode_request_head(bad));
-}
-
-TEST_CASE("replies are of HTTP/1.0, and say that the connection ends") {
-  CHECK(http_reply(200, "text/html", "ab") ==
-        "HTTP/1.0 200 OK\r\nContent-Type: text/html\r\nContent-Length: 2\r\n"
-        "Connection: close\r\n\r\nab");
-  CHECK(http_reply(302, "text/html", "", "/comm.htm")
-            .starts_with("HTTP/1.0 302 Found\r\nLocation: /comm.htm\r\n"));
 }
 
 }  // namespace page_test

@@ -38,14 +38,14 @@ struct Browser {
 
 TEST_CASE("the box's web pages set what they show") {
   RdtEmulatorParams params;
-  params.torque_unit = "Nm";
+  params.torque_unit = "N-m";
   params.calibration_serial = "FT12345";
   Box box(params);
   Browser browser{box};
   const auto query = [&](const std::string& text) { return browser.query(text); };
   const auto get = [&](const std::string& path) { return browser.get(path); };
   const auto shows = [&](const std::string& element) { return browser.shows(element); };
-  CHECK(shows("<scfgtu>Nm</scfgtu>"));
+  CHECK(shows("<scfgtu>N-m</scfgtu>"));
   CHECK(shows("<cfgcalsn>FT12345</cfgcalsn>"));
   CHECK(shows("<setuserfilter>0</setuserfilter>"));
   get("/setting.cgi?setuserfilter=4");
@@ -103,8 +103,8 @@ TEST_CASE("a box has sixteen configurations, of which the active one counts") {
   params.sensor.quantum = {};
   Box box(params);
   Browser browser{box};
-  CHECK(browser.shows("<scfgtu>N-m</scfgtu>"));
-  CHECK(browser.shows("<scaltu>N-m</scaltu>", "/netftcalapi.xml"));
+  CHECK(browser.shows("<scfgtu>Nm</scfgtu>"));
+  CHECK(browser.shows("<scaltu>Nm</scaltu>", "/netftcalapi.xml"));
   CHECK(browser.shows("<calmr>40;40;120;2;2;2</calmr>", "/netftcalapi.xml"));
   const auto down = box.box.page(box.now).counts;
   browser.get("/config.cgi?cfgid=3&cfgnam=a%3Cb+c&cfgfu=1&cfgtu=4&cfgtfx0=100&cfgtfx3=90&cfgtdu=3");
@@ -113,7 +113,7 @@ TEST_CASE("a box has sixteen configurations, of which the active one counts") {
   CHECK(browser.shows("<cfgnam>a&lt;b c</cfgnam>", third));
   CHECK(browser.shows("<cfgtfx>100;0;0;90;0;0</cfgtfx>", third));
   CHECK(browser.shows("<scfgfu>lbf</scfgfu>", third));
-  CHECK(browser.shows("<scfgtu>N-mm</scfgtu>", third));
+  CHECK(browser.shows("<scfgtu>Nmm</scfgtu>", third));
   CHECK(browser.shows("<cfgcpt>1000</cfgcpt>", third));
   CHECK(browser.shows("<cfgcpf>4448222</cfgcpf>", third));
   CHECK(box.box.page(box.now, 3).max_ratings[2] == Approx(26.977));  // 120 N in lbf
