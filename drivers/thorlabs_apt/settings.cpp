@@ -27,12 +27,6 @@ StageScale per_si(const StageScale& scale, double si) {
   return {scale.counts_per_unit / si, scale.velocity_counts / si, scale.acceleration_counts / si};
 }
 
-const StageModel& read_model(ConfigReader& config) {
-  std::vector<std::string_view> names;
-  for (const StageModel& model : protocols::apt::stage_models()) names.push_back(model.name);
-  return *protocols::apt::find_stage(config.choice("stage", names.front(), names));
-}
-
 Family read_family(ConfigReader& config, const StageModel& model) {
   const std::string_view usual = model.family == Family::servo ? "servo" : "stepper";
   return config.choice("family", usual, {"stepper", "servo"}) == "servo" ? Family::servo
@@ -93,57 +87,55 @@ void read_timing(ConfigReader& config, StageSettings& settings) {
   if (poll_hz > 0) settings.poll_period = from_seconds(1 / poll_hz);
 }
 
-struct Controller {
-  std::string_view prefix;
-  Family family;
-  bool has_own_stage;  ///< the model names the stage: an LTS300 is not an LTS150
-};
-
-// Families by the status message that they send (device-facts.md, APT conversation, APT
-// controllers).
-constexpr std::array controllers{
-    Controller{"LTS", Family::stepper, true},  Controller{"K10CR", Family::stepper, true},
-    Controller{"BSC", Family::stepper, false}, Controller{"TST", Family::stepper, false},
-    Controller{"SCC", Family::stepper, false}, Controller{"KST", Family::stepper, false},
-    Controller{"KDC", Family::servo, false},   Controller{"TDC", Family::servo, false},
-    Controller{"BBD", Family::servo, false},   Controller{"KBD", Family::servo, false},
-};
-
-const Controller* find_controller(std::string_view model) {
-  for (const Controller& c : controllers)
-    if (model.starts_with(c.prefix)) return &c;
-  return nullptr;
+/// Whether a controller of this model counts as `stage` says. Errors: device, with the controllers
+/// that would do.
+Status check_scale(const StageModel& stage, std::string_view model) {
+  const StageModel* known = protocols::apt::find_stage(stage.name, model);
+  if (known != nullptr && known->scale == stage.scale) return {};
+  std::string others;
+  for (const protocols::apt::Pairing& pairing : protocols::apt::stage_pairings())
+    if (pairing.stage == stage.name && pairing.scale == stage.scale)
+      others += (others.empty() ? "" : ", ") + std::string(pairing.name);
+  return fail(
+      {.code = Errc::device_identity,
+       .what = "the scale of a " + std::string(stage.name) + " on this controller is not known",
+       .expected = others,
+       .got = std::string(model),
+       .hint = known == nullptr
+                   ? "Its counts may be other lengths than the driver's; take a controller "
+                     "of the list"
+                   : "It counts otherwise: state it as `controller` of the rig file, or "
+                     "take a controller of the list"});
 }
 
-/// The controllers with a known scale for a stage (device-facts.md, APT scales); it counts
-/// otherwise on others: 25600 to the mm, not 409600, on a BSC10x or a TST001. Cards of a BSC20x say
-/// SCC20x.
-struct KnownScale {
-  std::string_view stage, prefix, name;
-};
-constexpr std::array known_scales{
-    KnownScale{"LTS150", "LTS150", "LTS150"},  KnownScale{"LTS150", "BSC20", "BSC20x"},
-    KnownScale{"LTS150", "SCC20", "SCC20x"},   KnownScale{"NRT150", "BSC20", "BSC20x"},
-    KnownScale{"NRT150", "SCC20", "SCC20x"},   KnownScale{"PRM1-Z8", "KDC101", "KDC101"},
-    KnownScale{"PRM1-Z8", "TDC001", "TDC001"}, KnownScale{"CR1-Z7", "KDC101", "KDC101"},
-    KnownScale{"CR1-Z7", "TDC001", "TDC001"},  KnownScale{"K10CR1", "K10CR1", "K10CR1"},
-};
+/// The stage with the scale of the controller that the rig file states, or of its usual one.
+const StageModel& read_model(ConfigReader& config) {
+  std::vector<std::string_view> names;
+  for (const StageModel& model : protocols::apt::stage_models()) names.push_back(model.name);
+  const std::string name = config.choice("stage", names.front(), names);
+  const StageModel& usual = *protocols::apt::find_stage(name);
+  const std::string stated = config.text("controller", "", 8);
+  if (stated.empty()) return usual;
+  const StageModel* paired = protocols::apt::find_stage(name, stated);
+  if (paired != nullptr) return *paired;
+  const Error unknown = check_scale(usual, stated).error();
+  config.refuse("controller", unknown.what, unknown.expected, unknown.got);
+  return usual;
+}
 
-/// Errors: device, with the controllers that would do.
-Status check_scale(std::string_view stage, const std::string& model) {
-  std::string known;
-  for (const KnownScale& scale : known_scales) {
-    if (scale.stage != stage) continue;
-    if (model.starts_with(scale.prefix)) return {};
-    known += (known.empty() ? "" : ", ") + std::string(scale.name);
-  }
-  return fail({.code = Errc::device_identity,
-               .what = "the scale of a " + std::string(stage) + " on this controller is not known",
-               .expected = known,
-               .got = model,
-               .hint =
-                   "Its counts may be other lengths than the driver's: a BSC10x or TST001 would go "
-                   "sixteen times as far; take a controller of the list"});
+/// Refuses what an emulated unit would be refused for when it is opened.
+void read_emulated(ConfigReader& config, const StageSettings& settings) {
+  std::string model = config.text("emulated_controller", "", 8);
+  const StageModel* stage = protocols::apt::find_stage(config.text("emulated_stage", "", 16));
+  if (model.empty() && stage != nullptr) model = stage->usual_controller;
+  if (model.empty()) return;
+  StageSettings any_unit = settings;
+  any_unit.serial = 0;
+  HardwareInfo info;
+  info.model = protocols::apt::Text<8>::from(model);
+  if (stage != nullptr) info.stage_id = stage->stage_id;
+  if (const Status same = check_identity(any_unit, info); !same)
+    config.refuse("stage", same.error().what, same.error().expected, same.error().got);
 }
 
 // Stage ids of KDC101/TDC001 (device-facts.md, APT info reply): 1 is none, 12 a stage of another
@@ -167,7 +159,10 @@ const char stage_config_schema[] = R"({
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "stage": {"enum": ["LTS150", "NRT150", "PRM1-Z8", "CR1-Z7", "K10CR1"], "default": "LTS150"},
+    "stage": {"enum": ["LTS150", "LTS300", "NRT100", "NRT150", "MTS25-Z8", "MTS50-Z8", "Z806", "Z812", "Z825", "Z606", "Z612", "Z625", "DDSM100", "DDS220", "DDS300", "DDS600", "MLS203", "PRM1-Z8", "CR1-Z7", "K10CR1", "HDR50", "NR360"], "default": "LTS150", "description": "see the table below"},
+    "controller": {"type": "string", "maxLength": 8, "x-safety": true, "description": "the model that the controller reports, such as BSC201; its counts per mm are taken, and one whose scale for the stage is not known is refused; left out: a controller of the stage's usual scale"},
+    "emulated_controller": {"type": "string", "maxLength": 8, "description": "set by Weft from the rig file's emulator: compared as the unit's would be"},
+    "emulated_stage": {"type": "string", "maxLength": 16, "description": "the same, for the stage"},
     "family": {"enum": ["stepper", "servo"], "description": "status messages of the controller; follows the stage"},
     "channel": {"type": "integer", "minimum": 1, "maximum": 8, "default": 1},
     "destination": {"type": "integer", "minimum": 17, "maximum": 80, "default": 80, "description": "80 (0x50): USB unit; 33 (0x21): bay 0"},
@@ -211,6 +206,7 @@ Result<StageSettings> read_stage_settings(std::string_view config_json) {
   settings.home_must_move = config.flag("home_must_move", true);
   read_limits(config, settings);
   read_timing(config, settings);
+  read_emulated(config, settings);
   if (Status status = config.finish(); !status) return pass(status.error());
   return settings;
 }
@@ -219,7 +215,7 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
   const std::string model = info.model.str();
   const std::string stage(settings.model->name);
   const char* hint = "Check the rig file's port and stage";
-  const Controller* controller = find_controller(model);
+  const protocols::apt::Controller* controller = protocols::apt::find_controller(model);
   if (controller == nullptr || controller->family != settings.family)
     return fail({.code = Errc::device_identity,
                  .what = "the controller is of another kind",
@@ -234,7 +230,7 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
                  .expected = stage,
                  .got = model,
                  .hint = hint});
-  if (Status known = check_scale(stage, model); !known) return known;
+  if (Status known = check_scale(*settings.model, model); !known) return known;
   if (names_a_stage(info.stage_id) && info.stage_id != settings.model->stage_id)
     return fail({.code = Errc::device_settings,
                  .what = "the controller is set up for another stage",

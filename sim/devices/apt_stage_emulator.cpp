@@ -32,6 +32,9 @@ AptStageEmulator::AptStageEmulator(const AptStageParams& params, BenchPlant& ben
       bench_plant_(&bench_plant),
       parameters_(model_of(params)),
       enabled_(params.enabled) {
+  const Controller* const controller = find_controller(params_.model);
+  if (params_.positive_direction == 0)
+    params_.positive_direction = controller != nullptr ? controller->positive_direction : 1;
   if (params_.bay) unit_ = static_cast<std::uint8_t>(address::bay_first + *params_.bay);
   bench_plant_->stage(params_.axis, now).stop(0, now);
   zero_ = lossy_from_ = stage().position(now);
@@ -137,9 +140,10 @@ void AptStageEmulator::handle(const Message& message, TimePoint now, ByteSink& o
   host_ = message.source == 0 ? address::host : message.source;
   self_ = message.dest;
   if (message.dest != address::rack) unit_ = message.dest;
-  const bool known = handle_system(message, now, out) || handle_rack(message, out) ||
-                     handle_motion(message, now, out) || handle_status(message, now, out) ||
-                     handle_counters(message, now, out) || handle_parameters(message, out);
+  const bool known =
+      lists(message.id) && (handle_system(message, now, out) || handle_rack(message, out) ||
+                            handle_motion(message, now, out) || handle_status(message, now, out) ||
+                            handle_counters(message, now, out) || handle_parameters(message, out));
   if (!known) ++ignored_;
   self_ = unit_;
 }
@@ -207,7 +211,7 @@ bool AptStageEmulator::handle_status(const Message& message, TimePoint now, Byte
 }
 
 bool AptStageEmulator::handle_counters(const Message& message, TimePoint now, ByteSink& out) {
-  const bool whole = servo() || !params_.encoder;  // position and encoder are one count
+  const bool whole = servo();  // position and encoder are one count
   const auto body = decode_body<ChannelCounts>(message.data);
   switch (message.id) {
     case MessageId::req_poscounter:
@@ -265,8 +269,7 @@ void AptStageEmulator::reply_status(MessageId id, TimePoint now, ByteSink& out) 
   if (servo())
     reply(id, DcStatusUpdate{1, counter(now), velocity_counts(now), 0, status_bits(now)}, out);
   else
-    reply(id, StatusUpdate{1, counter(now), params_.encoder ? encoder(now) : 0, status_bits(now)},
-          out);
+    reply(id, StatusUpdate{1, counter(now), encoder(now), status_bits(now)}, out);
 }
 
 void AptStageEmulator::reply_info(TimePoint now, ByteSink& out) {

@@ -1,6 +1,7 @@
 #pragma once
-// A Thorlabs stage behind its APT controller: stepper family (LTS150, status 0x0481) and DC servo
-// family (PRM1-Z8 on KDC101, status 0x0491). Source: docs/reference/device-facts.md.
+// A Thorlabs stage behind its APT controller: stepper family (LTS150, status 0x0481), DC servo and
+// brushless family (PRM1-Z8 on KDC101, DDS220 on KBD101, status 0x0491). Source:
+// docs/reference/device-facts.md.
 
 #include <cstdint>
 #include <map>
@@ -63,6 +64,9 @@ struct AptStageParams {
   const protocols::apt::StageModel* stage = nullptr;  ///< scale, limits and defaults
   std::string model = "LTS150";                       ///< of the controller, at most 8 characters
   std::int32_t serial = 45000001;
+  /// Of MOVE_VELOCITY and MOVE_JOG: the one that increases the counts, 1 or 2; 0: as the
+  /// controller of this model has it.
+  std::uint8_t positive_direction = 0;
   std::array<std::uint8_t, 3> firmware{1, 2, 3};  ///< major, interim, minor
   std::string notes = "Weft emulator";
   /// A card in this bay, from 0, of a rack of `bays`; nothing: a unit with one channel of its own.
@@ -104,6 +108,7 @@ class AptStageEmulator final : public Emulator {
   bool handle_inputs_and_outputs(const Message& message, ByteSink& out);
   bool handle_motion(const Message& message, TimePoint now, ByteSink& out);
   bool handle_status(const Message& message, TimePoint now, ByteSink& out);
+  [[nodiscard]] bool lists(MessageId id) const;
   bool handle_counters(const Message& message, TimePoint now, ByteSink& out);
   bool handle_parameters(const Message& message, ByteSink& out);
   void reply_short(MessageId id, std::uint8_t param1, std::uint8_t param2, ByteSink& out);
@@ -140,6 +145,7 @@ class AptStageEmulator final : public Emulator {
   [[nodiscard]] MotionLimits home_limits() const;
   [[nodiscard]] double home_position() const;
   [[nodiscard]] bool homes_at_high_end() const;
+  [[nodiscard]] bool increases_counts(std::uint8_t direction) const;
   [[nodiscard]] double inside_soft_limits(double target) const;
 
   // counters and status

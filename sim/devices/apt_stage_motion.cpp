@@ -1,6 +1,7 @@
 // Motion commands of the APT stage, what is sent at their ends, the counters and the status word.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/devices/apt_stage_emulator.hpp"
@@ -147,15 +148,20 @@ void AptStageEmulator::jog(const Message& message, TimePoint now) {
   const auto body = parameters_.body<JogParams>(MessageId::set_jogparams);
   if (body.mode == JogMode::continuous)
     return run_towards_limit(message.param2, jog_limits(), Motion::jog, now);
-  const double direction = message.param2 == reverse ? -1 : 1;
-  move_to(believed(now) + direction * length(body.step_counts), jog_limits(), Motion::jog, now);
+  const double sign = increases_counts(message.param2) ? 1 : -1;
+  move_to(believed(now) + sign * length(body.step_counts), jog_limits(), Motion::jog, now);
+}
+
+/// "Forward" is the controller's word: where it leads differs (device-facts.md, APT messages).
+bool AptStageEmulator::increases_counts(std::uint8_t direction) const {
+  return (direction == reverse) == (params_.positive_direction == reverse);
 }
 
 /// APT16 names this the velocity move: until stopped or at a limit.
 void AptStageEmulator::run_towards_limit(std::uint8_t direction, const MotionLimits& limits,
                                          Motion kind, TimePoint now) {
   const StageParams& travel = stage().params();
-  move_to(direction == reverse ? travel.low : travel.high, limits, kind, now);
+  move_to(increases_counts(direction) ? travel.high : travel.low, limits, kind, now);
   runs_to_low_end_ = motion_ != Motion::none && goal_ <= travel.low;
 }
 
@@ -315,6 +321,7 @@ std::int32_t AptStageEmulator::counter(TimePoint now) const {
 }
 
 std::int32_t AptStageEmulator::encoder(TimePoint now) const {
+  if (!params_.encoder) return -encoder_zero_counts_;  // none is fitted
   if (frozen_counter_) return *frozen_counter_ - encoder_zero_counts_;
   return counts_at(stage().position(now)) - encoder_zero_counts_;
 }
@@ -323,6 +330,19 @@ std::int32_t AptStageEmulator::encoder(TimePoint now) const {
 /// (device-facts.md, APT controllers).
 bool AptStageEmulator::lists_end_message_switch() const {
   return servo() || !params_.model.starts_with("LTS");
+}
+
+/// Whether the controller's list has a message about counters or parameters (device-facts.md, APT
+/// controllers): what it does not list, it neither takes nor answers.
+bool AptStageEmulator::lists(MessageId id) const {
+  static constexpr std::array not_of_the_lts{
+      MessageId::set_enccounter,     MessageId::set_powerparams,     MessageId::set_dcpidparams,
+      MessageId::set_avmodes,        MessageId::set_potparams,       MessageId::set_buttonparams,
+      MessageId::set_kcubemmiparams, MessageId::set_kcubetrigconfig, MessageId::set_kcubepostrig,
+      MessageId::set_loopparams,     MessageId::set_trigger};
+  if (!params_.model.starts_with("LTS")) return true;
+  const auto is_of = [&](MessageId set) { return id == set || id == plus(set, 1); };
+  return std::none_of(not_of_the_lts.begin(), not_of_the_lts.end(), is_of);
 }
 
 }  // namespace weft::sim

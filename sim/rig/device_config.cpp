@@ -174,32 +174,28 @@ Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& 
 constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel, vibro or imprint";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
-/// The controller that a stage usually has, and serial numbers as it has them (device-facts.md,
-/// APT line).
-struct Controller {
-  std::string_view stage, model;
-  std::int32_t serial;
-};
-constexpr std::array controllers{
-    Controller{"LTS150", "LTS150", 45000001}, Controller{"NRT150", "SCC201", 40000001},
-    Controller{"PRM1-Z8", "KDC101", 27000001}, Controller{"CR1-Z7", "TDC001", 83000001},
-    Controller{"K10CR1", "K10CR1", 55000001}};
+/// What follows from the controller's model: scale and serial number. One of another maker has
+/// those of the stage's usual one.
+void take_controller(AptStageParams& params) {
+  const auto* controller = protocols::apt::find_controller(params.model);
+  if (controller == nullptr)
+    controller = protocols::apt::find_controller(params.stage->usual_controller);
+  params.serial = controller->serial;
+  if (const auto* paired = protocols::apt::find_stage(params.stage->name, params.model))
+    params.stage = paired;
+}
 
 Status read_controller(FieldReader& reader, const std::string& where, AptStageParams& params) {
-  const auto* usual =
-      std::find_if(controllers.begin(), controllers.end(),
-                   [&](const Controller& c) { return c.stage == params.stage->name; });
-  if (usual != controllers.end()) {
-    params.model = usual->model;
-    params.serial = usual->serial;
-  }
+  params.model = params.stage->usual_controller;
   constexpr double no_bay = -1;
   std::string firmware = "1.2.3", retarget = "replan";
   double bay = no_bay;
   reader.text("model", params.model).text("retarget", retarget).text("firmware", firmware);
   reader.text("notes", params.notes).flag("enabled", params.enabled);
   reader.flag("encoder", params.encoder).flag("homed", params.homed);
-  reader.whole("serial", params.serial, 0, 99'999'999);
+  take_controller(params);
+  reader.whole("positive_direction", params.positive_direction, 1, 2);
+  reader.whole("serial", params.serial, 0, 999'999'999);
   reader.whole("silent_after", params.silent_after, 0, 1e6);
   reader.number("bay", bay, 0, 9).whole("bays", params.bays, 1, 10);
   int taken = 0;

@@ -113,6 +113,32 @@ def recipe_page():
     return "\n".join(out).rstrip() + "\n"
 
 
+def stage_table():
+    """The rows of protocols/apt/stage_table.cpp, by stage and scale."""
+    text = (ROOT / "protocols/apt/stage_table.cpp").read_text()
+    stages = [(name, axis, numbers.split(", "), usual, source) for name, axis, numbers, usual, source in
+              re.findall(r'StageModel\{"([^"]+)", (\w+), ([-\d., ]+), "([^"]+)", "([^"]+)"\}', text)]
+    pairings = re.findall(r'Pairing\{"([^"]+)", "[^"]+", "([^"]+)", \{([^}]+)\}, "([^"]+)"\}', text)
+    if not stages or len(stages) != text.count("StageModel{") or len(pairings) != text.count("Pairing{"):
+        raise SystemExit("rig.md: protocols/apt/stage_table.cpp has a row of another form")
+    out = ["### Stages and controllers", "", "From `protocols/apt/stage_table.cpp`, which driver, emulator and `weft check` follow. Units: mm or degrees, and seconds. Controllers of one line count alike; the "
+           "first line of a stage is taken unless `controller` names one of another. A controller that is not listed for a stage is refused. \"memory\": no source was found; check such a "
+           "limit against the stage's data sheet. Other sources: [device facts](device-facts.md).", "",
+           "| stage | unit | controllers | counts per unit | per unit/s | per unit/s2 | source of the scale | travel | top speed, acceleration | default speed, acceleration | homing speed, offset | source of the limits |",
+           "|---|---|---|--:|--:|--:|---|---|---|---|---|---|"]
+    for name, axis, numbers, _, source in stages:
+        scales = {}
+        for stage, controller, scale, scale_source in pairings:
+            if stage == name:
+                scales.setdefault((scale, scale_source), []).append(controller)
+        low, high, speed, acceleration, usual_speed, usual_acceleration, home, offset = numbers[:8]
+        for (scale, scale_source), controllers in scales.items():
+            counts = " | ".join(f"{float(value):.8g}" for value in scale.split(", "))
+            out.append(f"| {name} | {'mm' if axis == 'linear' else 'deg'} | {', '.join(controllers)} | {counts} | {scale_source} | {low} to {high} | {speed}, {acceleration} "
+                       f"| {usual_speed}, {usual_acceleration} | {home}, {offset} | {source} |")
+    return out + [""]
+
+
 def rig_page():
     out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`config_schema` in `drivers/*/*.cpp`), by which a rig file's `devices[].config` is read"),
            "A rig file names devices, limits, probe and plate. `limits`, `probe`, `plate`, `control`: [recipes](../../recipes/README.md#what-a-plan-needs-from-the-rig-file). `devices[].emulator`, "
@@ -122,6 +148,8 @@ def rig_page():
         schema = json.loads(text)
         out += [f"## {file.parent.name}", "", f"{schema['title']}: [drivers/{file.parent.name}](../../drivers/{file.parent.name}/README.md).", ""]
         out += rows(schema)
+        if file.parent.name == "thorlabs_apt":
+            out += stage_table()
     return "\n".join(out).rstrip() + "\n"
 
 

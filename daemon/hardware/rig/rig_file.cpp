@@ -97,6 +97,11 @@ Result<DeviceEntry> device_entry(const json& object, const std::string& where) {
   if (!link) return pass(link.error());
   device.link = std::move(*link);
   if (Status more = read_more_links(object, where, device); !more) return pass(more.error());
+  const json emulator = object.value("emulator", json::object());
+  for (const auto& [key, member] :
+       {std::pair{"model", &device.emulated_model}, {"stage", &device.emulated_stage}})
+    if (emulator.is_object() && emulator.contains(key) && emulator[key].is_string())
+      *member = emulator[key].get<std::string>();
   return device;
 }
 
@@ -315,6 +320,11 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
   const json schema = json::parse(source->config_schema_json, nullptr, false);
   json config = json::parse(entry.config_json, nullptr, false);
   if (Status linked = has_needed_links(entry, config, schema); !linked) return pass(linked.error());
+  if (config.is_object() && schema.is_object() &&
+      schema.contains("/properties/emulated_controller"_json_pointer)) {
+    if (!entry.emulated_model.empty()) config["emulated_controller"] = entry.emulated_model;
+    if (!entry.emulated_stage.empty()) config["emulated_stage"] = entry.emulated_stage;
+  }
   if (config.is_object() && schema.is_object() && schema.contains("/properties/noise"_json_pointer))
     return with_noise(entry, std::move(config));
   if (entry.noiseless && config.is_object() && schema.is_object() &&
@@ -324,12 +334,14 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
   }
   if (!entry.acceleration_mm_s2 || !config.is_object() || !schema.is_object() ||
       !schema.contains("/properties/acceleration_mm_s2"_json_pointer))
-    return entry.config_json;
+    return config.is_object() ? config.dump() : entry.config_json;
   const double limit = *entry.acceleration_mm_s2;
   const json given = std::exchange(config[acceleration_key], limit);
   if (given.is_null()) return config.dump();
-  if (!given.is_number() || std::abs(given.get<double>() - limit) <= rounding * limit)
-    return entry.config_json;
+  if (!given.is_number() || std::abs(given.get<double>() - limit) <= rounding * limit) {
+    config[acceleration_key] = given;
+    return config.dump();
+  }
   return fail(
       {.code = Errc::invalid_argument,
        .where = std::string("/") + acceleration_key,

@@ -54,6 +54,7 @@ struct DeviceEntry {
   std::string acceleration_limit;  ///< where the rig file has it: "/limits/acceleration_mps2"
   bool noiseless =
       false;  ///< simulated without noise: it says so of itself, recipes::lacks_noise()
+  std::string emulated_model, emulated_stage;  ///< of its emulator, where the file names them
   LinkSettings link;
   std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
   std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one

@@ -206,18 +206,95 @@ TEST_CASE("stage scales give the counts that other programs send") {
   CHECK(acceleration_from_counts(lts.scale, 0x016008) == Approx(20).epsilon(1e-15));
 }
 
-// APT16 section 8: VEL = C T 65536 v and ACC = C T^2 65536 a with T = 2048 / 6 MHz for servos;
-// factors 53.68 and 1 / 90.9 for Trinamic steppers
+// APT16 section 8: VEL = C T 65536 v and ACC = C T^2 65536 a, with T = 2048 / 6 MHz for servos and
+// 102.4 us for brushless drives; factors 53.68 and 1 / 90.9 for Trinamic steppers; one count for
+// all on the older ones
 TEST_CASE("velocity and acceleration scales follow from the position scale as APT16 says") {
+  for (const Pairing& pairing : stage_pairings()) {
+    INFO(pairing.stage << " on " << pairing.name);
+    const double c = pairing.scale.counts_per_unit;
+    const bool brushless = pairing.prefix.substr(1, 2) == "BD";
+    const bool servo = find_controller(pairing.prefix)->family == Family::servo;
+    const double t = brushless ? 102.4e-6 : 2048.0 / 6e6;
+    const bool old = pairing.name == "BSC10x" || pairing.name == "TST001";
+    CHECK(pairing.scale.velocity_counts == Approx(servo ? c * t * 65536
+                                                  : old ? c
+                                                        : c * 53.68)
+                                               .epsilon(1e-4));
+    CHECK(pairing.scale.acceleration_counts == Approx(servo ? c * t * t * 65536
+                                                      : old ? c
+                                                            : c / 90.9)
+                                                   .epsilon(1e-3));
+  }
+}
+
+TEST_CASE("every stage has a controller, counts that fit, and limits that make sense") {
   for (const StageModel& model : stage_models()) {
     INFO(model.name);
-    const double c = model.scale.counts_per_unit;
-    const bool servo = model.family == Family::servo;
-    const double t = 2048.0 / 6e6;
-    CHECK(model.scale.velocity_counts == Approx(servo ? c * t * 65536 : c * 53.68).epsilon(1e-4));
-    CHECK(model.scale.acceleration_counts ==
-          Approx(servo ? c * t * t * 65536 : c / 90.9).epsilon(1e-3));
+    const StageModel* usual = find_stage(model.name, model.usual_controller);
+    REQUIRE(usual != nullptr);
+    CHECK(usual->scale == model.scale);
+    CHECK(usual->family == model.family);
+    CHECK(model.travel_low < model.travel_high);
+    CHECK(model.default_speed <= model.max_speed);
+    CHECK(model.default_acceleration <= model.max_acceleration);
+    CHECK(model.home_speed <= model.max_speed);
+    CHECK_FALSE(model.source.empty());
+    CHECK(velocity_to_counts(model.scale, model.max_speed));
+    CHECK(position_to_counts(model.scale, model.travel_high));
+    CHECK(acceleration_to_counts(model.scale, model.default_acceleration).value() > 0);
   }
+}
+
+TEST_CASE("a stage counts as its controller does, and on an unknown one not at all") {
+  CHECK(find_stage("NRT150", "BSC203")->scale.counts_per_unit == 409600);
+  CHECK(find_stage("NRT150", "BSC101")->scale.counts_per_unit == 25600);
+  CHECK(find_stage("LTS150", "TST001")->scale.velocity_counts == 25600);
+  CHECK(find_stage("LTS300", "LTS300")->travel_high == 300);
+  for (const auto& [stage, controller] : {std::pair{"LTS150", "LTS300"},
+                                          {"LTS300", "TST001"},
+                                          {"MTS50-Z8", "BSC201"},
+                                          {"DDS220", "KDC101"},
+                                          {"PRM1-Z8", "KST101"},
+                                          {"PRM1-Z8", ""},
+                                          {"unknown", "KDC101"}})
+    CHECK(find_stage(stage, controller) == nullptr);
+}
+
+// SET_VELPARAMS, MOVE_ABSOLUTE and status of the stages that the golden files do not have, computed
+// from device-facts.md, APT scales
+TEST_CASE("stages of each family have the bytes that their scale says") {
+  const auto velocity = [](const char* stage, double speed, double acceleration) {
+    const StageScale& scale = find_stage(stage)->scale;
+    return encode(
+        make_message(MessageId::set_velparams,
+                     VelocityParams{1, 0, acceleration_to_counts(scale, acceleration).value(),
+                                    velocity_to_counts(scale, speed).value()},
+                     {address::usb_unit, address::host}));
+  };
+  const auto absolute = [](const char* stage, double target) {
+    return encode(
+        make_message(MessageId::move_absolute,
+                     ChannelCounts{1, position_to_counts(find_stage(stage)->scale, target).value()},
+                     {address::usb_unit, address::host}));
+  };
+  // 2.4 x 767367.49 = 1841682, 1.5 x 261.93 = 393; 25 x 34304 = 857600
+  CHECK(velocity("MTS50-Z8", 2.4, 1.5) ==
+        hex("13 04 0E 00 D0 01 01 00 00 00 00 00 89 01 00 00 12 1A 1C 00"));
+  CHECK(absolute("MTS50-Z8", 25) == hex("53 04 06 00 D0 01 01 00 00 16 0D 00"));
+  // 100 x 134217.73 = 13421773, 500 x 13.744 = 6872; 110 x 20000 = 2200000
+  CHECK(velocity("DDS220", 100, 500) ==
+        hex("13 04 0E 00 D0 01 01 00 00 00 00 00 D8 1A 00 00 CD CC CC 00"));
+  CHECK(absolute("DDS220", 110) == hex("53 04 06 00 D0 01 01 00 C0 91 21 00"));
+  // 300 x 409600 = 122880000
+  CHECK(absolute("LTS300", 300) == hex("53 04 06 00 D0 01 01 00 00 00 53 07"));
+  // 10 x 7329109 = 73291090, 20 x 1502 = 30040; 90 x 136533.33 = 12288000
+  CHECK(velocity("K10CR1", 10, 20) ==
+        hex("13 04 0E 00 D0 01 01 00 00 00 00 00 58 75 00 00 52 55 5E 04"));
+  CHECK(absolute("K10CR1", 90) == hex("53 04 06 00 D0 01 01 00 00 80 BB 00"));
+  // 0.3 x 550292.68 = 165088, 0.4 x 187.83 = 75
+  CHECK(velocity("Z612", 0.3, 0.4) ==
+        hex("13 04 0E 00 D0 01 01 00 00 00 00 00 4B 00 00 00 E0 84 02 00"));
 }
 
 TEST_CASE("counts that do not fit 32 bits are refused, and so are NaN and infinity") {

@@ -92,7 +92,7 @@ TEST_CASE("a card answers at its bay, its rack at 0x11 with the rack's own info"
 }
 
 TEST_CASE("every parameter that is set is given back, and the database's defaults before") {
-  Unit unit;
+  Unit unit = Unit::at("BSC201", "LTS150");
   unit.send("3B 04 01 00 50 01");  // backlash 0.05 mm
   CHECK(unit.take() == hex("3C 04 06 00 81 50 01 00 00 50 00 00"));
   unit.send("41 04 01 00 50 01");  // homing 2 mm/s, offset 0.5 mm

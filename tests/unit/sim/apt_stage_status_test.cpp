@@ -79,7 +79,7 @@ TEST_CASE("of the steppers a BSC alone falls silent, which no acknowledgement en
 }
 
 TEST_CASE("the mode of the trigger is given back") {
-  Unit unit;
+  Unit unit = Unit::at("BSC201", "LTS150");
   unit.send("01 05 01 00 50 01");
   CHECK(unit.take() == hex("02 05 01 00 01 50"));
   unit.send("00 05 01 53 50 01 01 05 01 00 50 01");
@@ -127,14 +127,14 @@ TEST_CASE("a servo tells its speed in counts a servo cycle") {
   };
   CHECK(velocity() == 0);
   const StageScale& scale = find_stage("PRM1-Z8")->scale;
-  unit.send("57 04 01 01 50 01");
+  unit.send("57 04 01 02 50 01");  // on a KDC101 direction 2 increases the counts
   unit.run(3);
   const double deg_per_s =
       unit.bench_plant.stage(AxisId::rx).velocity(unit.now) * 180 / std::numbers::pi;
   REQUIRE(deg_per_s > 1);
   CHECK(velocity() == std::lround(deg_per_s * scale.velocity_counts / 65536));
   unit.send("65 04 01 01 50 01");
-  unit.send("57 04 01 02 50 01");
+  unit.send("57 04 01 01 50 01");
   unit.run(3);
   CHECK(velocity() < 0);
 }
