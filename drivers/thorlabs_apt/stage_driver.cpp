@@ -94,6 +94,10 @@ void StageDriver::put_arming() {
   append_message(out_, MessageId::set_limswitchparams, limits, route_);
   // Backlash correction would drive past each target of the force loop and come back.
   append_message(out_, MessageId::set_genmoveparams, ChannelCounts{channel, 0}, route_);
+  // An S-curve that somebody set would brake later than a trapezoid, with which all limits count.
+  if (!is_servo_family())
+    append_message(out_, MessageId::set_bowindex, BowIndex{channel, 0}, route_);
+  if (lists_end_messages_) put_short(MessageId::resume_endofmovemsgs, settings_.channel, 0);
   put_short(MessageId::req_velparams, settings_.channel, 0);
   put_short(MessageId::req_limswitchparams, settings_.channel, 0);
 }

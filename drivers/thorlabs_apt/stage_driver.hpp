@@ -33,7 +33,8 @@ struct Motion {
   // Progress: where the stage was when it last moved, and when.
   std::int32_t progress_counts = 0;
   TimePoint progress_at{};
-  bool moved = false;  ///< the position was seen to change
+  bool moved = false;   ///< the position was seen to change
+  bool homing = false;  ///< the status was seen to say so
 
   // At rest by its status: at its target without a report, or reported and away from it.
   std::optional<TimePoint> silent_since, away_since;
@@ -127,8 +128,10 @@ class StageDriver final : public DriverBase {
   void on_limit_switches(const protocols::apt::Message& message);
   void on_velocity(const protocols::apt::Message& message);
   bool finish_arming(const StageReading& reading);
+  void stop_found_motion();
   void confirm(bool device_is_at_rest, TimePoint arrival);
   void check_rest(bool arrived, TimePoint arrival);
+  void check_home_rest(TimePoint arrival);
   void confirm_home();
   void publish(TimePoint arrival);
   void acknowledge();
@@ -178,6 +181,7 @@ class StageDriver final : public DriverBase {
   std::uint32_t stops_under_way_ = 0;
   std::uint32_t unacknowledged_ = 0;
   bool arming_ = false;
+  bool lists_end_messages_ = false;  ///< the controller lists their switch
 
   Timer opening_;
   Timer motion_limit_;

@@ -74,6 +74,8 @@ void StageDriver::on_info(const Message& message) {
     raise(std::move(same.error()));
     return;
   }
+  // The LTS does not list it (device-facts.md, APT controllers).
+  lists_end_messages_ = !info->model.str().starts_with("LTS");
   host().identified(identity_of(settings_, *info));
   enter(LifecycleEvent::opened);
 }
@@ -212,6 +214,7 @@ bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
   const bool at_rest = (reading.status_bits & status::any_motion) == 0;
   if (motion_.kind == MotionKind::none && at_rest) stops_under_way_ = 0;
   motion_.note_progress(reading.position_counts, arrival);
+  motion_.homing = motion_.homing || (reading.status_bits & status::homing) != 0;
   return true;
 }
 
@@ -223,10 +226,20 @@ bool StageDriver::finish_arming(const StageReading& reading) {
            .hint = "Look at the controller's front panel"});
     return false;
   }
+  if ((reading.status_bits & status::any_motion) != 0) stop_found_motion();
+  if (!attached()) return false;
   if (settings_.poll_period > Duration::zero()) poll_.start(settings_.poll_period);
   if (is_servo_family()) on_keep_alive();
   enter(LifecycleEvent::armed);
   return state() == DriverState::armed;
+}
+
+/// A host that died, or a person at the panel, may have left the stage on its way to a limit.
+void StageDriver::stop_found_motion() {
+  host().log(LogLevel::warning, "the stage was moving when it was armed, and is told to stop");
+  ++stops_under_way_;
+  put_short(MessageId::move_stop, settings_.channel, static_cast<std::uint8_t>(StopMode::profiled));
+  flush();
 }
 
 /// Done needs evidence: the device's own report, and a position that agrees.
@@ -239,6 +252,7 @@ void StageDriver::confirm(bool device_is_at_rest, TimePoint arrival) {
     return;
   }
   if (motion_.kind == MotionKind::move) check_rest(arrived, arrival);
+  if (motion_.kind == MotionKind::home) check_home_rest(arrival);
   if (!attached() || !motion_.reported) return;
   if (motion_.kind == MotionKind::home) return confirm_home();
   if (!arrived) return;
@@ -266,6 +280,19 @@ void StageDriver::check_rest(bool arrived, TimePoint arrival) {
          .expected = std::to_string(motion_.target_counts) + " counts",
          .got = std::to_string(last_.position_counts) + " counts",
          .hint = "Look at the backlash correction and at the stage"});
+}
+
+/// A homing whose stage is at rest, homed, and was seen to home: its report may have got lost too.
+void StageDriver::check_home_rest(TimePoint arrival) {
+  const bool homed = (last_.status_bits & status::homed) != 0;
+  if (motion_.reported || !homed || !(motion_.homing || motion_.moved)) {
+    motion_.silent_since.reset();
+    return;
+  }
+  if (!motion_.silent_since) motion_.silent_since = arrival;
+  if (arrival - *motion_.silent_since <= lost_report_limit) return;
+  host().log(LogLevel::warning, "the end of the homing was not reported, but the status shows it");
+  motion_.reported = true;
 }
 
 void StageDriver::confirm_home() {

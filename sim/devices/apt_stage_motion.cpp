@@ -208,7 +208,8 @@ void AptStageEmulator::finish_motion(TimePoint at, ByteSink& out) {
   if (ended == Motion::home) {
     homed_ = true;
     zero_ = stage().position(at);
-    if (end_messages_) reply_short(MessageId::move_homed, 1, 0, out);
+    if (end_messages_ && active_fault(FaultKind::no_completion, at) == nullptr)
+      reply_short(MessageId::move_homed, 1, 0, out);
     return;
   }
   on_low_end_ = runs_to_low_end_ && stage().position(at) <= stage().params().low;

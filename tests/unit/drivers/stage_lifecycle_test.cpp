@@ -76,8 +76,8 @@ TEST_CASE("arming an LTS150 sends the documented bytes and ends with the first s
             hex("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A") +
             hex("40 04 0E 00 D0 01 01 00 02 00 01 00 00 00 9F 02 00 20 03 00") +
             hex("23 04 10 00 D0 01 01 00 02 00 02 00 00 00 00 00 00 00 00 00 01 00") +
-            hex("3A 04 06 00 D0 01 01 00 00 00 00 00") + hex("14 04 01 00 50 01") +
-            hex("24 04 01 00 50 01") + hex("80 04 01 00 50 01"));
+            hex("3A 04 06 00 D0 01 01 00 00 00 00 00") + hex("F4 04 04 00 D0 01 01 00 00 00") +
+            hex("14 04 01 00 50 01") + hex("24 04 01 00 50 01") + hex("80 04 01 00 50 01"));
   CHECK(bench.driver->state() == DriverState::open);
   CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // under way
   bench.receive(hex("81 04 0E 00 81 50 01 00 00 80 3E 00 00 00 00 00 10 05 00 80"));
