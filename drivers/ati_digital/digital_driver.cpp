@@ -200,6 +200,8 @@ void DigitalDriver::on_read_back(const Reply& reply) {
                   .got = "others",
                   .hint = "Switch it off and on"});
   phase_ = Phase::idle;
+  if (exchange_.echoes())
+    host().log(LogLevel::info, "the line gives back what is sent on it; that is skipped");
   host().identified({.reported = {{"serial", calibration_.serial},
                                   {"part_number", calibration_.part_number},
                                   {"family", calibration_.family},

@@ -45,12 +45,14 @@ void Exchange::jam() {
   static constexpr std::array<std::uint8_t, jam_bytes> zeros{};
   ++hushes_;
   received_ = false;
+  zeros_ = 0;
   quiet_.start(quiet_time);
   send_(zeros);
 }
 
 void Exchange::on_quiet_time() {
   if (received_ && hushes_ < most_hushes) return jam();
+  if (!received_ && zeros_ == jam_bytes) echoes_ = true;
   const Quiet done = std::exchange(quiet_done_, {});
   splitter_.clear();
   if (!done) return;
@@ -71,11 +73,13 @@ void Exchange::send_request(const modbus::Request& request, Done done) {
 
 void Exchange::write_request() {
   ++tries_;
-  Bytes bytes;
-  append_rtu(bytes, settings_.slave, request_);
+  sent_.clear();
+  append_rtu(sent_, settings_.slave, request_);
+  echoed_ = 0;
+  awaits_echo_ = true;
   splitter_.clear();
   reply_.start(settings_.reply_timeout);
-  send_(bytes);
+  send_(sent_);
 }
 
 void Exchange::cancel() {
@@ -87,15 +91,46 @@ void Exchange::cancel() {
 }
 
 void Exchange::received(ByteView bytes) {
-  if (quiet_.pending()) received_ = true;
-  if (quiet_.pending() || !done_) return;
-  splitter_.push(bytes);
+  if (quiet_.pending()) return note_while_quiet(bytes);
+  if (!done_) return;
+  splitter_.push(without_echo(bytes));
   while (done_ && !quiet_.pending()) {
     const std::optional<ByteView> pdu = splitter_.next();
     if (!pdu) return;
     const Result<modbus::Reply> reply = modbus::decode_reply(*pdu);
-    if (reply && modbus::answers(*reply, request_)) on_reply(*reply);
+    if (reply && !is_echo(*reply) && modbus::answers(*reply, request_)) on_reply(*reply);
   }
+}
+
+/// The echo of jam() is no sign that the sensor still sends.
+void Exchange::note_while_quiet(ByteView bytes) {
+  for (const std::uint8_t byte : bytes)
+    if (byte != 0 || ++zeros_ > jam_bytes) received_ = true;
+}
+
+/// Skips the request where the line gives it back, behind zeros of a late echo of jam(). No answer
+/// begins with a whole request; one that begins as it does is passed on from its beginning.
+ByteView Exchange::without_echo(ByteView bytes) {
+  while (awaits_echo_ && !bytes.empty()) {
+    const std::uint8_t byte = bytes[0];
+    if (byte == sent_[echoed_]) {
+      awaits_echo_ = ++echoed_ < sent_.size();
+      echoes_ = echoes_ || !awaits_echo_;
+    } else if (echoed_ > 0 || byte != 0) {
+      awaits_echo_ = false;
+      splitter_.push(ByteView(sent_).first(echoed_));
+      break;
+    }
+    bytes = bytes.subspan(1);
+  }
+  return bytes;
+}
+
+/// Of a vendor function, which answers in the form of its request, behind other bytes.
+bool Exchange::is_echo(const modbus::Reply& reply) const {
+  const auto* asked = std::get_if<modbus::Vendor>(&request_);
+  const auto* answer = std::get_if<modbus::Vendor>(&reply);
+  return echoes_ && asked != nullptr && answer != nullptr && *asked == *answer;
 }
 
 // An answer that came late may still come twice: it must not pass for that of the next request. Not

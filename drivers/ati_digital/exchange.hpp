@@ -32,6 +32,9 @@ class Exchange {
   void cancel();
 
   void received(ByteView bytes);
+  /// Whether the line gives back what is sent on it, as half-duplex adapters do; what comes back is
+  /// skipped.
+  [[nodiscard]] bool echoes() const { return echoes_; }
   /// What came behind the last answer.
   [[nodiscard]] ByteView rest() const { return splitter_.rest(); }
 
@@ -48,6 +51,9 @@ class Exchange {
   void on_no_reply();
   void on_reply(const protocols::modbus::Reply& reply);
   void jam();
+  void note_while_quiet(ByteView bytes);
+  ByteView without_echo(ByteView bytes);
+  bool is_echo(const protocols::modbus::Reply& reply) const;
   void finish(const Result<protocols::modbus::Reply>& reply);
 
   ExchangeSettings settings_;
@@ -58,7 +64,12 @@ class Exchange {
   Quiet quiet_done_;
   int tries_ = 0;
   int hushes_ = 0;
-  bool received_ = false;  ///< anything since the line was to be quiet
+  bool received_ = false;  ///< anything but an echo since the line was to be quiet
+  std::size_t zeros_ = 0;  ///< of those, what may be the echo of jam()
+  Bytes sent_;             ///< the request, whose echo is awaited up to `echoed_`
+  std::size_t echoed_ = 0;
+  bool awaits_echo_ = false;
+  bool echoes_ = false;
   Timer quiet_;
   Timer reply_;
 };

@@ -103,6 +103,7 @@ AtiDigitalEmulator::AtiDigitalEmulator(const AtiDigitalParams& params, BenchPlan
 
 void AtiDigitalEmulator::receive(ByteView bytes, TimePoint now, ByteSink& out) {
   wake(now, out);
+  if (params_.echo) out(bytes);
   if (now - received_at_ > (params_.modbus_tcp ? partial_request_timeout : silence))
     discard_partial();
   received_at_ = now;

@@ -64,6 +64,8 @@ struct AtiDigitalParams {
   std::uint16_t status_word = 0;  ///< faults that the sensor reports
   /// Behind a Modbus TCP gateway, which passes registers on but no stream.
   bool modbus_tcp = false;
+  /// Behind a half-duplex adapter, which gives back what is sent through it.
+  bool echo = false;
   FtSensorParams sensor;  ///< its quantum and range are the gauges' own here
 };
 

@@ -73,7 +73,7 @@ Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std:
   reader.ignore("kind").text("framing", framing).text("serial", params.serial);
   reader.number("rate_hz", params.rate_hz, 1, 7000).whole("slave", params.slave, 1, 247);
   reader.whole("calibration", params.calibration, 1, protocols::ati_digital::calibrations);
-  reader.whole("status_word", params.status_word, 0, 0x3FFF);
+  reader.whole("status_word", params.status_word, 0, 0x3FFF).flag("echo", params.echo);
   read_sensor(reader, 1000, params.sensor);
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (framing != "rtu" && framing != "tcp")

@@ -146,6 +146,8 @@ add_test(NAME scenario_doctor
          COMMAND ${WEFT_PYTHON} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_box_pages
          COMMAND ${WEFT_PYTHON} ${cli_tests}/box_pages.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+add_test(NAME scenario_echo_line
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/echo_line.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 # libserialport, which opens no pseudo-terminal, at the same ports.
 add_library(weft_real_port MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/real_port.c)
 target_link_libraries(weft_real_port PRIVATE ${CMAKE_DL_LIBS})
@@ -156,7 +158,7 @@ add_test(NAME scenario_vibro_ports
 add_test(NAME scenario_sample_driver
          COMMAND ${WEFT_PYTHON} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
-set_tests_properties(scenario_doctor scenario_box_pages scenario_real_port scenario_vibro_ports scenario_sample_driver
+set_tests_properties(scenario_doctor scenario_box_pages scenario_echo_line scenario_real_port scenario_vibro_ports scenario_sample_driver
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Clients that were written from the protocols' documents alone, at the ports that weft-rig serves.
@@ -362,6 +364,6 @@ function(weft_waits cost)
   endforeach()
 endfunction()
 weft_waits(1000 scenario_modbus_clients scenario_apt_client scenario_docs_commands)
-weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_host_signals scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port scenario_box_pages
+weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_host_signals scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port scenario_box_pages scenario_echo_line
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
            unit_python_client)

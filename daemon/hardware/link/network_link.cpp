@@ -99,6 +99,15 @@ Result<int> connected_socket(const Endpoint& end, int type, Duration limit,
                .hint = "Is the device on, and are its address and this machine's network right?"});
 }
 
+/// A second of a Net F/T box at 7000 datagrams, of which the kernel counts about 800 bytes each.
+constexpr int datagram_buffer = 4 << 20;
+
+/// As much as the system allows: up to net.core.rmem_max, beyond it for who may.
+void enlarge_receive_buffer(int socket) {
+  if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &datagram_buffer, sizeof(int)) != 0)
+    ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &datagram_buffer, sizeof(int));
+}
+
 constexpr Duration again_limit = std::chrono::seconds(1);
 
 class RequestLink final : public Link {
@@ -156,6 +165,7 @@ Result<std::unique_ptr<Link>> open_udp(RealLoop& loop, const Endpoint& far_end,
                                        std::uint16_t local_port) {
   const Result<int> socket = connected_socket(far_end, SOCK_DGRAM, {}, local_port);
   if (!socket) return pass(socket.error());
+  enlarge_receive_buffer(*socket);
   return std::unique_ptr<Link>(
       std::make_unique<DescriptorLink>(loop, *socket, Framing::datagrams, words(far_end)));
 }
