@@ -70,12 +70,11 @@ void DriverBase::enter(LifecycleEvent event) {
   host_->state_changed(state_);
 }
 
-void DriverBase::raise_unreadable(const char* why) {
-  raise(
-      {.code = Errc::device_data,
-       .what = "the driver failed on what the device sent",
-       .got = printable(why, 80),
-       .hint = "Report it with the recorded bytes; check that the device is of the driver's kind"});
+void DriverBase::raise_exception(const char* why) {
+  raise({.code = Errc::driver,
+         .what = "the driver threw an exception in received",
+         .got = printable(why, 80),
+         .hint = "Report it to the author of the driver; check that the device is of its kind"});
 }
 
 void DriverBase::raise(const Error& error) {

@@ -83,20 +83,20 @@ class DriverBase : public Driver {
 
   /// Follows the lifecycle table and tells the host; pairs that it does not have change nothing.
   void enter(LifecycleEvent event);
-  /// Runs `read`, which reads what a device sent: what it throws faults the driver (device data).
+  /// Runs `read`, which reads what a device sent: what it throws faults the driver (driver).
   template <class Read>
   void guard(Read&& read) {
     try {
       read();
     } catch (const std::exception& e) {
-      raise_unreadable(e.what());
+      raise_exception(e.what());
     }
   }
   /// Makes the device safe, detaches and goes to faulted. Only the first fault counts.
   void raise(const Error& error);
 
  private:
-  void raise_unreadable(const char* why);
+  void raise_exception(const char* why);
 
   DriverHost* host_;
   DriverState state_ = DriverState::closed;

@@ -128,9 +128,9 @@ ByteView Exchange::without_echo(ByteView bytes) {
 
 /// Of a vendor function, which answers in the form of its request, behind other bytes.
 bool Exchange::is_echo(const modbus::Reply& reply) const {
-  const auto* asked = std::get_if<modbus::Vendor>(&request_);
+  const auto* request = std::get_if<modbus::Vendor>(&request_);
   const auto* answer = std::get_if<modbus::Vendor>(&reply);
-  return echoes_ && asked != nullptr && answer != nullptr && *asked == *answer;
+  return echoes_ && request != nullptr && answer != nullptr && *request == *answer;
 }
 
 // An answer that came late may still come twice: it must not pass for that of the next request. Not

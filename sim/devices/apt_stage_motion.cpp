@@ -334,13 +334,14 @@ bool AptStageEmulator::lists_end_message_switch() const {
 }
 
 /// Whether the controller's list has a message about counters or parameters (device-facts.md, APT
-/// controllers): what it does not list, it neither takes nor answers.
+/// controllers; buttons: issue of December 2025): what it does not list, it neither takes nor
+/// answers.
 bool AptStageEmulator::lists(MessageId id) const {
   static constexpr std::array not_of_the_lts{
-      MessageId::set_enccounter,     MessageId::set_powerparams,     MessageId::set_dcpidparams,
-      MessageId::set_avmodes,        MessageId::set_potparams,       MessageId::set_buttonparams,
-      MessageId::set_kcubemmiparams, MessageId::set_kcubetrigconfig, MessageId::set_kcubepostrig,
-      MessageId::set_loopparams,     MessageId::set_trigger};
+      MessageId::set_enccounter,      MessageId::set_powerparams,  MessageId::set_dcpidparams,
+      MessageId::set_avmodes,         MessageId::set_potparams,    MessageId::set_kcubemmiparams,
+      MessageId::set_kcubetrigconfig, MessageId::set_kcubepostrig, MessageId::set_loopparams,
+      MessageId::set_trigger};
   if (!params_.model.starts_with("LTS")) return true;
   const auto is_of = [&](MessageId set) { return id == set || id == plus(set, 1); };
   return std::none_of(not_of_the_lts.begin(), not_of_the_lts.end(), is_of);

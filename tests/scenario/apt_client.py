@@ -188,6 +188,37 @@ def servo(url):
     client.close()
 
 
+def directions(url):
+    """On a KDC101 direction 2 of jogs and velocity moves increases the counts, as clients that were tested on hardware take it."""
+    client = Client(url)
+    for message in (0x046A, 0x0457):
+        for direction, sign in ((2, 1), (1, -1)):
+            before, _ = status(client, SERVO_STATUS)
+            client.send(message, 1, direction)
+            time.sleep(0.5)
+            client.send(0x0465, 1, 1)
+            client.await_message(STOPPED)
+            after, _ = status(client, SERVO_STATUS)
+            assert (after - before) * sign > 0, (hex(message), direction, before, after)
+    client.close()
+
+
+def brushless(url):
+    """A DDS220 on a KBD101: 20000 counts to the mm, T = 102.4 us, the velocity in its status."""
+    per_mm, t = 20000, 102.4e-6
+    client = Client(url)
+    identity(client, "KBD101", 28000001)
+    enable_and_home(client, SERVO_STATUS)
+    client.send_data(0x0413, "Hlll", 1, 0, round(per_mm * t * t * 65536 * 500), round(per_mm * t * 65536 * 100))
+    client.send_data(0x0453, "Hl", 1, 60 * per_mm)
+    time.sleep(0.35)
+    _, velocity = struct.unpack_from("<lh", client.ask(0x0490, SERVO_STATUS), 2)
+    assert velocity == 205, f"APT16's example: 205 at 100 mm/s, not {velocity}"
+    client.await_message(COMPLETED)
+    assert status(client, SERVO_STATUS)[0] == 60 * per_mm
+    client.close()
+
+
 def servo_over_tcp(url):
     """Homed and moved, twice as far as on its other port, by a host that never says that it is still there."""
     client = Client(url)
@@ -236,6 +267,7 @@ def main():
             device["also"] = [{"kind": "tcp", "host": "127.0.0.1", "port": port}]
         rig["devices"][0]["emulator"]["start_mm"] = 1
         rig["devices"][1]["emulator"].update(stage="NRT150", model="BSC203", serial=70000001, bay=1, bays=3, start_mm=1)
+        rig["devices"][2]["emulator"] = {"kind": "apt_stage", "stage": "DDS220", "model": "KBD101", "start_mm": 1}
         path.write_text(json.dumps(rig))
         with ServedRig(program, path, rig) as served:
             stepper(rig["devices"][0]["link"]["path"])
@@ -252,6 +284,10 @@ def main():
             print("DC servo on a pseudo-terminal: silent without keep-alive, awake with it")
             servo_over_tcp(f"socket://127.0.0.1:{tcp[1]}")
             print("the same servo over TCP: homed, moved")
+            directions(f"socket://127.0.0.1:{tcp[1]}")
+            print("directions of jogs and velocity moves, as on hardware")
+            brushless(rig["devices"][2]["link"]["path"])
+            print("a brushless drive: homed, moved, its velocity per servo cycle")
             for url in (rig["devices"][1]["link"]["path"], f"socket://127.0.0.1:{tcp[2]}"):
                 card(url)
             print("a card in bay 1 of a BSC203, on a pseudo-terminal and over TCP: its rack asked, homed, moved")

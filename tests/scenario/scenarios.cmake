@@ -158,7 +158,10 @@ add_test(NAME scenario_vibro_ports
 add_test(NAME scenario_sample_driver
          COMMAND ${WEFT_PYTHON} ${cli_tests}/sample_driver.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
-set_tests_properties(scenario_doctor scenario_box_pages scenario_echo_line scenario_real_port scenario_vibro_ports scenario_sample_driver
+add_test(NAME scenario_sample_stage
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/sample_stage.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig>
+                 ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+set_tests_properties(scenario_doctor scenario_box_pages scenario_echo_line scenario_sample_stage scenario_real_port scenario_vibro_ports scenario_sample_driver
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Clients that were written from the protocols' documents alone, at the ports that weft-rig serves.

@@ -40,7 +40,7 @@ TEST_CASE("what a driver throws on received bytes is a fault of the device, in o
   CHECK(host.faults.empty());
   host.link_.deliver(Bytes{1}, {});
   REQUIRE(host.faults.size() == 1);
-  CHECK(host.faults[0].code == Errc::device_data);
+  CHECK(host.faults[0].code == Errc::driver);
   CHECK(host.faults[0].got == "basic_string::substr");
   CHECK(driver.state() == DriverState::faulted);
   CHECK_FALSE(host.link_.listened_to());

@@ -33,8 +33,8 @@ double home_limit_s(const apt::StageModel& model) {
 
 /// Bytes of another program at the controller.
 void tell(StageWorld& world, const std::string& bytes) {
-  sim::ByteSink nobody = [](ByteView) {};
-  world.emulator.receive(hex(bytes), world.host.loop_.now(), nobody);
+  sim::ByteSink unheard = [](ByteView) {};
+  world.emulator.receive(hex(bytes), world.host.loop_.now(), unheard);
 }
 
 Bytes answer_of(StageWorld& world, const std::string& request) {
@@ -143,7 +143,7 @@ TEST_CASE("a controller that was left otherwise is set when it is armed") {
     const auto params = apt::decode(answer_of(world, "3B 04 01 00 50 01"));
     CHECK(apt::decode_body<apt::ChannelCounts>(params->data)->value_counts == 0);
     const std::size_t before = world.host.published;
-    world.run(1);  // nobody asks, so nothing comes
+    world.run(1);  // no request, so nothing comes
     CHECK(world.host.published - before <= 1);
   }
 }
