@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/file/sha256.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
@@ -18,6 +17,8 @@
 namespace weft::daemon {
 namespace {
 
+using nlohmann::json;
+
 Status same_text(const char* what, const std::string& recorded, const std::string& now) {
   if (recorded == now) return {};
   return fail({.code = Errc::wrong_state,
@@ -28,10 +29,45 @@ Status same_text(const char* what, const std::string& recorded, const std::strin
                .hint = "Go on with the same one, or begin a new campaign"});
 }
 
-Status same_request(const CampaignHistory& history, const CheckedRequest& checked) {
+/// "/repetitions: 2, recorded 3" of the first places where two documents differ; "" where they
+/// have the same content.
+std::string differences_text(const std::string& recorded_text, const std::string& now_text) {
+  constexpr std::size_t most = 5;
+  const json recorded = json::parse(recorded_text, nullptr, false);
+  const json now = json::parse(now_text, nullptr, false);
+  if (recorded == now) return {};
+  const json changes = json::diff(recorded, now);
+  std::string text;
+  for (std::size_t i = 0; i < changes.size() && i < most; ++i) {
+    const json::json_pointer place(changes[i].at("path").get<std::string>());
+    const auto value = [&](const json& document) {
+      return document.contains(place) ? document[place].dump() : std::string("nothing");
+    };
+    text += (i == 0 ? "" : "; ") + place.to_string() + ": " + value(now) + ", recorded " +
+            value(recorded);
+  }
+  return changes.size() > most ? text + "; and more" : text;
+}
+
+/// Layout and order of keys do not count. `document`: as `weft dataset info --document` has it.
+Status same_document(const std::filesystem::path& campaign, const std::string& document,
+                     const std::string& recorded, const std::string& now) {
+  const std::string different = recorded == now ? "" : differences_text(recorded, now);
+  if (different.empty()) return {};
+  return fail({.code = Errc::wrong_state,
+               .where = "resume",
+               .what = "the campaign was begun with another " + document,
+               .expected = "the recorded " + document,
+               .got = different,
+               .hint = "Take the recorded one (weft dataset info " + campaign.string() +
+                       " --document " + document + "), or begin a new campaign"});
+}
+
+Status same_request(const std::filesystem::path& campaign, const CampaignHistory& history,
+                    const CheckedRequest& checked) {
   const DatasetInfo& info = history.info;
-  Status same = same_text("recipe", info.recipe_sha256, sha256_hex(checked.recipe_text));
-  if (same) same = same_text("rig file", info.rig_sha256, sha256_hex(checked.rig_text));
+  Status same = same_document(campaign, "recipe", info.recipe_json, checked.recipe_text);
+  if (same) same = same_document(campaign, "rig", info.rig_json, checked.rig_text);
   if (same) same = same_text("seed", std::to_string(info.seed), std::to_string(checked.plan.seed));
   if (same && history.progress.planned != checked.plan.trials.size())
     return fail({.code = Errc::corrupt,
@@ -194,7 +230,7 @@ Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campa
     return fail({.code = Errc::wrong_state,
                  .where = campaign.string(),
                  .what = "the campaign was discarded"});
-  if (Status same = same_request(*history, checked); !same) return pass(same.error());
+  if (Status same = same_request(campaign, *history, checked); !same) return pass(same.error());
   if (history->attempts.empty()) return std::optional<ResumePlan>{};  // no trial has begun
   const bool left = !is_all_on_record(*history, checked.plan);
   if (Status same = same_conditions(campaign, checked, left); !same) return pass(same.error());

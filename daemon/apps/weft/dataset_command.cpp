@@ -41,6 +41,7 @@ struct ExportArgs {
   bool without_log = false;
 };
 struct InfoArgs {
+  std::string document;           ///< "recipe", "rig" or empty
   std::filesystem::path dataset;  ///< or a campaign file
 };
 
@@ -384,6 +385,22 @@ Result<int> run_export(const ExportArgs& args, Console& console) {
 void add_options(CLI::App& command, InfoArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5) or campaign file (SQLite)")
       ->required();
+  command
+      .add_option("--document", args.document,
+                  "print the recorded recipe or rig file, nothing else")
+      ->check(CLI::IsMember({"recipe", "rig"}));
+}
+
+/// The recipe or the rig file as it was recorded, byte for byte.
+Result<int> print_document(const InfoArgs& args, const DatasetInfo& info, Console& console) {
+  const std::string& text = args.document == "rig" ? info.rig_json : info.recipe_json;
+  if (text.empty())
+    return fail({.code = Errc::not_found,
+                 .where = args.dataset.string(),
+                 .what = "no " + args.document + " is recorded there",
+                 .hint = "Imported recordings have none; campaigns have both"});
+  console.out << text;
+  return exit_ok;
 }
 
 Result<int> run_info(const InfoArgs& args, Console& console) {
@@ -398,12 +415,14 @@ Result<int> run_info(const InfoArgs& args, Console& console) {
   if (is_campaign_file(args.dataset)) {
     const Result<CampaignContents> campaign = open_campaign(args.dataset);
     if (!campaign) return pass(campaign.error());
+    if (!args.document.empty()) return print_document(args, campaign->dataset.info, console);
     print_campaign("dataset info", args.dataset, *campaign, dataset_sha256(campaign->dataset),
                    console);
     return exit_ok;
   }
   const Result<Dataset> dataset = read_hdf5(args.dataset);
   if (!dataset) return pass(dataset.error());
+  if (!args.document.empty()) return print_document(args, dataset->info, console);
   const std::string sha256 = dataset_sha256(*dataset);
   print(console, info_text(args.dataset, *dataset, sha256),
         info_json("dataset info", args.dataset, *dataset, sha256));

@@ -96,7 +96,8 @@ int open_file(const fs::path& path) {
 
 /// Whether the path still names this file: its last holder may have removed it meanwhile.
 bool is_current(int file, const fs::path& path) {
-  struct stat opened {}, named {};
+  struct stat opened {
+  }, named{};
   return ::fstat(file, &opened) == 0 && ::stat(path.c_str(), &named) == 0 &&
          opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }
@@ -109,10 +110,10 @@ std::string read_note(int file) {
 }
 
 void write_note(int file, const std::string& rig) {
-  const std::string note = std::string(program_invocation_short_name) + " (process " +
-                           std::to_string(::getpid()) + " of " + user_name() + ", rig " + rig +
-                           ", since " + utc_text(std::chrono::duration_cast<std::chrono::microseconds>(utc_now()).count()) +
-                           ")";
+  const std::string note =
+      std::string(program_invocation_short_name) + " (process " + std::to_string(::getpid()) +
+      " of " + user_name() + ", rig " + rig + ", since " +
+      utc_text(std::chrono::duration_cast<std::chrono::microseconds>(utc_now()).count()) + ")";
   // Only a name for people: where it cannot be written the lock holds all the same.
   if (::ftruncate(file, 0) == 0) static_cast<void>(!::pwrite(file, note.data(), note.size(), 0));
 }

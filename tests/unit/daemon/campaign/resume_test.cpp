@@ -153,8 +153,11 @@ TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past
     CHECK(test::read_file(request.out / "campaign.sqlite") == before);
   };
   const std::string recipe = test::read_file(request.recipe);
-  test::write_file(request.recipe, recipe + " ");
+  json other_recipe = json::parse(recipe);
+  other_recipe["name"] = "other";
+  test::write_file(request.recipe, other_recipe.dump());
   refused("another recipe");
+  refused("/name: \"other\", recorded " + json::parse(recipe)["name"].dump());
   test::write_file(request.recipe, recipe);
   request.seed = 8;
   refused("another seed");
@@ -163,10 +166,13 @@ TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past
   json other = json::parse(rig);
   test::device_of(other, "x")["emulator"]["serial"] = 45999999;
   test::write_file(request.rig, other.dump(2));
-  refused("another rig file");
+  refused("another rig (");
+  refused("/devices/0/emulator/serial: 45999999, recorded 45000001");
   test::write_file(request.rig, rig);
   request.resume = false;
   refused("exists already");
+  test::write_file(request.recipe, json::parse(recipe).dump(7));  // the same content
+  test::write_file(request.rig, json::parse(rig).dump());
   resumed(request);
   check_whole(request.out, 1);
 }
