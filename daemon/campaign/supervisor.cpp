@@ -4,12 +4,16 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/base/text/format.hpp"
+
 namespace weft::daemon {
 namespace {
 
 // Of the stop that a probe hangs on whose weight the stage carries in part: cloth and stop in
 // series are never stiffer (docs/reference/plant.md).
 constexpr double stop_stiffness_npm = 2e5;
+// The loop's gain holds a force whose readings are so many cycles late (force_loop.hpp).
+constexpr double most_late_cycles = 2;
 
 }  // namespace
 
@@ -83,7 +87,11 @@ void Supervisor::carry_out(const recipes::MountFabric& effect) {
 void Supervisor::carry_out(const recipes::HoldForce& effect) {
   actions_.end_force_way();
   const recipes::SettleDetector settle{effect.band_n, effect.dwell_s};
-  regulation_ = Regulation{effect, {}, settle, bench_->snapshot().wrench.force_n[2]};
+  regulation_ = Regulation{.order = effect,
+                           .loop = {},
+                           .settle = settle,
+                           .force_n = bench_->snapshot().wrench.force_n[2],
+                           .latency = recipes::ForceLatency(to_seconds(period_))};
   force_config_.stiffness_initial_npm = effect.force_n < plan_->limits.probe_weight_n
                                             ? stop_stiffness_npm
                                             : recipes::ForceLoopConfig{}.stiffness_initial_npm;
@@ -109,7 +117,7 @@ void Supervisor::carry_out(const recipes::ArmTimer& effect) {
   loop_->cancel(engine_timer_);
   deadline_ = effect.deadline;
   engine_timer_ = loop_->at(effect.deadline, [this, ticket = effect.ticket] {
-    dispatch(recipes::TimerExpired{ticket, actions_.still_awaited()});
+    dispatch(recipes::TimerExpired{ticket, still_awaited()});
   });
 }
 
@@ -212,12 +220,39 @@ void Supervisor::regulate(Duration since_last) {
   input.dt_s = dt_s;
   input.fresh = fresh;
   input.learn_stiffness = state_.step != recipes::Step::sliding;
+  regulation_->latency.add(input.z_m, force_n);
   const recipes::ForceCommand wanted = recipes::step(force_config_, regulation_->loop, input);
   actions_.drive(StageAxis::z, wanted.velocity_mps);
   if (!regulation_ || regulation_->settled) return;
   if (!regulation_->settle.step(force_n - regulation_->order.force_n, dt_s)) return;
   regulation_->settled = true;
   dispatch(recipes::ForceSettled{regulation_->order.ticket});
+}
+
+std::optional<Error> Supervisor::still_awaited() const {
+  if (auto awaited = actions_.still_awaited()) return awaited;
+  if (!regulation_ || regulation_->settled) return std::nullopt;
+  const std::string sensor = bench_->wrench().entry().name;
+  const std::optional<double> late_s = regulation_->latency.estimate_s();
+  const double limit_s = most_late_cycles * force_config_.cycle_s;
+  if (late_s && *late_s > limit_s + force_config_.cycle_s / 2)
+    return Error{
+        .code = Errc::timeout,
+        .where = sensor,
+        .what = "the readings of the force come too late for the force loop",
+        .expected = "at most " + duration(limit_s) + " behind the stage, two cycles of the loop",
+        .got = duration(*late_s),
+        .hint =
+            "Look at the sensor's filter and averaging, at the network or the USB "
+            "chip's latency timer, and at the machine's load (weft doctor)"};
+  return Error{.code = Errc::timeout,
+               .where = sensor,
+               .what = "the force did not settle",
+               .expected = fixed(regulation_->order.force_n, 2) + " N within " +
+                           fixed(regulation_->order.band_n, 2) + " N for " +
+                           duration(regulation_->order.dwell_s),
+               .got = fixed(regulation_->force_n, 2) + " N at last",
+               .hint = "Look at the probe's mount and the cloth, and at what shakes the plate"};
 }
 
 }  // namespace weft::daemon

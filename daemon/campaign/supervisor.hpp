@@ -10,6 +10,7 @@
 #include "daemon/campaign/bench_actions.hpp"
 #include "daemon/campaign/orders/run_orders.hpp"
 #include "daemon/campaign/trial_recording.hpp"
+#include "recipes/control/force_latency.hpp"
 #include "recipes/control/force_loop.hpp"
 #include "recipes/engine/engine.hpp"
 
@@ -70,12 +71,16 @@ class Supervisor {
   void trip(recipes::Event event);
   [[nodiscard]] GuardContext guard_context(Duration since_last) const;
   void regulate(Duration since_last);
+  /// What the engine's step still waits for, as BenchActions::still_awaited(); of a press that does
+  /// not come to its force: why.
+  [[nodiscard]] std::optional<Error> still_awaited() const;
 
   struct Regulation {
     recipes::HoldForce order;
     recipes::ForceLoopState loop;
     recipes::SettleDetector settle;
     double force_n = 0;  ///< of the last cycle in which a reading came
+    recipes::ForceLatency latency;
     bool settled = false;
   };
 

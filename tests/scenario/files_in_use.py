@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Files that other programs hold (cases/bench, rows 5 and 6), on the simulated bench: a locked data set is in use and never damaged; a
+"""Files that other programs hold, and file systems that lack something (cases/bench, rows 5 and 6), on the simulated bench: a locked data set is in use and never damaged; a
 locked campaign file is waited for, by a campaign and by `weft verify`, and who holds it is named.
 
-    files_in_use.py WEFT SOURCE_ROOT
+    files_in_use.py WEFT SOURCE_ROOT POOR_DISK_LIBRARY
 """
 import contextlib
 import fcntl
@@ -88,6 +88,17 @@ def recording_waits(t, d, root):
     t.expect(t.run("verify", f"held{int(HELD_S)}", cwd=d).returncode == 0, "the campaign afterwards")
 
 
+def poor_disk(t, d, root, library):
+    """What the file system cannot do is found out before anything is recorded."""
+    for lacks in ("flock", "fcntl", "mmap", "fsync_folder"):
+        ran = subprocess.run([t.weft, "run", root / "recipes/library/first.json", "--rig", root / "sim/rigs/bench17.json", "--out", lacks,
+                              "--no-evaluate", "--json"], cwd=d, capture_output=True, text=True, timeout=300,
+                             env={**os.environ, "LD_PRELOAD": library, "POOR_DISK": lacks})
+        t.expect(ran.returncode == 1 and error_of(ran)["code"] == "unsupported", f"no {lacks}: {ran.returncode} {ran.stdout} {ran.stderr}")
+        left = [file.name for file in (d / lacks).glob("*")]
+        t.expect(left == [], f"no {lacks}: left {left}")
+
+
 def main():
     weft, root = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
     t = Checks(weft)
@@ -98,6 +109,7 @@ def main():
         dataset_in_use(t, d)
         campaign_in_use(t, d)
         recording_waits(t, d, root)
+        poor_disk(t, d, root, sys.argv[3])
     t.finish()
 
 

@@ -200,7 +200,10 @@ set_tests_properties(scenario_device_locks PROPERTIES SKIP_RETURN_CODE 77 TIMEOU
 # Signals that are not a kill, a monitor that is killed, a limit of a file's size; files that other programs hold.
 add_test(NAME scenario_host_signals
          COMMAND ${WEFT_PYTHON} ${cli_tests}/host_signals.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-add_test(NAME scenario_files_in_use COMMAND ${WEFT_PYTHON} ${cli_tests}/files_in_use.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+add_library(weft_poor_disk MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/poor_disk.c)
+target_link_libraries(weft_poor_disk PRIVATE ${CMAKE_DL_LIBS})
+add_test(NAME scenario_files_in_use COMMAND ${WEFT_PYTHON} ${cli_tests}/files_in_use.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
+         $<TARGET_FILE:weft_poor_disk>)
 set_tests_properties(scenario_host_signals scenario_files_in_use
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -29,6 +30,55 @@ std::error_code system_error() {
   return {errno, std::generic_category()};
 }
 
+struct Descriptor {
+  explicit Descriptor(int opened) : number(opened) {}
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number;
+};
+
+tl::unexpected<Error> cannot(const std::filesystem::path& folder, const char* what) {
+  return fail({.code = Errc::unsupported,
+               .where = folder.string(),
+               .what = std::string("the file system cannot ") + what,
+               .expected = "a file system that locks, syncs and maps files, as a local disk does",
+               .got = system_error().message(),
+               .hint = "Record into a folder on a local disk, and copy the campaign afterwards"});
+}
+
+/// What the campaign file needs (SQLite's write-ahead log): locks of a range and shared memory.
+Status check_shared_file(const std::filesystem::path& folder, int file) {
+  constexpr off_t bytes = 4096;
+  if (::ftruncate(file, bytes) != 0) return cannot(folder, "make a file longer");
+  struct flock range {};
+  range.l_type = F_WRLCK;
+  range.l_whence = SEEK_SET;
+  range.l_len = 1;
+  if (::fcntl(file, F_SETLK, &range) != 0) return cannot(folder, "lock a part of a file");
+  void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  if (memory == MAP_FAILED) return cannot(folder, "share a file between programs (mmap)");
+  ::munmap(memory, bytes);
+  if (::fsync(file) != 0) return cannot(folder, "write a file to the disk (fsync)");
+  return {};
+}
+
+/// Whether the file system can do all that recording and its end need: found out with a file of
+/// its own before anything moves, not after the last trial.
+Status check_file_system(const std::filesystem::path& folder) {
+  std::string name = (folder / ".weft-try-XXXXXX").string();
+  const Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
+  if (file.number < 0) return cannot(folder, "make a file");
+  Status done = check_shared_file(folder, file.number);
+  ::unlink(name.c_str());
+  if (!done) return done;
+  const Descriptor itself(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (::fsync(itself.number) != 0) return cannot(folder, "write a folder to the disk (fsync)");
+  return {};
+}
+
 }  // namespace
 
 // The folder itself: a lock on the campaign file would be SQLite's, and one on a file of our own
@@ -38,7 +88,7 @@ Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   if (descriptor < 0) return io_error(folder, "cannot open the folder", system_error());
   FolderLock lock(descriptor);
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
-  if (errno != EWOULDBLOCK) return io_error(folder, "cannot lock the folder", system_error());
+  if (errno != EWOULDBLOCK) return cannot(folder, "lock a folder");
   return fail({.code = Errc::busy,
                .where = folder,
                .what = "another run works in this folder",
@@ -61,6 +111,7 @@ Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint
                     "Choose another folder or change its permissions");
   auto lock = FolderLock::take(folder);
   if (!lock) return lock;
+  if (Status able = check_file_system(folder); !able) return pass(able.error());
   if (Status room = check_space(folder, bytes); !room) return pass(room.error());
   return lock;
 }

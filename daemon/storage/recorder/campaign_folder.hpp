@@ -22,7 +22,8 @@ class FolderLock {
   int descriptor_;
 };
 
-/// Makes the folder and takes it; refuses one that cannot be written to or lacks room for `bytes`.
+/// Makes the folder and takes it; refuses one that cannot be written to, lacks room for `bytes`, or
+/// lies on a file system that cannot lock, sync or map files (unsupported).
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes);
 
 /// What a file is called once another takes its place in the folder ("campaign.aside-1.sqlite");

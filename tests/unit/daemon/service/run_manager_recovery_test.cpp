@@ -18,7 +18,7 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
   const std::string id = bench.manager->loaded().front().stored.id();
   REQUIRE(bench.ended(id).machine.state == RunState::interrupted);
   const std::string recipe = test::read_file(bench.request.recipe);
-  test::write_file(bench.request.recipe, recipe + " ");
+  test::write_file(bench.request.recipe, test::tiny_recipe(3));
   REQUIRE(bench.recover(id, "test"));
   const RunView refused = bench.ended(id);
   CHECK(refused.machine.state == RunState::interrupted);
