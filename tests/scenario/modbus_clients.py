@@ -6,7 +6,6 @@ weft itself runs a trial on the pseudo-terminal at 1.25 Mbaud. pymodbus makes th
     modbus_clients.py WEFT WEFT_RIG LIBMODBUS_CLIENT SOURCE_ROOT
 """
 import json
-import math
 import pathlib
 import re
 import shutil
@@ -17,10 +16,9 @@ import sys
 import tempfile
 
 from cli_support import Checks
-from emulated_support import PLATE_KG, START_RX_DEG, ServedRig, digital_rig, free_port, tried
+from digital_ft import near_truth, s16
+from emulated_support import ServedRig, digital_rig, free_port, tried
 
-GRAVITY = 9.80665
-TOLERANCE = [0.05] * 3 + [0.002] * 3  # N, N m: resolution of the sensor and five times its noise
 try:
     from pymodbus.client import ModbusSerialClient, ModbusTcpClient
     from pymodbus.factory import ClientDecoder
@@ -32,28 +30,6 @@ try:
 except ImportError as missing:
     print(f"skipped: python3-pymodbus 3 is not installed ({missing})")
     sys.exit(77)
-
-
-def s16(words):
-    return [w - 65536 if w > 32767 else w for w in words]
-
-
-def wrench(calibration, gauges):
-    """ATI Digital F/T (docs/reference/device-facts.md): matrix at register 32, float32 with the high word first; scales at 117 and 119."""
-    raw = struct.pack(">168H", *calibration)
-    matrix = struct.unpack(">36f", raw[64:64 + 144])
-    per_force, per_torque = struct.unpack(">2i", raw[234:242])
-    return [sum(matrix[6 * row + g] * gauges[g] for g in range(6)) / (per_force if row < 3 else per_torque)
-            for row in range(6)]
-
-
-def near_truth(t, who, calibration, gauges):
-    # Nothing touches the plate, which stands tilted before rx is homed: the sensor, under its middle, carries its weight.
-    weight_n, tilt = PLATE_KG * GRAVITY, math.radians(START_RX_DEG)
-    truth = [0, -weight_n * math.sin(tilt), weight_n * math.cos(tilt), 0, 0, 0]
-    seen = wrench(calibration, gauges)
-    print(f"SIMULATED {who}: Fx Fy Fz " + " ".join(f"{v:.4f}" for v in seen[:3]) + " N")
-    t.expect(all(abs(a - b) < limit for a, b, limit in zip(seen, truth, TOLERANCE)), f"{who}: {seen} for {truth}")
 
 
 def mbpoll(where, table, address, count):

@@ -226,6 +226,11 @@ if(MODBUS_FOUND)
   set_tests_properties(nightly_modbus_clients PROPERTIES RUN_SERIAL ON)
 endif()
 
+# Programs from PyPI drive the whole emulated bench; their virtual environment stays in the build tree.
+add_test(NAME scenario_pypi_clients
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/pypi_clients.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/pypi_clients)
+set_tests_properties(scenario_pypi_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # The daemon over its socket: a run started, paused, resumed, halted, killed, with the standard library alone.
 add_test(NAME scenario_weftd_runs
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
@@ -369,7 +374,7 @@ function(weft_waits cost)
     endif()
   endforeach()
 endfunction()
-weft_waits(1000 scenario_modbus_clients scenario_apt_client scenario_docs_commands)
+weft_waits(1000 scenario_pypi_clients scenario_modbus_clients scenario_apt_client scenario_docs_commands)
 weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_host_signals scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port scenario_box_pages scenario_echo_line
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
            unit_python_client)
