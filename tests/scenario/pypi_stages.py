@@ -80,7 +80,8 @@ class Pylablib:
 
     def moves(self):
         given = self.motor.setup_velocity(acceleration=ACCELERATION, max_velocity=SPEED)
-        self.expect(abs(given.max_velocity - SPEED) < 1 / self.scale[1] and abs(given.acceleration - ACCELERATION) < 1 / self.scale[2], given)
+        self.expect(abs(given.max_velocity - SPEED) < 1 / self.scale[1], given)
+        self.expect(abs(given.acceleration - ACCELERATION) < 1 / self.scale[2], given)
         least_s = 1.5 / SPEED + SPEED / ACCELERATION
         begin = time.monotonic()
         self.motor.move_to(1.5)
