@@ -233,7 +233,7 @@ class PortSession final : public BenchSession {
     return std::min(clear_z_m_, z.position);
   }
 
-  /// Nobody would stop the stages if this process ended: the run ends tidily, by a fault.
+  /// Without the monitor nothing stops the stages when this process ends: a fault ends the run.
   void report_lost_monitor() {
     bench_->report_fault({.code = Errc::wrong_state,
                           .where = "monitor",

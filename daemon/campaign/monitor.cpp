@@ -174,7 +174,7 @@ HostSignal poll_host(int line, int wait_ms) {
   return ::read(line, &byte, 1) == 1 && byte == goodbye ? HostSignal::farewell : HostSignal::end;
 }
 
-/// Keeps standard input, output and error, this end of the pipe and the device locks. Whatever else
+/// Keeps standard input, output and error, this end of the line and the device locks. Whatever else
 /// the host had open stays the host's alone: a lock of a folder is released and a client's
 /// connection ends when the host closes it, not when the monitor goes. `kept`: sorted.
 void close_all_except(const std::vector<int>& kept) {

@@ -64,7 +64,7 @@ class Monitor {
   /// Where the stage that carries the probe goes when the host is lost [m from home]; nothing: it
   /// only stops, as before homing and after a halt.
   void lift_to(std::optional<double> z_m);
-  /// False once the monitor's process has ended: nobody watches any more.
+  /// False once the monitor's process has ended: the run is not watched then.
   [[nodiscard]] bool is_alive();
   [[nodiscard]] pid_t process() const { return process_; }
 

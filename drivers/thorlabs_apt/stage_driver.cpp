@@ -94,7 +94,8 @@ void StageDriver::put_arming() {
   append_message(out_, MessageId::set_limswitchparams, limits, route_);
   // Backlash correction would drive past each target of the force loop and come back.
   append_message(out_, MessageId::set_genmoveparams, ChannelCounts{channel, 0}, route_);
-  // An S-curve that somebody set would brake later than a trapezoid, with which all limits count.
+  // An S-curve left in the controller would brake later than a trapezoid, with which all limits
+  // count.
   if (!is_servo_family())
     append_message(out_, MessageId::set_bowindex, BowIndex{channel, 0}, route_);
   if (lists_end_messages_) put_short(MessageId::resume_endofmovemsgs, settings_.channel, 0);

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t longest_note = 512;
 
-/// Numeric addresses of a host; its name where nobody knows it: then the port is not opened either.
+/// Numeric addresses of a host; its name where that cannot be resolved, and not be opened either.
 std::set<std::string> addresses_of(const std::string& host) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
@@ -41,7 +41,7 @@ std::set<std::string> addresses_of(const std::string& host) {
   return addresses.empty() ? std::set{host} : addresses;
 }
 
-/// What two programs with the same port both come to: "serial /dev/ttyUSB0", "tcp 127.0.0.1:7101".
+/// The same text for two programs with the same port: "serial /dev/ttyUSB0", "tcp 127.0.0.1:7101".
 std::vector<std::string> ports_of(const LinkSettings& link) {
   if (const auto* serial = std::get_if<SerialSettings>(&link)) {
     std::error_code error;

@@ -118,7 +118,7 @@ Error in_use(const std::filesystem::path& path) {
   return {.code = Errc::busy,
           .where = path.string(),
           .what = "the file is in use by another program",
-          .expected = "a file that nobody has locked",
+          .expected = "a file without a lock",
           .got = holders.empty() ? "a lock whose holder is not seen" : "a lock of " + holders,
           .hint = "Close it there and try again; nothing is wrong with the file"};
 }

@@ -28,7 +28,7 @@ Errc code_of(int sqlite_code) {
   }
 }
 
-/// Who has locked the file, for people; empty where the fault is another one or nobody is seen.
+/// Who has locked the file, for people; empty for another fault, or without a known holder.
 std::string holders_of(int sqlite_code, const FilePath& file) {
   if (!file || code_of(sqlite_code) != Errc::busy) return {};
   return file_holders({*file, *file + "-wal", *file + "-shm"});

@@ -101,7 +101,7 @@ struct Streaming {
 
 TEST_CASE("a reader held up for 50 ms at 7000 records a second loses none") {
   Streaming streaming;
-  streaming.box.send(350);  // nobody reads meanwhile
+  streaming.box.send(350);  // the link is not read meanwhile
   streaming.run([&] { return streaming.host.last == streaming.box.sent; });
   CHECK(streaming.host.published == streaming.box.sent);
   CHECK(streaming.host.lost == 0);

@@ -1,5 +1,5 @@
 // Driver and emulated controller together: every stage of the table, reports that never come, and
-// controllers that somebody left with other parameters.
+// controllers that were left with other parameters.
 
 #include "tests/unit/daemon/hardware/stage_world.hpp"
 
