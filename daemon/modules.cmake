@@ -24,6 +24,7 @@ weft_module(daemon/campaign/orders USES recipes)
 weft_module(daemon/campaign USES daemon/campaign/orders daemon/hardware/rig daemon/storage/certificate classifier/live
             drivers/thorlabs_apt sim/rig)
 weft_module(daemon/campaign/diagnostics USES daemon/campaign)
+weft_module(daemon/campaign/setup USES daemon/campaign/diagnostics drivers/ati_digital drivers/ati_netft protocols/apt protocols/taxel protocols/vibro protocols/imprint)
 
 # pages: SVG and HTML
 weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
@@ -52,12 +53,12 @@ weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/not
             PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
-weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/analysis/calibration daemon/campaign/diagnostics)
+weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup)
 weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
     base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
-    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics pages/plot
+    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics campaign/setup pages/plot
     analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
     service/handover service/methods service/notify service/daemon

@@ -96,12 +96,12 @@ std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Cons
 void add_commands(CLI::App& root, ChosenCommand& chosen) {
   const CommandGroup weft(root, chosen);
   for (const auto add :
-       {add_run_command,       add_check_command,  add_doctor_command, add_align_command,
-        add_dataset_commands,  add_verify_command, add_export_command, add_report_command,
-        add_modality_commands, add_audit_command,  add_trade_commands, add_design_commands,
-        add_daemon_commands,   add_stop_commands,  add_rig_commands,   add_data_commands,
-        add_page_command,      add_queue_commands, add_token_commands, add_sim_commands,
-        add_earlier_commands})
+       {add_run_command,     add_check_command,     add_doctor_command, add_init_command,
+        add_align_command,   add_dataset_commands,  add_verify_command, add_export_command,
+        add_report_command,  add_modality_commands, add_audit_command,  add_trade_commands,
+        add_design_commands, add_daemon_commands,   add_stop_commands,  add_rig_commands,
+        add_data_commands,   add_page_command,      add_queue_commands, add_token_commands,
+        add_sim_commands,    add_earlier_commands})
     add(weft);
   add_texts(root, chosen);
 }

@@ -85,6 +85,7 @@ void add_imprint_commands(const CommandGroup& imprint);
 void add_run_command(const CommandGroup& weft);
 void add_check_command(const CommandGroup& weft);
 void add_doctor_command(const CommandGroup& weft);
+void add_init_command(const CommandGroup& weft);
 void add_align_command(const CommandGroup& weft);
 void add_dataset_commands(const CommandGroup& weft);
 void add_verify_command(const CommandGroup& weft);

@@ -1,0 +1,213 @@
+#include <istream>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/apps/weft/commands.hpp"
+#include "daemon/apps/weft/init_text.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/setup/device_search.hpp"
+#include "daemon/campaign/setup/rig_writer.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+struct InitArgs {
+  std::filesystem::path rig, answers;
+  std::string simulated, emulated, name;
+  std::vector<std::string> ports, boxes, roles, stages, numbers;
+  bool yes = false, no_network = false, only_named = false;
+};
+
+std::string shape_list() {
+  std::string out;
+  for (const RigShape& shape : rig_shapes())
+    out += (out.empty() ? "" : ", ") + std::string(shape.name);
+  return out;
+}
+
+/// An option that is given again for each value.
+CLI::Option* add_repeated(CLI::App& command, const std::string& name,
+                          std::vector<std::string>& values, const std::string& text,
+                          const std::string& type) {
+  return command.add_option(name, values, text)->allow_extra_args(false)->type_name(type);
+}
+
+void add_options(CLI::App& command, InitArgs& args) {
+  command.add_option("RIG", args.rig, "rig file to write; it must not exist")->required();
+  CLI::Option* const simulated = command.add_option(
+      "--simulated", args.simulated,
+      "write a simulated rig of this shape; find no devices (" + shape_list() + ")");
+  add_repeated(command, "--port", args.ports, "also ask the device at this port (repeatable)",
+               "PATH|tcp:HOST:PORT")
+      ->excludes(simulated);
+  add_repeated(command, "--netft", args.boxes, "also ask the Net F/T box at this host (repeatable)",
+               "HOST[:PORT[/PAGES]]")
+      ->excludes(simulated);
+  command
+      .add_option("--emulated", args.emulated, "the ports are weft-rig's, with its console here")
+      ->type_name("HOST:PORT")
+      ->excludes(simulated);
+  command.add_flag("--only-named", args.only_named, "ask only what --port and --netft name");
+  command.add_flag("--no-network", args.no_network, "send no broadcast to find Net F/T boxes");
+  add_repeated(command, "--role", args.roles,
+               "give a device this role: x, y, z, rx, ry, wrench, taxels, vibro or none",
+               "DEVICE=ROLE");
+  add_repeated(command, "--stage", args.stages, "name the stage at a controller that does not",
+               "DEVICE=STAGE");
+  add_repeated(command, "--set", args.numbers, "state a number, such as surface_z_mm=42",
+               "NAME=NUMBER");
+  command.add_option("--answers", args.answers,
+                     "read roles, stages and numbers from this file (JSON)");
+  command.add_option("--name", args.name, "name of the rig (default: that of the file)");
+  command.add_flag("--yes", args.yes, "ask nothing; take the defaults");
+}
+
+/// "A=B" put into `set`. A place may have "=" in it; what is stated has none.
+Status apply_pairs(
+    RigDraft& draft, const std::vector<std::string>& pairs, const char* option,
+    const std::function<Status(RigDraft&, const std::string&, const std::string&)>& set) {
+  for (const std::string& pair : pairs) {
+    const std::size_t equals = pair.rfind('=');
+    if (equals == std::string::npos)
+      return fail({.where = option, .what = "no \"=\" in it", .expected = "A=B", .got = pair});
+    if (Status done = set(draft, pair.substr(0, equals), pair.substr(equals + 1)); !done)
+      return pass(done.error(), option);
+  }
+  return {};
+}
+
+Status set_number_text(RigDraft& draft, const std::string& name, const std::string& text) {
+  double value = 0;
+  if (CLI::detail::lexical_cast(text, value)) return set_number(draft, name, value);
+  return fail({.where = name, .what = "not a number", .got = text});
+}
+
+Status apply_args(RigDraft& draft, const InitArgs& args) {
+  if (!args.answers.empty()) {
+    const auto text = read_text_file(args.answers);
+    if (!text) return pass(text.error());
+    if (Status done = apply_answers(draft, *text); !done)
+      return pass(done.error(), args.answers.string());
+  }
+  if (Status done = apply_pairs(draft, args.stages, "--stage", set_stage); !done) return done;
+  if (Status done = apply_pairs(draft, args.roles, "--role", set_role); !done) return done;
+  return apply_pairs(draft, args.numbers, "--set", set_number_text);
+}
+
+/// One question until its answer is understood; an empty line takes the default. Errors:
+/// wrong_state, where the input has ended.
+Status prompt(Console& console, const std::string& question, const std::string& preset,
+              const std::function<Status(const std::string&)>& take) {
+  for (std::string line;;) {
+    console.err << question << " [" << preset << "]: " << std::flush;
+    if (!std::getline(*console.in, line))
+      return fail({.code = Errc::wrong_state,
+                   .what = "the input ended before all was answered; no file was written",
+                   .hint = "Answer all questions, or take the defaults with --yes"});
+    const std::string answer(trimmed(line, " \t\r"));
+    const Status taken = answer.empty() && !preset.empty() ? Status{} : take(answer);
+    if (taken) return {};
+    console.err << "  " << to_string(taken.error()) << "\n";
+  }
+}
+
+Status prompt_all(RigDraft& draft, Console& console) {
+  for (std::size_t i = 0; i < draft.devices.size(); ++i) {
+    const FoundDevice found = draft.devices[i].found;
+    if (found.kind == DeviceKind::stage && draft.devices[i].stage.empty() && !found.stages.empty())
+      if (Status done = prompt(
+              console, "Stage at " + format_device(found) + " (" + joined(found.stages) + ")", "",
+              [&](const auto& text) { return set_stage(draft, found.place, text); });
+          !done)
+        return done;
+    const std::string question =
+        "Role of " + format_device(found) + " (" + joined(possible_roles(draft.devices[i])) + ")";
+    if (Status done = prompt(console, question, draft.devices[i].role,
+                             [&](const auto& text) { return set_role(draft, found.place, text); });
+        !done)
+      return done;
+  }
+  for (const NumberKey* const key : assumed_numbers(draft))
+    if (Status done = prompt(
+            console, sentence_case(key->question), general(draft.number(key->name)),
+            [&](const auto& text) { return set_number_text(draft, std::string(key->name), text); });
+        !done)
+      return done;
+  return {};
+}
+
+Result<Endpoint> parse_console(const std::string& text) {
+  const auto place = parse_box_place(text);
+  if (!place || text.find(':') == std::string::npos || text.find('/') != std::string::npos)
+    return fail({.where = "--emulated",
+                 .what = "not the place of weft-rig's console",
+                 .expected = "HOST:PORT, as weft-rig prints it",
+                 .got = text});
+  return place->records;
+}
+
+/// What was found, and a draft of it.
+struct Found {
+  SearchReport report;
+  RigDraft draft;
+};
+
+Result<Found> find_devices(const InitArgs& args, const std::string& name, Console& console) {
+  Found out;
+  if (!args.simulated.empty()) {
+    auto draft = simulated_draft(args.simulated);
+    if (!draft) return pass(draft.error(), "--simulated");
+    out.draft = std::move(*draft);
+    if (!args.name.empty()) out.draft.name = args.name;
+    return out;
+  }
+  Endpoint order_port;
+  if (!args.emulated.empty()) {
+    const auto place = parse_console(args.emulated);
+    if (!place) return pass(place.error());
+    order_port = *place;
+  }
+  const bool only_named = args.only_named || !args.emulated.empty();
+  console.err << "Looking for devices; nothing moves ...\n" << std::flush;
+  auto report =
+      search_devices({args.ports, args.boxes, !only_named, !only_named && !args.no_network, {}});
+  if (!report) return pass(report.error());
+  out.draft = draft_of(name, args.emulated.empty() ? BenchMode::real : BenchMode::emulated,
+                       report->devices);
+  out.draft.console = order_port;
+  out.report = std::move(*report);
+  return out;
+}
+
+Result<int> run_init(const InitArgs& args, Console& console) {
+  if (Status is_new = require_new_file(args.rig); !is_new) return pass(is_new.error());
+  const bool is_found = args.simulated.empty();
+  const bool can_prompt = is_found && !args.yes && args.answers.empty();
+  if (can_prompt && console.keyboard < 0)
+    return fail({.code = Errc::unsupported,
+                 .where = "weft init",
+                 .what = "standard input is no terminal, so nothing can be asked",
+                 .expected = "a terminal, --answers FILE or --yes"});
+  const std::string name = args.name.empty() ? args.rig.stem().string() : args.name;
+  auto found = find_devices(args, name, console);
+  if (!found) return pass(found.error());
+  if (is_found) console.err << format_found(found->report);
+  RigDraft& draft = found->draft;
+  if (Status done = apply_args(draft, args); !done) return pass(done.error());
+  if (can_prompt)
+    if (Status done = prompt_all(draft, console); !done) return pass(done.error());
+  if (const auto missing = missing_parts(draft); !missing.empty())
+    return refuse_draft(missing, found->report, console);
+  if (Status written = write_rig(draft, args.rig); !written) return pass(written.error());
+  print(console, format_init(args.rig, draft), init_json(args.rig, draft, found->report));
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_init_command(const CommandGroup& weft) {
+  weft.add<InitArgs>("init", "find devices and write a rig file; nothing moves", run_init);
+}
+
+}  // namespace weft::daemon::cli

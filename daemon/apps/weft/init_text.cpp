@@ -1,0 +1,169 @@
+#include "daemon/apps/weft/init_text.hpp"
+
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/diagnostics/doctor.hpp"
+#include "daemon/campaign/setup/rig_writer.hpp"
+
+namespace weft::daemon::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string rate_text(const FoundDevice& found) {
+  if (found.rate_hz <= 0) return {};
+  std::string out = general(found.rate_hz) + " Hz";
+  if (found.sound_rate_hz > 0) out += ", sound " + general(found.sound_rate_hz) + " Hz";
+  return out;
+}
+
+/// What a rig file has of it beside model and serial number.
+std::string details(const FoundDevice& found) {
+  if (found.kind == DeviceKind::stage)
+    return found.stages.empty() ? "of no stage that is known" : joined(found.stages);
+  std::string out = rate_text(found);
+  if (found.taxels > 0) out = std::to_string(found.taxels) + " taxels, " + out;
+  if (found.kind == DeviceKind::imprint_array)
+    out = std::to_string(found.rows) + " x " + std::to_string(found.cols) + " taxels, " + out;
+  return out;
+}
+
+json found_json(const FoundDevice& found) {
+  json out{
+      {"place", found.place},   {"kind", to_string(found.kind)}, {"model", found.model},
+      {"serial", found.serial}, {"rate_hz", found.rate_hz},      {"stages", found.stages},
+      {"taxels", found.taxels}, {"notes", found.notes},          {"link", link_text(found.link)}};
+  out["problem"] = found.problem ? error_json(*found.problem) : json(nullptr);
+  return out;
+}
+
+json devices_json(const SearchReport& report) {
+  json out = json::array();
+  for (const FoundDevice& found : report.devices) out.push_back(found_json(found));
+  return out;
+}
+
+std::vector<std::string> next_commands(const std::filesystem::path& rig, const RigDraft& draft) {
+  const std::string recipe = suitable_recipe(draft), file = rig.string();
+  std::vector<std::string> out{"weft doctor --rig " + file,
+                               "weft check " + recipe + " --rig " + file};
+  if (draft.mode != BenchMode::real)
+    out.push_back("weft run " + recipe + " --rig " + file + " --out out/" + draft.name);
+  return out;
+}
+
+/// What a person still has to do on a bench of their own.
+std::vector<std::string> things_to_do(const RigDraft& draft) {
+  std::vector<std::string> out;
+  if (draft.mode == BenchMode::real) {
+    out.emplace_back(
+        "measure the numbers that are assumed, and probe.slack_mm; docs/howto/real-bench.md");
+    if (draft.has_wrench())
+      out.emplace_back("see that pushing the plate down is +Fz; else sign_z -1");
+  }
+  for (const DraftDevice& device : draft.devices) {
+    if (device.role != no_role)
+      for (const std::string& note : device.found.notes)
+        out.push_back(device.found.place + ": " + note);
+    const bool has_unknown_rate = device.role != no_role &&
+                                  device.found.kind != DeviceKind::stage &&
+                                  device.found.rate_hz <= 0;
+    if (has_unknown_rate)
+      out.push_back(device.found.place + ": set its rate_hz, which is not known");
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string format_device(const FoundDevice& found) {
+  std::string out = found.model.empty() ? std::string(to_string(found.kind)) : found.model;
+  if (!found.serial.empty()) out += " " + found.serial;
+  return found.place.empty() ? out : out + " at " + found.place;
+}
+
+std::string sentence_case(std::string_view text) {
+  std::string out(text);
+  if (!out.empty())
+    out.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(out.front())));
+  return out;
+}
+
+std::string format_found(const SearchReport& report) {
+  Table table(Align::left);
+  for (const FoundDevice& found : report.devices) {
+    table.row({found.place, std::string(to_string(found.kind)), found.model, found.serial,
+               found.problem ? std::string() : details(found)});
+    if (found.problem) table.row({"", "-> " + to_string(*found.problem)});
+    for (const std::string& note : found.notes) table.row({"", "-> " + note});
+  }
+  std::string out = report.devices.empty() ? "No device was found.\n" : "Found:\n" + table.text();
+  for (const std::string& warning : report.warnings) out += "warning: " + warning + "\n";
+  return out;
+}
+
+std::string format_init(const std::filesystem::path& rig, const RigDraft& draft) {
+  Table table(Align::left);
+  for (const DraftDevice& device : draft.devices)
+    table.row({device.role == no_role ? "left out" : device.role, device.stage,
+               format_device(device.found)});
+  std::string out = "Wrote " + rig.string() + ":\n" + table.text();
+  if (const auto assumed = assumed_numbers(draft); !assumed.empty()) {
+    Table numbers(Align::left);
+    for (const NumberKey* const key : assumed)
+      numbers.row(
+          {std::string(key->name), general(draft.number(key->name)), std::string(key->question)});
+    out += "Assumed, for no device reports them (change them with --set, or in the file):\n" +
+           numbers.text();
+  }
+  if (const auto to_do = things_to_do(draft); !to_do.empty()) {
+    out += "To do:\n";
+    for (const std::string& thing : to_do) out += "  " + thing + "\n";
+  }
+  out += "Next:\n";
+  for (const std::string& command : next_commands(rig, draft)) out += "  " + command + "\n";
+  return out;
+}
+
+json init_json(const std::filesystem::path& rig, const RigDraft& draft,
+               const SearchReport& report) {
+  json out{{"command", "init"},
+           {"rig", rig.string()},
+           {"found", devices_json(report)},
+           {"warnings", report.warnings},
+           {"to_do", things_to_do(draft)},
+           {"recipe", suitable_recipe(draft)},
+           {"next", next_commands(rig, draft)}};
+  out["roles"] = json::object();
+  for (const DraftDevice& device : draft.devices)
+    if (device.role != no_role)
+      out["roles"][device.role] = {
+          {"place", device.found.place}, {"serial", device.found.serial}, {"stage", device.stage}};
+  out["assumed"] = json::object();
+  for (const NumberKey* const key : assumed_numbers(draft))
+    out["assumed"][std::string(key->name)] = draft.number(key->name);
+  return out;
+}
+
+int refuse_draft(const std::vector<Error>& missing, const SearchReport& report, Console& console) {
+  json problems = json::array();
+  for (const Error& error : missing) {
+    console.err << "weft: " << to_string(error) << '\n';
+    problems.push_back(error_json(error));
+  }
+  console.err << "weft: no rig file was written: " << missing.size()
+              << (missing.size() == 1 ? " thing is" : " things are") << " missing\n";
+  if (console.json) {
+    json error = problems.front();
+    error["problems"] = problems;
+    error["found"] = devices_json(report);
+    console.out << json{{"error", error}}.dump(2, ' ', false, json::error_handler_t::replace)
+                << '\n';
+  }
+  return exit_failure;
+}
+
+}  // namespace weft::daemon::cli

@@ -1,0 +1,82 @@
+// Answers put into a draft, and what it lacks; declared in rig_draft.hpp.
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/text/format.hpp"
+#include "daemon/campaign/setup/rig_draft.hpp"
+#include "protocols/base/json_text.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+
+/// {DEVICE: text}, each given to `set`. Stages come before roles, which follow them.
+Status apply_texts(RigDraft& draft, const json& answers, const char* key,
+                   Status (*set)(RigDraft&, std::string_view, std::string_view)) {
+  if (!answers.contains(key)) return {};
+  const std::string where = child("", key);
+  if (!answers[key].is_object())
+    return fail({.where = where, .what = "not an object", .expected = "{DEVICE: text}"});
+  for (const auto& [device, text] : answers[key].items()) {
+    if (!text.is_string())
+      return fail({.where = child(where, device), .what = "not a text", .got = text.dump()});
+    if (Status done = set(draft, device, text.get<std::string>()); !done)
+      return pass(done.error(), where);
+  }
+  return {};
+}
+
+Error missing(std::string what, std::string hint) {
+  return {.code = Errc::not_found, .what = std::move(what), .hint = std::move(hint)};
+}
+
+}  // namespace
+
+Status apply_answers(RigDraft& draft, std::string_view answers_json) {
+  const auto answers = parse_json(answers_json);
+  if (!answers) return pass(answers.error());
+  if (!answers->is_object())
+    return fail({.code = Errc::parse, .what = "not answers", .expected = "a JSON object"});
+  if (Status stages = apply_texts(draft, *answers, "stages", set_stage); !stages) return stages;
+  if (Status roles = apply_texts(draft, *answers, "roles", set_role); !roles) return roles;
+  for (const auto& [key, value] : answers->items()) {
+    if (key == "stages" || key == "roles") continue;
+    if (!value.is_number())
+      return fail({.where = child("", key), .what = "not a number", .got = value.dump()});
+    if (Status done = set_number(draft, key, value.get<double>()); !done) return done;
+  }
+  return {};
+}
+
+std::vector<Error> missing_parts(const RigDraft& draft) {
+  std::vector<Error> out;
+  for (const char* const role : {"x", "z"})
+    if (draft.with_role(role) == nullptr)
+      out.push_back(missing(std::string("no stage for ") + role + ", which every rig needs",
+                            "Connect it and switch it on, name its port with --port, or give a "
+                            "stage the role with --role PORT=" +
+                                std::string(role)));
+  if (!draft.has_wrench() && draft.with_role("taxels") == nullptr)
+    out.push_back(missing("no force sensor and no taxel array: one of them must feel the cloth",
+                          "Connect it, name a Net F/T box with --netft HOST, or a port with "
+                          "--port PORT"));
+  for (const DraftDevice& device : draft.devices) {
+    if (device.role == no_role) continue;
+    if (std::ranges::count(draft.devices, device.role, &DraftDevice::role) > 1)
+      out.push_back({.where = device.found.place,
+                     .what = "role " + device.role + " has two devices",
+                     .hint = "Leave one out: --role PORT=none"});
+    if (device.found.kind == DeviceKind::stage && device.stage.empty())
+      out.push_back({.where = device.found.place,
+                     .what = "the stage at this " + device.found.model + " is not known",
+                     .expected = device.found.stages.empty() ? "a controller of the table"
+                                                             : joined(device.found.stages),
+                     .hint = "State it with --stage PORT=STAGE; docs/reference/rig.md has the "
+                             "table"});
+  }
+  return out;
+}
+
+}  // namespace weft::daemon

@@ -1,0 +1,51 @@
+#pragma once
+// A device that was found at a port, as far as it describes itself.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/hardware/rig/rig_file.hpp"
+#include "protocols/apt/bodies.hpp"
+
+namespace weft::daemon {
+
+enum class DeviceKind : std::uint8_t {
+  unknown,  ///< a port at which none of the others replied
+  stage,
+  net_ft,
+  digital_ft,
+  taxel_array,
+  vibration_sensor,
+  imprint_array
+};
+constexpr std::string_view to_string(DeviceKind kind) {
+  constexpr std::array<std::string_view, 7> names{"unknown",      "stage",       "Net F/T",
+                                                  "Digital F/T",  "taxel array", "vibration sensor",
+                                                  "imprint array"};
+  static_assert(names.size() == static_cast<std::size_t>(DeviceKind::imprint_array) + 1);
+  return names[static_cast<std::size_t>(kind)];
+}
+
+struct FoundDevice {
+  std::string place;  ///< as a person names it: "/dev/ttyUSB0", "tcp:HOST:PORT", "HOST"
+  LinkSettings link;  ///< as the rig file states it, by a stable name where there is one
+  std::optional<LinkSettings> http;  ///< the pages of a Net F/T box
+  DeviceKind kind = DeviceKind::unknown;
+  std::string model;   ///< as reported: "KDC101", "Net F/T"; empty where none is
+  std::string serial;  ///< of unit or calibration, as reported
+  double rate_hz = 0;  ///< of what it sends: frames, records, readings; 0: not known
+  // Stages.
+  std::vector<std::string> stages;  ///< that its controller may have; one where it is known
+  std::uint8_t destination = protocols::apt::address::usb_unit;
+  std::uint16_t stage_id = 0;  ///< as HW_GET_INFO has it
+  // Sensors.
+  std::size_t taxels = 0;          ///< of a taxel array
+  std::size_t rows = 0, cols = 0;  ///< of an imprint array
+  double sound_rate_hz = 0;        ///< of a vibration sensor, beside its acceleration's rate_hz
+  /// What a person should know of it: "its calibration page could not be read".
+  std::vector<std::string> notes;
+  std::optional<Error> problem;  ///< why it could not be asked: in use, no permission
+};
+
+}  // namespace weft::daemon

@@ -1,0 +1,242 @@
+#include "daemon/campaign/setup/rig_draft.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/base/text/format.hpp"
+#include "protocols/apt/stage_scale.hpp"
+#include "protocols/base/json_text.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace apt = protocols::apt;
+using nlohmann::json;
+
+constexpr std::array<std::string_view, 3> linear_roles{"x", "y", "z"};
+constexpr std::array<std::string_view, 2> rotary_roles{"rx", "ry"};
+
+constexpr NumberKey keys[] = {
+    {"surface_z_mm", "position of the z stage at which the probe touches the bare plate [mm]", 0,
+     1000},
+    {"plate_x_mm", "size of the plate along x [mm]", 1, 1000},
+    {"plate_y_mm", "size of the plate along y [mm]", 1, 1000},
+    {"probe_mass_kg", "mass of the probe, whose weight rests on the cloth [kg]", 0.001, 10},
+    {"probe_face_mm", "side of the probe's face [mm]", 1, 500},
+    {"clearance_mm", "height over the plate that is clear of every cloth [mm]", 0.5, 100},
+    {"force_cap_n", "largest force that may occur [N]", 0.1, 1000},
+    {"torque_cap_nm", "largest torque that may occur [N m]", 0.001, 100},
+    {"taxel_cap_counts", "largest change of a taxel that may occur [counts]", 1, 65535},
+    {"press_depth_mm", "how far z may press below the touch [mm]", 0.01, 50},
+    {"touch_counts", "mean change of the taxels that is a touch [counts]", 0.1, 65535},
+    {"speed_mm_s", "largest speed of the linear stages [mm/s]", 0.01, 500},
+    {"tilt_deg", "how far the rotary stages may turn, either way [deg]", 0.1, 180},
+    {"fixed_y_mm", "where y stands, for there is no stage for it [mm]", -1000, 1000},
+    {"fixed_rx_deg", "where rx stands, for there is no stage for it [deg]", -90, 90},
+    {"fixed_ry_deg", "where ry stands, for there is no stage for it [deg]", -90, 90},
+};
+
+bool is_rotary(std::string_view stage) {
+  const apt::StageModel* const model = apt::find_stage(stage);
+  return model != nullptr && model->axis == apt::Axis::rotary;
+}
+
+/// Of one that may be several stages: of the first.
+bool is_rotary(const FoundDevice& device) {
+  return !device.stages.empty() && is_rotary(device.stages.front());
+}
+
+std::string_view sensor_role(DeviceKind kind) {
+  if (kind == DeviceKind::net_ft || kind == DeviceKind::digital_ft) return "wrench";
+  if (kind == DeviceKind::vibration_sensor) return "vibro";
+  if (kind == DeviceKind::taxel_array || kind == DeviceKind::imprint_array) return "taxels";
+  return no_role;
+}
+
+/// Numbers in their order, other texts behind them.
+bool serial_before(const DraftDevice* a, const DraftDevice* b) {
+  const auto key = [](const DraftDevice* d) {
+    return std::pair(d->found.serial.size(), d->found.serial);
+  };
+  return key(a) < key(b);
+}
+
+void assign_stages(RigDraft& draft) {
+  std::vector<DraftDevice*> linear, rotary;
+  for (DraftDevice& device : draft.devices)
+    if (device.found.kind == DeviceKind::stage)
+      (is_rotary(device.found) ? rotary : linear).push_back(&device);
+  std::ranges::sort(linear, serial_before);
+  std::ranges::sort(rotary, serial_before);
+  std::vector<std::string_view> names(linear_roles.begin(), linear_roles.end());
+  if (linear.size() == 2) names = {"x", "z"};
+  if (linear.size() == 1) names = {"z"};
+  for (std::size_t i = 0; i < std::min(linear.size(), names.size()); ++i)
+    linear[i]->role = names[i];
+  for (std::size_t i = 0; i < std::min(rotary.size(), rotary_roles.size()); ++i)
+    rotary[i]->role = rotary_roles[i];
+}
+
+DraftDevice* find_device(RigDraft& draft, std::string_view name) {
+  const auto is_named = [&](const DraftDevice& device) {
+    return device.found.place == name ||
+           (!device.found.serial.empty() && device.found.serial == name);
+  };
+  const auto at = std::ranges::find_if(draft.devices, is_named);
+  return at == draft.devices.end() ? nullptr : &*at;
+}
+
+tl::unexpected<Error> no_device(const RigDraft& draft, std::string_view name) {
+  std::string places;
+  for (const DraftDevice& device : draft.devices)
+    places += (places.empty() ? "" : ", ") + device.found.place;
+  return fail({.code = Errc::not_found,
+               .where = std::string(name),
+               .what = "no such device was found",
+               .expected = places.empty() ? "a device that was found" : places});
+}
+
+double travel_mm(const RigDraft& draft, std::string_view role) {
+  constexpr double usual = 150;
+  const DraftDevice* const device = draft.with_role(role);
+  const apt::StageModel* const stage = device == nullptr ? nullptr : apt::find_stage(device->stage);
+  return stage == nullptr ? usual : std::min(usual, stage->travel_high);
+}
+
+double default_number(const RigDraft& draft, std::string_view name) {
+  const bool is_real = draft.mode == BenchMode::real;
+  const auto plate_y = [&] {
+    return travel_mm(draft, draft.with_role("y") != nullptr ? "y" : "x");
+  };
+  constexpr double surface_share = 0.4;  // of the travel: room above it and below
+  const std::map<std::string_view, double> fixed{
+      {"probe_mass_kg", 0.2},     {"probe_face_mm", 16}, {"clearance_mm", 8},  {"torque_cap_nm", 2},
+      {"taxel_cap_counts", 8000}, {"press_depth_mm", 2}, {"touch_counts", 20}, {"tilt_deg", 5},
+      {"fixed_rx_deg", 0},        {"fixed_ry_deg", 0}};
+  if (const auto at = fixed.find(name); at != fixed.end()) return at->second;
+  if (name == "surface_z_mm") return surface_share * travel_mm(draft, "z");
+  if (name == "plate_x_mm") return travel_mm(draft, "x");
+  if (name == "plate_y_mm") return plate_y();
+  if (name == "fixed_y_mm") return draft.number("plate_y_mm") / 2;
+  // docs/howto/real-bench.md: begin with 6 N for recipes of 5 N.
+  if (name == "force_cap_n") return is_real ? 6 : 11;
+  double speed = 4;
+  for (const std::string_view role : linear_roles)
+    if (const DraftDevice* const device = draft.with_role(role))
+      if (const apt::StageModel* const stage = apt::find_stage(device->stage))
+        speed = std::min(speed, stage->max_speed);
+  return speed;
+}
+
+}  // namespace
+
+std::span<const NumberKey> number_keys() {
+  return keys;
+}
+
+const DraftDevice* RigDraft::with_role(std::string_view role) const {
+  const auto at = std::ranges::find(devices, role, &DraftDevice::role);
+  return at == devices.end() ? nullptr : &*at;
+}
+
+bool RigDraft::needs(std::string_view number) const {
+  if (number == "force_cap_n" || number == "torque_cap_nm") return has_wrench();
+  if (number == "taxel_cap_counts" || number == "press_depth_mm" || number == "touch_counts")
+    return !has_wrench();
+  if (number == "tilt_deg") return with_role("rx") != nullptr || with_role("ry") != nullptr;
+  if (number.starts_with("fixed_")) {
+    const std::string_view axis = number.substr(6, number.rfind('_') - 6);
+    return with_role(axis) == nullptr;
+  }
+  return true;
+}
+
+double RigDraft::number(std::string_view key) const {
+  const auto stated = answers.find(std::string(key));
+  return stated == answers.end() ? default_number(*this, key) : stated->second;
+}
+
+RigDraft draft_of(std::string name, BenchMode mode, std::vector<FoundDevice> found) {
+  RigDraft draft;
+  draft.name = std::move(name);
+  draft.mode = mode;
+  for (FoundDevice& device : found) {
+    if (device.kind == DeviceKind::unknown) continue;
+    DraftDevice made{std::move(device), std::string(no_role), {}};
+    if (made.found.stages.size() == 1) made.stage = made.found.stages.front();
+    draft.devices.push_back(std::move(made));
+  }
+  assign_stages(draft);
+  for (DraftDevice& device : draft.devices) {
+    const std::string_view role = sensor_role(device.found.kind);
+    if (role != no_role && draft.with_role(role) == nullptr) device.role = role;
+  }
+  return draft;
+}
+
+std::vector<std::string_view> possible_roles(const DraftDevice& device) {
+  if (device.found.kind != DeviceKind::stage) return {sensor_role(device.found.kind), no_role};
+  std::vector<std::string_view> out;
+  const bool knows = !device.stage.empty();
+  const bool rotary = knows ? is_rotary(device.stage) : is_rotary(device.found);
+  if (!rotary || !knows) out.insert(out.end(), linear_roles.begin(), linear_roles.end());
+  if (rotary || !knows) out.insert(out.end(), rotary_roles.begin(), rotary_roles.end());
+  out.push_back(no_role);
+  return out;
+}
+
+Status set_role(RigDraft& draft, std::string_view name, std::string_view role) {
+  DraftDevice* const device = find_device(draft, name);
+  if (device == nullptr) return no_device(draft, name);
+  const auto possible = possible_roles(*device);
+  if (std::ranges::find(possible, role) == possible.end())
+    return fail({.where = std::string(name),
+                 .what = "the device cannot have this role",
+                 .expected = joined(possible),
+                 .got = std::string(role)});
+  device->role = role;
+  return {};
+}
+
+Status set_stage(RigDraft& draft, std::string_view name, std::string_view stage) {
+  DraftDevice* const device = find_device(draft, name);
+  if (device == nullptr) return no_device(draft, name);
+  if (std::ranges::find(device->found.stages, stage) == device->found.stages.end())
+    return fail({.where = std::string(name),
+                 .what = "no stage that is known at this controller",
+                 .expected = joined(device->found.stages),
+                 .got = std::string(stage),
+                 .hint = "docs/reference/rig.md lists stages and controllers"});
+  device->stage = stage;
+  return {};
+}
+
+Status set_number(RigDraft& draft, std::string_view name, double value) {
+  const auto* const key = std::ranges::find(keys, name, &NumberKey::name);
+  if (key == std::end(keys)) {
+    std::vector<std::string_view> names;
+    for (const NumberKey& one : keys) names.push_back(one.name);
+    return fail({.code = Errc::not_found,
+                 .where = std::string(name),
+                 .what = "no such number of a rig",
+                 .expected = joined(names)});
+  }
+  if (!(value >= key->low && value <= key->high))
+    return fail({.code = Errc::range,
+                 .where = std::string(name),
+                 .what = "out of range",
+                 .expected = general(key->low) + " to " + general(key->high),
+                 .got = general(value)});
+  draft.answers[std::string(name)] = value;
+  return {};
+}
+
+std::vector<const NumberKey*> assumed_numbers(const RigDraft& draft) {
+  std::vector<const NumberKey*> out;
+  for (const NumberKey& key : keys)
+    if (draft.needs(key.name) && !draft.answers.contains(std::string(key.name)))
+      out.push_back(&key);
+  return out;
+}
+
+}  // namespace weft::daemon

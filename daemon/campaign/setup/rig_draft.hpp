@@ -1,0 +1,71 @@
+#pragma once
+// A rig file before it is written: which found device has which role, and the numbers that no
+// device reports. Values, without a port or a file.
+
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/setup/found_device.hpp"
+
+namespace weft::daemon {
+
+inline constexpr std::string_view no_role = "none";
+
+struct DraftDevice {
+  FoundDevice found;
+  std::string role{no_role};  ///< "x" ... "vibro", or no_role: the rig file leaves it out
+  std::string stage;          ///< of a stage: "LTS150"; empty where it is not known
+};
+
+/// A number of the rig file. Default and whether it is needed follow the devices.
+struct NumberKey {
+  std::string_view name;      ///< "surface_z_mm", of options, answers and output
+  std::string_view question;  ///< what a person is asked
+  double low, high;
+};
+std::span<const NumberKey> number_keys();
+
+struct RigDraft {
+  std::string name;
+  BenchMode mode = BenchMode::real;
+  Endpoint console;  ///< emulated: where weft-rig takes orders
+  std::vector<DraftDevice> devices;
+  std::map<std::string, double> answers;  ///< numbers that were stated, by their names
+
+  [[nodiscard]] const DraftDevice* with_role(std::string_view role) const;
+  [[nodiscard]] bool has_wrench() const { return with_role("wrench") != nullptr; }
+  /// Whether the rig file has this number.
+  [[nodiscard]] bool needs(std::string_view number) const;
+  /// As it was stated; else its default.
+  [[nodiscard]] double number(std::string_view key) const;
+};
+
+/// Roles by kind and serial number: linear stages x, y, z (two: x and z; one: z), rotary ones rx
+/// and ry, one sensor of each kind. The rest has none.
+RigDraft draft_of(std::string name, BenchMode mode, std::vector<FoundDevice> found);
+
+/// `device`: its place or its serial number. Errors: not_found; invalid_argument, for a role that
+/// it cannot have, or a stage that its controller cannot have.
+Status set_role(RigDraft& draft, std::string_view device, std::string_view role);
+Status set_stage(RigDraft& draft, std::string_view device, std::string_view stage);
+/// Errors: not_found (no such number), range.
+Status set_number(RigDraft& draft, std::string_view name, double value);
+
+/// What `answers_json` states: {"roles": {DEVICE: ROLE}, "stages": {DEVICE: STAGE}, NUMBER: value}.
+/// Errors: parse, and those of the setters with a JSON pointer.
+Status apply_answers(RigDraft& draft, std::string_view answers_json);
+
+/// What keeps the draft from being a rig: an axis without a stage, no sensor that feels a touch, a
+/// role twice, a controller whose stage is not known. Each with what to do.
+std::vector<Error> missing_parts(const RigDraft& draft);
+
+/// The numbers that the rig file has by default alone, with what each means.
+std::vector<const NumberKey*> assumed_numbers(const RigDraft& draft);
+
+/// The roles that a device of this kind can have; first the likely one.
+std::vector<std::string_view> possible_roles(const DraftDevice& device);
+
+}  // namespace weft::daemon

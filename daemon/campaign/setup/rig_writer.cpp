@@ -1,0 +1,228 @@
+#include "daemon/campaign/setup/rig_writer.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "daemon/base/file/atomic_file.hpp"
+#include "daemon/base/file/installed_file.hpp"
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/campaign/bench_check.hpp"
+#include "daemon/campaign/setup/device_config.hpp"
+#include "protocols/apt/stage_scale.hpp"
+#include "protocols/base/json_text.hpp"
+
+namespace weft::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+namespace apt = protocols::apt;
+using Json = nlohmann::ordered_json;
+
+constexpr double real_time_cycle_hz = 250, cycle_hz = 100;
+
+StageLimits limits_of(const RigDraft& draft) {
+  StageLimits out;
+  for (const DraftDevice& device : draft.devices) {
+    const apt::StageModel* const stage = apt::find_stage(device.stage);
+    if (device.role == no_role || stage == nullptr) continue;
+    if (stage->axis == apt::Axis::linear) {
+      out.acceleration_mm_s2 = std::min(out.acceleration_mm_s2, stage->max_acceleration);
+    } else {
+      out.tilt_speed_deg_s = std::min(out.tilt_speed_deg_s, stage->max_speed);
+      out.tilt_acceleration_deg_s2 =
+          std::min(out.tilt_acceleration_deg_s2, stage->max_acceleration);
+    }
+  }
+  return out;
+}
+
+Json device_json(const DraftDevice& device, const RigDraft& draft, const StageLimits& limits) {
+  const FoundDevice& found = device.found;
+  const bool is_stage = found.kind == DeviceKind::stage;
+  Json out{{"name", is_stage ? "stage." + device.role : std::string(device_name(device))},
+           {"role", device.role},
+           {"driver", driver_name(found.kind)},
+           {"config", device_config(device, draft, limits)},
+           {"link", link_json(found.link)}};
+  if (found.http) out["http"] = link_json(*found.http);
+  if (draft.mode != BenchMode::real) out["emulator"] = emulator_json(device);
+  return out;
+}
+
+/// In the order of the roles, as people read a bench.
+Json devices_json(const RigDraft& draft, const StageLimits& limits) {
+  Json out = Json::array();
+  for (const char* const role : {"x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"})
+    if (const DraftDevice* const device = draft.with_role(role))
+      out.push_back(device_json(*device, draft, limits));
+  return out;
+}
+
+Json limits_json(const RigDraft& draft, const StageLimits& limits) {
+  Json out{{"speed_mm_s", draft.number("speed_mm_s")},
+           {"acceleration_mm_s2", limits.acceleration_mm_s2}};
+  const double tilt = draft.number("tilt_deg");
+  if (draft.needs("tilt_deg")) out["tilt_speed_deg_s"] = limits.tilt_speed_deg_s;
+  if (draft.has_wrench()) {
+    out["force_cap_N"] = draft.number("force_cap_n");
+    out["torque_cap_Nm"] = draft.number("torque_cap_nm");
+  } else {
+    out["taxel_cap_counts"] = draft.number("taxel_cap_counts");
+    out["press_depth_mm"] = draft.number("press_depth_mm");
+  }
+  for (const char* const axis : {"x", "y", "z"})
+    if (const DraftDevice* const device = draft.with_role(axis)) {
+      const apt::StageModel& stage = *apt::find_stage(device->stage);
+      out["travel_mm"][axis] = {stage.travel_low, stage.travel_high};
+    }
+  if (draft.needs("tilt_deg")) out["tilt_deg"] = {-tilt, tilt};
+  return out;
+}
+
+Json probe_json(const RigDraft& draft) {
+  const double face = draft.number("probe_face_mm");
+  Json out{{"mass_kg", draft.number("probe_mass_kg")}, {"rest_travel_mm", 0.5}};
+  if (draft.mode != BenchMode::real) out["slack_mm"] = 1.0;  // a real mount's is to be measured
+  out["footprint_mm"] = {face, face};
+  out["clearance_mm"] = draft.number("clearance_mm");
+  if (!draft.has_wrench()) out["touch_counts"] = draft.number("touch_counts");
+  return out;
+}
+
+Json fixed_json(const RigDraft& draft) {
+  Json out;
+  for (const char* const key : {"y_mm", "rx_deg", "ry_deg"})
+    if (draft.needs("fixed_" + std::string(key)))
+      out[key] = draft.number("fixed_" + std::string(key));
+  return out;
+}
+
+/// Faster where time is real: docs of sim/rigs. A slow force sensor allows no more.
+double cycle_of(const RigDraft& draft) {
+  if (draft.mode == BenchMode::simulated) return cycle_hz;
+  const DraftDevice* const wrench = draft.with_role("wrench");
+  const bool is_slow = wrench != nullptr && wrench->found.rate_hz < real_time_cycle_hz;
+  return is_slow ? cycle_hz : real_time_cycle_hz;
+}
+
+Result<fs::path> table(const char* name) {
+  const fs::path file = find_installed(name);
+  std::error_code error;
+  if (fs::exists(file, error)) return fs::absolute(file, error).lexically_normal();
+  return fail({.code = Errc::not_found,
+               .where = name,
+               .what = "a table of the simulation is neither here nor installed",
+               .hint = "Run it from the source tree, or install the package weft"});
+}
+
+Status add_simulation(const RigDraft& draft, Json& rig) {
+  const auto fabrics = table("sim/fabrics.json");
+  if (!fabrics) return pass(fabrics.error());
+  const auto fidelity = table("sim/fidelity.json");
+  if (!fidelity) return pass(fidelity.error());
+  const auto text = read_text_file(*fabrics);
+  if (!text) return pass(text.error());
+  const auto document = parse_json(*text);
+  if (!document) return pass(document.error(), fabrics->string());
+  for (const auto& fabric : (*document)["fabrics"])
+    rig["fabrics"].push_back(fabric.at("name").get<std::string>());
+  Json& simulation = rig["simulation"];
+  simulation = {{"level", "auto"},
+                {"traits", {"relaxation", "regulated_force"}},
+                {"fidelity", fidelity->string()},
+                {"fabrics", fabrics->string()}};
+  if (draft.mode == BenchMode::emulated)
+    simulation["console"] = {{"host", draft.console.host}, {"port", draft.console.port}};
+  return {};
+}
+
+/// A member a line, a device's members a line each.
+std::string formatted(const Json& rig) {
+  std::string out = "{";
+  for (const auto& [key, value] : rig.items()) {
+    out += (out == "{" ? "\n  " : ",\n  ") + Json(key).dump() + ": ";
+    if (key != "devices") {
+      out += value.dump();
+      continue;
+    }
+    out += "[";
+    for (const Json& device : value) {
+      out += out.back() == '[' ? "\n    {" : ",\n    {";
+      for (const auto& [name, member] : device.items())
+        out += (out.back() == '{' ? "\n      " : ",\n      ") + Json(name).dump() + ": " +
+               member.dump();
+      out += "\n    }";
+    }
+    out += "\n  ]";
+  }
+  return out + "\n}\n";
+}
+
+std::string_view bench_name(BenchMode mode) {
+  if (mode == BenchMode::simulated) return "simulated";
+  return mode == BenchMode::emulated ? "emulated" : "real";
+}
+
+tl::unexpected<Error> already_there(const fs::path& target) {
+  return fail({.code = Errc::wrong_state,
+               .where = target.string(),
+               .what = "this file is there already",
+               .expected = "a new file, for none is overwritten",
+               .hint = "Choose another name, or move the file away"});
+}
+
+}  // namespace
+
+Result<std::string> rig_text(const RigDraft& draft) {
+  const StageLimits limits = limits_of(draft);
+  Json rig{{"name", draft.name},
+           {"bench", bench_name(draft.mode)},
+           {"devices", devices_json(draft, limits)}};
+  if (const Json fixed = fixed_json(draft); !fixed.empty()) rig["fixed"] = fixed;
+  rig["limits"] = limits_json(draft, limits);
+  rig["probe"] = probe_json(draft);
+  rig["plate"] = {{"origin_mm", {0, 0}},
+                  {"surface_z_mm", draft.number("surface_z_mm")},
+                  {"size_mm", {draft.number("plate_x_mm"), draft.number("plate_y_mm")}}};
+  rig["control"] = {{"cycle_hz", cycle_of(draft)}};
+  if (draft.mode != BenchMode::real)
+    if (Status added = add_simulation(draft, rig); !added) return pass(added.error());
+  return formatted(rig);
+}
+
+Status require_new_file(const fs::path& target) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(target, error))) return already_there(target);
+  return check_target(target);
+}
+
+// Checked beside its place, for paths in it are relative to that; link(2) overwrites nothing.
+Status write_rig(const RigDraft& draft, const fs::path& target) {
+  const auto text = rig_text(draft);
+  if (!text) return pass(text.error());
+  AtomicFile file(target);
+  if (Status written = write_text_file(file.temporary(), *text); !written) return written;
+  if (Status checked = check_rig_file(file.temporary()); !checked) return checked;
+  if (::link(file.temporary().c_str(), target.c_str()) == 0) return {};
+  if (errno == EEXIST) return already_there(target);
+  return fail({.code = Errc::io,
+               .where = target.string(),
+               .what = "cannot write the rig file",
+               .got = std::generic_category().message(errno)});
+}
+
+std::string suitable_recipe(const RigDraft& draft) {
+  const char* name = "first.json";
+  if (draft.with_role("y") == nullptr) name = "first-along-x.json";
+  if (!draft.has_wrench()) name = "first-by-depth.json";
+  const fs::path in_tree = find_installed(fs::path("recipes/library") / name);
+  std::error_code error;
+  if (fs::exists(in_tree, error)) return in_tree.string();
+  return find_installed(fs::path("recipes") / name).string();
+}
+
+}  // namespace weft::daemon
