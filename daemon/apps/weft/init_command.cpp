@@ -193,6 +193,8 @@ Result<int> run_init(const InitArgs& args, Console& console) {
   auto found = find_devices(args, name, console);
   if (!found) return pass(found.error());
   if (is_found) console.err << format_found(found->report);
+  if (const auto silent = unanswered(found->report); !silent.empty())
+    return refuse_draft(silent, found->report, console);
   RigDraft& draft = found->draft;
   if (Status done = apply_args(draft, args); !done) return pass(done.error());
   if (can_prompt)

@@ -93,16 +93,18 @@ std::string sentence_case(std::string_view text) {
 }
 
 std::string format_found(const SearchReport& report) {
+  if (report.devices.empty() && report.warnings.empty()) return "No device was found.\n";
   Table table(Align::left);
+  std::string remarks;
   for (const FoundDevice& found : report.devices) {
     table.row({found.place, std::string(to_string(found.kind)), found.model, found.serial,
                found.problem ? std::string() : details(found)});
-    if (found.problem) table.row({"", "-> " + to_string(*found.problem)});
-    for (const std::string& note : found.notes) table.row({"", "-> " + note});
+    if (found.problem) remarks += "warning: " + to_string(*found.problem) + "\n";
+    for (const std::string& note : found.notes)
+      remarks += "note: " + found.place + ": " + note + "\n";
   }
-  std::string out = report.devices.empty() ? "No device was found.\n" : "Found:\n" + table.text();
-  for (const std::string& warning : report.warnings) out += "warning: " + warning + "\n";
-  return out;
+  for (const std::string& warning : report.warnings) remarks += "warning: " + warning + "\n";
+  return (report.devices.empty() ? "No device was found.\n" : "Found:\n" + table.text()) + remarks;
 }
 
 std::string format_init(const std::filesystem::path& rig, const RigDraft& draft) {
@@ -154,8 +156,7 @@ int refuse_draft(const std::vector<Error>& missing, const SearchReport& report, 
     console.err << "weft: " << to_string(error) << '\n';
     problems.push_back(error_json(error));
   }
-  console.err << "weft: no rig file was written: " << missing.size()
-              << (missing.size() == 1 ? " thing is" : " things are") << " missing\n";
+  console.err << "weft: no rig file was written\n";
   if (console.json) {
     json error = problems.front();
     error["problems"] = problems;

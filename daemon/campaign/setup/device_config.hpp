@@ -1,7 +1,7 @@
 #pragma once
 // A device's part of a rig file: configuration, link and, where it is simulated, emulator.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "daemon/campaign/setup/rig_draft.hpp"
 

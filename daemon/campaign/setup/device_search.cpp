@@ -150,6 +150,21 @@ class Search {
 
 }  // namespace
 
+std::vector<Error> unanswered(const SearchReport& report) {
+  std::vector<Error> out;
+  for (const FoundDevice& device : report.devices) {
+    if (device.problem) {
+      out.push_back(*device.problem);
+    } else if (device.is_named && device.kind == DeviceKind::unknown) {
+      out.push_back({.code = Errc::timeout,
+                     .where = device.place,
+                     .what = "no device that Weft knows replied",
+                     .hint = "Check its power and cable, or leave it out"});
+    }
+  }
+  return out;
+}
+
 std::string stable_port_name(const std::string& port, const fs::path& by_id) {
   std::error_code error;
   std::vector<std::string> names;
@@ -198,6 +213,11 @@ Result<SearchReport> search_devices(const SearchRequest& request) {
   for (const BoxPlace& place : box_places(request, warnings)) search.add(place);
   SearchReport report = search.run();
   report.warnings = std::move(warnings);
+  const auto is_in = [](const auto& places, const std::string& place) {
+    return std::ranges::find(places, place) != places.end();
+  };
+  for (FoundDevice& device : report.devices)
+    device.is_named = is_in(request.ports, device.place) || is_in(request.boxes, device.place);
   if (request.search_ports)
     for (const std::string& serial : thorlabs_without_port("/sys/bus/usb/devices"))
       report.warnings.push_back("a Thorlabs controller (" + serial +

@@ -29,6 +29,10 @@ struct SearchReport {
 /// Errors: invalid_argument, for a place that is none.
 Result<SearchReport> search_devices(const SearchRequest& request);
 
+/// Devices that were not asked, and named places at which nothing replied: without them roles would
+/// go to other devices than a person means.
+std::vector<Error> unanswered(const SearchReport& report);
+
 /// The name of a serial port that stays the same when it is plugged in again: a link to it in
 /// `by_id` (udev's /dev/serial/by-id); the port itself where there is none.
 std::string stable_port_name(const std::string& port, const std::filesystem::path& by_id);

@@ -46,6 +46,7 @@ struct FoundDevice {
   /// What a person should know of it: "its calibration page could not be read".
   std::vector<std::string> notes;
   std::optional<Error> problem;  ///< why it could not be asked: in use, no permission
+  bool is_named = false;         ///< by a person: something must be there
 };
 
 }  // namespace weft::daemon
