@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <set>
 
 #include "daemon/campaign/diagnostics/doctor.hpp"
 #include "daemon/hardware/rig/device_lock.hpp"
@@ -17,11 +18,11 @@ constexpr int ftdi = 0x0403, thorlabs = 0xFAF0;
 constexpr std::uint32_t sensor_bauds[] = {115200, 460800, 921600};
 constexpr std::uint32_t digital_bauds[] = {1250000, 115200};
 
-/// A port to be asked, or why it cannot be.
+/// A port to be asked.
 struct Candidate {
   std::string place;
   std::vector<PortAttempt> attempts;
-  std::optional<Error> problem;
+  bool is_expected = true;
 };
 
 Result<TcpPort> parse_tcp(const std::string& text) {
@@ -44,11 +45,10 @@ std::string real_name(const std::string& path) {
 }
 
 Result<Candidate> named_candidate(const std::string& place) {
-  if (!place.starts_with("tcp:"))
-    return Candidate{place, attempts_for({.path = place}, -1, -1), {}};
+  if (!place.starts_with("tcp:")) return Candidate{place, attempts_for({.path = place}, -1, -1)};
   const auto port = parse_tcp(place);
   if (!port) return pass(port.error());
-  return Candidate{place, {{*port, true, true}}, {}};
+  return Candidate{place, {{*port, true, true}}};
 }
 
 std::vector<Candidate> usb_candidates(const std::vector<Candidate>& named) {
@@ -59,7 +59,8 @@ std::vector<Candidate> usb_candidates(const std::vector<Candidate>& named) {
     };
     if (seen.usb_vendor < 0 || std::ranges::any_of(named, is_same)) continue;
     const SerialSettings port{.path = stable_port_name(seen.name, "/dev/serial/by-id")};
-    out.push_back({seen.name, attempts_for(port, seen.usb_vendor, seen.usb_product), {}});
+    out.push_back({seen.name, attempts_for(port, seen.usb_vendor, seen.usb_product),
+                   seen.usb_vendor == ftdi && seen.usb_product == thorlabs});
   }
   return out;
 }
@@ -110,6 +111,7 @@ class Search {
 
   void add(Candidate candidate) {
     const Status free = reserve(candidate.place, candidate.attempts.front().link, locks_);
+    if (candidate.is_expected) expected_.insert(candidate.place);
     if (!free) return add_refused(candidate.place, free.error());
     ports_.push_back(
         std::make_unique<PortIdentifier>(loop_, candidate.place, std::move(candidate.attempts)));
@@ -118,6 +120,7 @@ class Search {
     const std::optional<LinkSettings> pages =
         place.pages.port == 0 ? std::nullopt : std::optional<LinkSettings>(TcpPort{place.pages});
     const Status free = reserve(place.place, UdpPort{place.records}, locks_, pages);
+    if (place.can_stream) expected_.insert(place.place);
     if (!free) return add_refused(place.place, free.error());
     boxes_.push_back(std::make_unique<BoxIdentifier>(loop_, place));
   }
@@ -130,6 +133,8 @@ class Search {
     });
     for (const auto& port : ports_) report_.devices.push_back(port->found());
     for (const auto& box : boxes_) report_.devices.push_back(box->found());
+    for (FoundDevice& device : report_.devices)
+      device.is_expected = expected_.contains(device.place);
     return std::move(report_);
   }
 
@@ -142,6 +147,7 @@ class Search {
   }
 
   SearchReport report_;
+  std::set<std::string> expected_;  ///< places
   DeviceLocks locks_;
   RealLoop loop_;
   std::vector<std::unique_ptr<PortIdentifier>> ports_;
@@ -153,9 +159,10 @@ class Search {
 std::vector<Error> unanswered(const SearchReport& report) {
   std::vector<Error> out;
   for (const FoundDevice& device : report.devices) {
+    if (!device.is_expected || device.kind != DeviceKind::unknown) continue;
     if (device.problem) {
       out.push_back(*device.problem);
-    } else if (device.is_named && device.kind == DeviceKind::unknown) {
+    } else {
       out.push_back({.code = Errc::timeout,
                      .where = device.place,
                      .what = "no device that Weft knows replied",
@@ -213,11 +220,6 @@ Result<SearchReport> search_devices(const SearchRequest& request) {
   for (const BoxPlace& place : box_places(request, warnings)) search.add(place);
   SearchReport report = search.run();
   report.warnings = std::move(warnings);
-  const auto is_in = [](const auto& places, const std::string& place) {
-    return std::ranges::find(places, place) != places.end();
-  };
-  for (FoundDevice& device : report.devices)
-    device.is_named = is_in(request.ports, device.place) || is_in(request.boxes, device.place);
   if (request.search_ports)
     for (const std::string& serial : thorlabs_without_port("/sys/bus/usb/devices"))
       report.warnings.push_back("a Thorlabs controller (" + serial +

@@ -29,8 +29,8 @@ struct SearchReport {
 /// Errors: invalid_argument, for a place that is none.
 Result<SearchReport> search_devices(const SearchRequest& request);
 
-/// Devices that were not asked, and named places at which nothing replied: without them roles would
-/// go to other devices than a person means.
+/// Expected devices that could not be asked or did not reply: without them roles would go to other
+/// devices than a person means.
 std::vector<Error> unanswered(const SearchReport& report);
 
 /// The name of a serial port that stays the same when it is plugged in again: a link to it in

@@ -46,7 +46,9 @@ struct FoundDevice {
   /// What a person should know of it: "its calibration page could not be read".
   std::vector<std::string> notes;
   std::optional<Error> problem;  ///< why it could not be asked: in use, no permission
-  bool is_named = false;         ///< by a person: something must be there
+  /// A person named its place, or its USB numbers are Thorlabs': it is of the bench, and a rig file
+  /// without it would be wrong.
+  bool is_expected = false;
 };
 
 }  // namespace weft::daemon
