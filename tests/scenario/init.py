@@ -235,6 +235,34 @@ def digital(t, folder):
         t.expect("surface_z_mm" in error["expected"] and not (folder / "new.json").exists(), f"what there is: {error}")
 
 
+def other_sensors(t, folder):
+    """A card in a rack, whose stage is to be stated; an imprint array and a vibration sensor."""
+    (folder / "other").mkdir()
+    path, rig = rig_file(ROOT, folder / "other", fidelity=str(ROOT / "sim/fidelity.json"))
+    rig["simulation"]["fabrics"] = str(ROOT / "sim/objects.json")
+    del rig["fabrics"]
+    rig["devices"][0]["emulator"].update(model="BSC203", serial=70000001, bay=0)
+    rig["devices"][0]["config"]["destination"] = 33
+    link = {"kind": "serial", "path": str(folder / "other/ports/imprint"), "baud": 921600}
+    rig["devices"][-1].update(name="imprint", driver="imprint_array", config={"rows": 32, "cols": 32, "rate_hz": 5}, link=link,
+                              emulator={"kind": "imprint", "level": "Z+", "rate_hz": 5})
+    rig["devices"].append({"name": "vibro", "role": "vibro", "driver": "vibro", "config": {}, "emulator": {"kind": "vibro"},
+                           "link": {"kind": "serial", "path": str(folder / "other/ports/vibro"), "baud": 460800}})
+    path.write_text(json.dumps(rig))
+    made = folder / "other.json"
+    command = ["init", made, *console_of(rig), *offered(rig), "--yes", "--json"]
+    with ServedRig(WEFT_RIG, path, rig):
+        error = json.loads(t.run(*command, cwd=ROOT).stdout)["error"]
+        t.expect(error["where"] == rig["devices"][0]["link"]["path"] and "LTS150" in error["expected"], f"a stage to be stated: {error}")
+        t.succeeds_once(*command, "--stage", "70000001=LTS150", cwd=ROOT)
+        devices = devices_of(made)
+        order = {role: devices[role]["config"]["serial"] for role in "xyz"}
+        t.expect(order == {"x": 45000002, "y": 45000003, "z": 70000001} and devices["z"]["config"]["destination"] == 33, f"{order}")
+        t.expect(devices["taxels"]["driver"] == "imprint_array" and devices["vibro"]["config"]["sound_rate_hz"] == 8000, f"{devices}")
+        report = json.loads(t.run("doctor", "--rig", made, "--listen", 1, "--json", cwd=folder).stdout)
+        t.expect(report["problems"] == 0, f"doctor: {report['findings']}")
+
+
 def silent(t, folder):
     """Nothing at a port: what is missing is said, all of it, and no file is written."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -265,6 +293,7 @@ def main():
         emulated(t, folder)
         over_tcp(t, folder)
         digital(t, folder)
+        other_sensors(t, folder)
     t.finish()
 
 

@@ -16,7 +16,6 @@ constexpr std::uint16_t http_port = 80;
 constexpr Duration page_time = 3s, count_time = 1s;
 /// Records that are asked for at most: a box stops by itself where this program ends early.
 constexpr std::uint32_t most_records = 500;
-constexpr std::size_t longest_text = 64;
 
 std::optional<std::uint16_t> port_of(std::string_view text) {
   std::uint16_t port = 0;
@@ -72,8 +71,8 @@ void BoxIdentifier::on_pages(const Result<drivers::BoxPages>& pages) {
   if (!pages) return count_records();
   found_.kind = DeviceKind::net_ft;
   found_.http = TcpPort{place_.pages};
-  found_.model = printable(pages->settings.product, longest_text);
-  found_.serial = printable(pages->calibration_serial(), longest_text);
+  found_.model = printable(pages->settings.product, max_text);
+  found_.serial = printable(pages->calibration_serial(), max_text);
   found_.rate_hz = pages->settings.rdt_rate_hz;
   if (!pages->settings.rdt_enabled)
     found_.notes.emplace_back("its RDT interface is switched off: switch it on, on its page");

@@ -27,6 +27,9 @@ constexpr std::string_view to_string(DeviceKind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
+/// Bytes that are taken of a text that a device reports.
+inline constexpr std::size_t max_text = 64;
+
 struct FoundDevice {
   std::string place;  ///< as a person names it: "/dev/ttyUSB0", "tcp:HOST:PORT", "HOST"
   LinkSettings link;  ///< as the rig file states it, by a stable name where there is one

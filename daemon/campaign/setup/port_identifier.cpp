@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "protocols/apt/stage_scale.hpp"
+#include "protocols/base/printable.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -36,7 +37,7 @@ std::vector<std::string> stages_of_controller(const std::string& model, std::uin
 }
 
 double rounded_rate_hz(double measured_hz) {
-  if (measured_hz <= 0) return 0;
+  if (!std::isfinite(measured_hz) || measured_hz <= 0) return 0;
   constexpr double tolerance = 0.01;
   for (int digits = 1; digits <= 3; ++digits) {
     const double unit = std::pow(10, std::floor(std::log10(measured_hz)) - digits + 1);
@@ -112,8 +113,8 @@ void PortIdentifier::request_digital() {
       [this](const Result<DigitalSensor>& sensor) {
         if (!sensor) return timer_.start({});  // not from inside its own callback
         found_.kind = DeviceKind::digital_ft;
-        found_.model = sensor->part_number;
-        found_.serial = sensor->calibration_serial;
+        found_.model = printable(sensor->part_number, max_text);
+        found_.serial = printable(sensor->calibration_serial, max_text);
         found_.rate_hz = rounded_rate_hz(sensor->records_per_s);
         finish();
       });

@@ -120,7 +120,9 @@ Result<fs::path> table(const char* name) {
 }
 
 Status add_simulation(const RigDraft& draft, Json& rig) {
-  const auto fabrics = table("sim/fabrics.json");
+  const DraftDevice* const taxels = draft.with_role("taxels");
+  const bool has_imprints = taxels != nullptr && taxels->found.kind == DeviceKind::imprint_array;
+  const auto fabrics = table(has_imprints ? "sim/objects.json" : "sim/fabrics.json");
   if (!fabrics) return pass(fabrics.error());
   const auto fidelity = table("sim/fidelity.json");
   if (!fidelity) return pass(fidelity.error());
@@ -206,7 +208,13 @@ Status write_rig(const RigDraft& draft, const fs::path& target) {
   if (!text) return pass(text.error());
   AtomicFile file(target);
   if (Status written = write_text_file(file.temporary(), *text); !written) return written;
-  if (Status checked = check_rig_file(file.temporary()); !checked) return checked;
+  if (const Status checked = check_rig_file(file.temporary()); !checked) {
+    Error refused = checked.error();
+    const std::string name = file.temporary().string();
+    if (refused.where.starts_with(name))
+      refused.where = target.string() + refused.where.substr(name.size());
+    return fail(std::move(refused));
+  }
   if (::link(file.temporary().c_str(), target.c_str()) == 0) return {};
   if (errno == EEXIST) return already_there(target);
   return fail({.code = Errc::io,
@@ -217,6 +225,8 @@ Status write_rig(const RigDraft& draft, const fs::path& target) {
 
 std::string suitable_recipe(const RigDraft& draft) {
   const char* name = "first.json";
+  const DraftDevice* const taxels = draft.with_role("taxels");
+  if (taxels != nullptr && taxels->found.kind == DeviceKind::imprint_array) name = "imprint.json";
   if (draft.with_role("y") == nullptr) name = "first-along-x.json";
   if (!draft.has_wrench()) name = "first-by-depth.json";
   const fs::path in_tree = find_installed(fs::path("recipes/library") / name);

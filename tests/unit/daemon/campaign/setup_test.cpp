@@ -6,6 +6,7 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -206,6 +207,7 @@ TEST_CASE("Rates are as a person would state them") {
   CHECK(rounded_rate_hz(6985) == 7000);
   CHECK(rounded_rate_hz(123.4) == Approx(123.4).epsilon(0.01));
   CHECK(rounded_rate_hz(0) == 0);
+  CHECK(rounded_rate_hz(std::numeric_limits<double>::infinity()) == 0);  // a clock that stands
 }
 
 TEST_CASE("A port is asked what its USB numbers allow") {
