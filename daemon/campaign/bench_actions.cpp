@@ -45,6 +45,12 @@ Duration max_age(double rate_hz, Duration least) {
   return std::max(from_seconds(10 / rate_hz), least);
 }
 
+/// Nothing where an array has not sent yet.
+std::optional<TimePoint> oldest(std::span<const recipes::TaxelReading> arrays) {
+  const auto first = std::ranges::min_element(arrays, {}, &recipes::TaxelReading::at);
+  return first == arrays.end() ? std::nullopt : first->at;
+}
+
 recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   recipes::GuardLimits limits;
   limits.force_cap_n = rig.force_cap_n;
@@ -53,7 +59,7 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   limits.fixed = rig.geometry.fixed;
   if (rig.has_wrench) limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
   limits.taxel_cap_counts = rig.taxel_cap_counts;
-  if (rig.taxels > 0) limits.taxels_max_age = max_age(rig.taxel_rate_hz, 500ms);
+  if (rig.taxels > 0) limits.taxels_max_age = max_age(rig.slowest_taxel_rate_hz(), 500ms);
   limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
   limits.wrench_longest_frozen = from_seconds(rig.frozen_wrench_s);
   limits.taxels_longest_frozen = from_seconds(rig.frozen_taxels_s);
@@ -299,7 +305,7 @@ std::optional<recipes::GuardTrip> BenchActions::check_guards(const GuardContext&
   readings.torque_nm = seen.wrench.torque_nm;
   readings.wrench_valid = seen.wrench.valid;
   readings.wrench_at = seen.wrench_at;
-  readings.taxels_at = seen.taxels_at;
+  readings.taxels_at = oldest(seen.taxels);
   readings.taxel_change = bench_->touch().largest_change();
   readings.position = seen.joints();
   readings.stage_at = seen.stage_at;
@@ -319,8 +325,7 @@ recipes::WatchInput BenchActions::newest() const {
   input.force_n = seen.wrench.force_n;
   input.torque_nm = seen.wrench.torque_nm;
   input.wrench_at = seen.wrench_at;
-  input.taxel_digest = seen.taxel_digest;
-  input.taxels_at = seen.taxels_at;
+  input.taxels = seen.taxels;
   input.position = seen.joints();
   input.stage_at = seen.stage_at;
   return input;

@@ -346,7 +346,7 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
     const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
     if (!sent_hz) continue;
     const double average_hz =
-        (device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz) *
+        (device.role == "wrench" ? limits.wrench_rate_hz : limits.taxel_rate_hz_of(device.name)) *
         records_per_sample(device);
     if (std::abs(average_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail({.code = Errc::invalid_argument,

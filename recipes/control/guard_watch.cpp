@@ -149,11 +149,16 @@ bool GuardWatch::is_landing(const Reading& now, const WatchInput& input) const {
 }
 
 void GuardWatch::check_taxels(const WatchInput& input) {
-  if (!input.taxels_at || *input.taxels_at == taxels_at_) return;
-  if (taxels_ != input.taxel_digest) taxels_changed_ = *input.taxels_at;
-  taxels_ = input.taxel_digest;
-  taxels_at_ = *input.taxels_at;
-  seen_.taxels_frozen = taxels_at_ - taxels_changed_;
+  taxels_.resize(input.taxels.size());
+  seen_.taxels_frozen = {};
+  for (std::size_t i = 0; i < taxels_.size(); ++i) {
+    const TaxelReading& now = input.taxels[i];
+    TaxelsSeen& seen = taxels_[i];
+    if (!now.at) continue;
+    if (!seen.newest.at || seen.newest.digest != now.digest) seen.changed = *now.at;
+    seen.newest = now;
+    seen_.taxels_frozen = std::max(seen_.taxels_frozen, *now.at - seen.changed);
+  }
 }
 
 // A bucket with a leak: reports that come late fill it for a moment, a stage that runs away for

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "recipes/control/guards.hpp"
 
@@ -19,13 +21,18 @@ struct WatchLimits {
   Duration order_age{};                               ///< of velocities, see servo.hpp
 };
 
+/// The newest frame of a tactile array.
+struct TaxelReading {
+  std::uint32_t digest = 0;  ///< CRC-32 of the counts
+  std::optional<TimePoint> at;
+};
+
 /// One cycle's view of the bench.
 struct WatchInput {
   std::array<double, 3> force_n{};
   std::array<double, 3> torque_nm{};
   std::optional<TimePoint> wrench_at;
-  std::uint32_t taxel_digest = 0;  ///< of the counts of the newest frame
-  std::optional<TimePoint> taxels_at;
+  std::span<const TaxelReading> taxels;  ///< array by array
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
   bool zero_moves = false;  ///< the sensor is taking its zero: its readings may jump
@@ -79,9 +86,11 @@ class GuardWatch {
   std::optional<Reading> wrench_;  ///< the newest
   std::optional<Reading> believed_;
   TimePoint wrench_changed_{};
-  std::optional<std::uint32_t> taxels_;
-  TimePoint taxels_at_{};
-  TimePoint taxels_changed_{};
+  struct TaxelsSeen {
+    TaxelReading newest;
+    TimePoint changed{};
+  };
+  std::vector<TaxelsSeen> taxels_;                        ///< array by array
   std::array<std::optional<Reading>, axis_count> stage_;  ///< value[0] is its position
   std::array<double, axis_count> excess_{};               ///< way that its speed does not explain
   std::array<Plan, axis_count> plans_{};

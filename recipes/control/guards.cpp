@@ -41,7 +41,7 @@ constexpr std::array<GuardRule, guard_count> rules{{
     {Guard::stale_taxels, "stale_taxels", GuardAction::end_campaign,
      "no frame for ten of its periods and 0.5 s"},
     {Guard::frozen_taxels, "frozen_taxels", GuardAction::end_campaign,
-     "all counts are the same for limits.frozen_taxels_s (1)"},
+     "all counts of an array are the same for limits.frozen_taxels_s (1)"},
     {Guard::late_cycle, "late_cycle", GuardAction::fail_trial,
      "the scan cycle itself comes more than 0.25 s late"},
     {Guard::deadline, "deadline", GuardAction::fail_trial,

@@ -73,7 +73,7 @@ struct GuardLimits {
 /// What the readings of the last cycles say together; made by GuardWatch.
 struct GuardHistory {
   Duration wrench_frozen{};           ///< all six components unchanged for so long
-  Duration taxels_frozen{};           ///< all counts unchanged for so long
+  Duration taxels_frozen{};           ///< all counts of an array unchanged for so long
   unsigned wrench_jumps = 0;          ///< readings in a row far from the last one believed
   double wrench_jump_n = 0;           ///< how far
   std::optional<Axis> too_fast;       ///< a stage that covered more than its speed allows
@@ -88,7 +88,7 @@ struct GuardReadings {
   bool wrench_valid = true;
   double taxel_change = 0;  ///< largest change of a taxel since the probe hung free [counts]
   std::optional<TimePoint> wrench_at;
-  std::optional<TimePoint> taxels_at;
+  std::optional<TimePoint> taxels_at;  ///< of the array that has been silent longest
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
   std::optional<TimePoint> deadline;        ///< of the state the engine is in

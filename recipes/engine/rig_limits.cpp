@@ -314,6 +314,17 @@ std::string sentences(Problems& problems) {
 
 }  // namespace
 
+double RigLimits::taxel_rate_hz_of(std::string_view device) const {
+  const auto array = std::ranges::find(taxel_arrays, device, &TaxelArray::device);
+  return array == taxel_arrays.end() ? 0 : array->rate_hz;
+}
+
+double RigLimits::slowest_taxel_rate_hz() const {
+  double slowest = taxel_rate_hz;
+  for (const TaxelArray& array : taxel_arrays) slowest = std::min(slowest, array.rate_hz);
+  return slowest;
+}
+
 double RigLimits::level_rise_m() const {
   return std::tan(std::abs(level.ry_rad)) * geometry.plate_size_m.x_m / 2;
 }

@@ -12,6 +12,17 @@
 
 namespace weft::recipes {
 
+/// A tactile array. A recorded frame has the taxels of all arrays of the rig, one after the other.
+struct TaxelArray {
+  std::string device;  ///< its name in the rig file
+  std::size_t taxels = 16;
+  double rate_hz = 37;
+  /// How the taxels lie, where the rig file says so: rows and columns, row by row, or places on the
+  /// face, from its middle.
+  std::size_t rows = 0, cols = 0;
+  std::vector<Vec2> places_m;
+};
+
 /// Bounds and constants of one rig.
 struct RigLimits {
   std::string name;
@@ -43,14 +54,12 @@ struct RigLimits {
   Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point
   double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
   double cycle_hz = 100;      ///< scan cycle of controller and guards
-  std::size_t taxels = 16;    ///< 0: no device has the role; data sets are of the wrench alone
-  /// How the taxels lie, where the rig file says so: rows and columns, row by row, or places on the
-  /// face, from its middle.
-  std::size_t taxel_rows = 0, taxel_cols = 0;
-  std::vector<Vec2> taxel_places_m;
+  /// Of all arrays; 0: no device has the role, and data sets are of the wrench alone.
+  std::size_t taxels = 16;
+  std::vector<TaxelArray> taxel_arrays;  ///< in the order of the rig file
   bool imprint_array = false;  ///< the taxels are rows and columns of an array that keeps imprints
-  /// Of the sensors' streams, as their drivers are configured. Without taxels the wrench's, whose
-  /// readings then carry the phase.
+  /// Of the sensors' streams, as their drivers are configured; of several tactile arrays the first
+  /// one's. Without taxels the wrench's, whose readings then carry the phase.
   double taxel_rate_hz = 37;
   double wrench_rate_hz = 100;
   /// False: simulated without noise, see lacks_noise(). Equal readings are then no fault, and
@@ -66,6 +75,10 @@ struct RigLimits {
 
   /// Positions are recorded, all axes in one row, once in so many cycles.
   static constexpr unsigned cycles_per_stage_row = 5;
+  /// 0 where no tactile array has this name.
+  [[nodiscard]] double taxel_rate_hz_of(std::string_view device) const;
+  /// Of the tactile array that sends least often.
+  [[nodiscard]] double slowest_taxel_rate_hz() const;
   [[nodiscard]] double stage_rate_hz() const { return cycle_hz / cycles_per_stage_row; }
 
   /// Least set point of the force loop: what the sensor tells from nothing, or the probe's weight.

@@ -20,23 +20,29 @@ const json& devices_of(const json& rig) {
   return found != rig.end() && found->is_array() ? *found : none;
 }
 
+std::string name_of(const json& device) {
+  const auto found = device.find("name");
+  return found != device.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 /// A number of them, or rows and columns of an array that keeps imprints.
-void read_taxels(const json& device, ObjectReader& config, RigLimits& limits) {
+void read_array(const json& device, ObjectReader& config, TaxelArray& array, RigLimits& limits) {
+  config.set(array.rate_hz, {"rate_hz", {{"rate_hz", 1}}}, {0.1, 1e4, {}});
   const auto taxels = config.integer("taxels", 1, 64, Need::optional);
-  if (taxels) limits.taxels = static_cast<std::size_t>(*taxels);
+  if (taxels) array.taxels = static_cast<std::size_t>(*taxels);
   const auto rows = config.integer("rows", 1, 128, Need::optional);
   const auto cols = config.integer("cols", 1, 128, Need::optional);
   if (rows && cols) {
     limits.imprint_array = device.value("driver", json()) != "taxel_array";
-    limits.taxel_rows = static_cast<std::size_t>(*rows);
-    limits.taxel_cols = static_cast<std::size_t>(*cols);
-    limits.taxels = limits.taxel_rows * limits.taxel_cols;
+    array.rows = static_cast<std::size_t>(*rows);
+    array.cols = static_cast<std::size_t>(*cols);
+    array.taxels = array.rows * array.cols;
   }
   const json* places = config.array("positions_mm", Need::optional);
   for (std::size_t i = 0; places != nullptr && i + 1 < places->size(); i += 2)
     if ((*places)[i].is_number() && (*places)[i + 1].is_number())
-      limits.taxel_places_m.push_back({(*places)[i].get<double>() / quantities::mm_per_m,
-                                       (*places)[i + 1].get<double>() / quantities::mm_per_m});
+      array.places_m.push_back({(*places)[i].get<double>() / quantities::mm_per_m,
+                                (*places)[i + 1].get<double>() / quantities::mm_per_m});
 }
 
 void read_vibration(ObjectReader& config, RigLimits& limits) {
@@ -49,14 +55,23 @@ void read_vibration(ObjectReader& config, RigLimits& limits) {
 
 void read_sensor(const json& device, ObjectReader& config, RigLimits& limits) {
   const json role = device.value("role", json());
-  const Quantity rate{"rate_hz", {{"rate_hz", 1}}};
   if (role == "vibro") return read_vibration(config, limits);
-  if (role == "wrench")
-    return config.set(limits.wrench_rate_hz, rate,
-                      {least_wrench_rate_hz, 7000,
-                       "the force loop cannot hold a force that it is told of less often"});
-  config.set(limits.taxel_rate_hz, rate, {0.1, 1e4, {}});
-  read_taxels(device, config, limits);
+  if (role == "taxels") return read_array(device, config, limits.taxel_arrays.back(), limits);
+  config.set(limits.wrench_rate_hz, {"rate_hz", {{"rate_hz", 1}}},
+             {least_wrench_rate_hz, 7000,
+              "the force loop cannot hold a force that it is told of less often"});
+}
+
+void join_arrays(RigLimits& limits, Problems& problems) {
+  const std::vector<TaxelArray>& arrays = limits.taxel_arrays;
+  if (arrays.empty()) return;
+  limits.taxel_rate_hz = arrays.front().rate_hz;
+  limits.taxels = 0;
+  for (const TaxelArray& array : arrays) limits.taxels += array.taxels;
+  if (limits.imprint_array && arrays.size() > 1)
+    problems.add({"/devices", "an imprint array has another beside it", "one array",
+                  std::to_string(arrays.size()) + " devices with the role taxels",
+                  "Record imprints with the one alone"});
 }
 
 /// A scene without taxels: its phases are told with the wrench's readings.
@@ -90,12 +105,15 @@ void read_sensors(const json& rig, RigLimits& limits, Problems& problems) {
   const json& devices = devices_of(rig);
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const json& device = devices[i];
-    if (!device.is_object() || !device.contains("config")) continue;
+    if (!device.is_object()) continue;
     const json role = device.value("role", json());
     if (role != "vibro" && role != "wrench" && role != "taxels") continue;
+    if (role == "taxels") limits.taxel_arrays.push_back({.device = name_of(device)});
+    if (!device.contains("config")) continue;
     ObjectReader config(device["config"], child("/devices", i) + "/config", problems);
     read_sensor(device, config, limits);
   }
+  join_arrays(limits, problems);
   forgo(rig, limits, problems);
   read_noise(rig, limits);
 }

@@ -20,10 +20,11 @@ from emulated_support import ServedRig, digital_rig, free_run, near_home, rig_fi
 
 WEFT, WEFT_RIG, ROOT = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
 FIVE, THREE, TWO = ["x", "y", "z", "rx", "ry"], ["x", "y", "z"], ["x", "z"]
-# Axes with a stage, driver of the force sensor, taxels and their rate.
+# Axes with a stage, driver of the force sensor, taxels and rate of each array.
 SHAPES = {
-    "5dof": (FIVE, "ati_netft", 16, 37), "xyz": (THREE, "ati_netft", 16, 37), "xz": (TWO, "ati_netft", 16, 37),
-    "digital": (FIVE, "ati_digital", 16, 37), "taxels32": (FIVE, "ati_netft", 32, 100), "no-force-sensor": (THREE, None, 16, 37),
+    "5dof": (FIVE, "ati_netft", [(16, 37)]), "xyz": (THREE, "ati_netft", [(16, 37)]), "xz": (TWO, "ati_netft", [(16, 37)]),
+    "digital": (FIVE, "ati_digital", [(16, 37)]), "taxels32": (FIVE, "ati_netft", [(32, 100)]), "no-force-sensor": (THREE, None, [(16, 37)]),
+    "two-arrays": (THREE, "ati_netft", [(16, 37), (6, 50)]),
 }
 # As emulated17 has them, near where the stages home.
 PLATE = {"surface_z_mm": 16, "plate_x_mm": 60, "plate_y_mm": 60}
@@ -37,14 +38,15 @@ def devices_of(path):
 
 def simulated(t, folder):
     """Each shape: as it is called, without problems, and a whole campaign of the library in virtual time."""
-    for shape, (axes, wrench, taxels, rate_hz) in SHAPES.items():
+    for shape, (axes, wrench, arrays) in SHAPES.items():
         path, out = folder / f"{shape}.json", folder / f"out-{shape}"
         wrote = json.loads(t.run("init", path, "--simulated", shape, "--json", cwd=ROOT).stdout)
         devices = devices_of(path)
         t.expect([role for role in FIVE if role in devices] == axes, f"{shape}: stages {list(devices)}")
         t.expect(devices.get("wrench", {}).get("driver") == wrench, f"{shape}: force sensor {devices.get('wrench')}")
-        of = devices["taxels"]["config"]
-        t.expect(of.get("taxels", of.get("rows", 0) * of.get("cols", 0)) == taxels and of["rate_hz"] == rate_hz, f"{shape}: {of}")
+        of = [device["config"] for device in json.loads(path.read_text())["devices"] if device["role"] == "taxels"]
+        t.expect([(one.get("taxels", one.get("rows", 0) * one.get("cols", 0)), one["rate_hz"]) for one in of] == arrays, f"{shape}: {of}")
+        taxels = sum(count for count, _ in arrays)
         t.succeeds("check", ROOT / wrote["recipe"], "--rig", path, cwd=folder)
         report = json.loads(t.run("doctor", "--rig", path, "--json", cwd=folder).stdout)
         t.expect(report["problems"] == 0 and report["warnings"] == 0, f"{shape}: doctor {report['findings']}")

@@ -30,13 +30,14 @@ export class Daemon {
   constructor(folder = mkdtempSync(join(tmpdir(), 'weft-web-'))) {
     this.folder = folder;
     this.http = 0;
+    this.rig = join(ROOT, 'sim/rigs/bench17.json');
     mkdirSync(join(folder, 'recipes'));
     for (const [name, text] of Object.entries(recipes)) writeFileSync(join(folder, 'recipes', `${name}.json`), JSON.stringify(text));
   }
 
   /** Again on the same port, where it was up before. */
   async begin(...more) {
-    this.process = spawn(WEFTD, ['--rig', join(ROOT, 'sim/rigs/bench17.json'), '--recipes', join(this.folder, 'recipes'),
+    this.process = spawn(WEFTD, ['--rig', this.rig, '--recipes', join(this.folder, 'recipes'),
       '--data', join(this.folder, 'data'), '--http', String(this.http), ...more], { stdio: ['ignore', 'pipe', 'inherit'] });
     this.ended = new Promise((done) => { this.process.once('exit', done); });
     const line = await new Promise((done, failed) => {

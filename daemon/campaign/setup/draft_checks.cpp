@@ -64,7 +64,10 @@ std::vector<Error> missing_parts(const RigDraft& draft) {
                           "--port PORT"));
   for (const DraftDevice& device : draft.devices) {
     if (device.role == no_role) continue;
-    if (std::ranges::count(draft.devices, device.role, &DraftDevice::role) > 1)
+    const auto is_rival = [&](const DraftDevice& other) {
+      return &other != &device && other.role == device.role && !can_share_role(device, other);
+    };
+    if (std::ranges::any_of(draft.devices, is_rival))
       out.push_back({.where = device.found.place,
                      .what = "role " + device.role + " has two devices",
                      .hint = "Leave one out: --role PORT=none"});

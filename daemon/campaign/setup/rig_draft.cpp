@@ -156,6 +156,10 @@ double RigDraft::number(std::string_view key) const {
   return stated == answers.end() ? default_number(*this, key) : stated->second;
 }
 
+bool can_share_role(const DraftDevice& a, const DraftDevice& b) {
+  return a.found.kind == DeviceKind::taxel_array && b.found.kind == DeviceKind::taxel_array;
+}
+
 RigDraft draft_of(std::string name, BenchMode mode, std::vector<FoundDevice> found) {
   RigDraft draft;
   draft.name = std::move(name);
@@ -169,7 +173,8 @@ RigDraft draft_of(std::string name, BenchMode mode, std::vector<FoundDevice> fou
   assign_stages(draft);
   for (DraftDevice& device : draft.devices) {
     const std::string_view role = sensor_role(device.found.kind);
-    if (role != no_role && draft.with_role(role) == nullptr) device.role = role;
+    const DraftDevice* const other = role == no_role ? nullptr : draft.with_role(role);
+    if (role != no_role && (other == nullptr || can_share_role(*other, device))) device.role = role;
   }
   return draft;
 }

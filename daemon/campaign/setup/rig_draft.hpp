@@ -43,8 +43,11 @@ struct RigDraft {
   [[nodiscard]] double number(std::string_view key) const;
 };
 
+/// Whether a rig may give one role to both.
+bool can_share_role(const DraftDevice& a, const DraftDevice& b);
+
 /// Roles by kind and serial number: linear stages x, y, z (two: x and z; one: z), rotary ones rx
-/// and ry, one sensor of each kind. The rest has none.
+/// and ry, every array of taxels, of the other sensors one of each kind. The rest has none.
 RigDraft draft_of(std::string name, BenchMode mode, std::vector<FoundDevice> found);
 
 /// `device`: its place or its serial number. Errors: not_found; invalid_argument, for a role that

@@ -15,6 +15,7 @@ constexpr RigShape shapes[] = {
     {"xz", "two linear stages, a Net F/T force sensor, 16 taxels"},
     {"digital", "as 5dof, with a Digital F/T force sensor"},
     {"taxels32", "as 5dof, with 4 x 8 taxels at 100 Hz"},
+    {"two-arrays", "as xyz, with a second array of 6 taxels at 50 Hz"},
     {"no-force-sensor", "three linear stages and 16 taxels: presses by depth"},
 };
 
@@ -64,6 +65,10 @@ Result<RigDraft> simulated_draft(std::string_view shape) {
   devices.push_back(sensor(DeviceKind::taxel_array, large ? 100 : 37));
   devices.back().taxels = large ? 32 : 16;
   if (large) devices.back().rows = 4, devices.back().cols = 8;
+  if (shape == "two-arrays") {
+    devices.push_back(sensor(DeviceKind::taxel_array, 50));
+    devices.back().taxels = 6;
+  }
   return draft_of("simulated-" + std::string(shape), BenchMode::simulated, std::move(devices));
 }
 

@@ -53,12 +53,21 @@ Json device_json(const DraftDevice& device, const RigDraft& draft, const StageLi
   return out;
 }
 
+/// Several tactile arrays: taxels, taxels2, taxels3.
+void number_arrays(Json& devices) {
+  int arrays = 0;
+  for (Json& device : devices)
+    if (device["role"] == "taxels" && ++arrays > 1)
+      device["name"] = device["name"].get<std::string>() + std::to_string(arrays);
+}
+
 /// In the order of the roles, as people read a bench.
 Json devices_json(const RigDraft& draft, const StageLimits& limits) {
   Json out = Json::array();
   for (const char* const role : {"x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"})
-    if (const DraftDevice* const device = draft.with_role(role))
-      out.push_back(device_json(*device, draft, limits));
+    for (const DraftDevice& device : draft.devices)
+      if (device.role == role) out.push_back(device_json(device, draft, limits));
+  number_arrays(out);
   return out;
 }
 

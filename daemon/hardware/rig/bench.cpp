@@ -108,8 +108,10 @@ void Bench::connect(Device& device) {
     wrench_ = &device;
     device.on_sample([this](const Sample& sample) { on_wrench(sample); });
   } else if (role == "taxels") {
-    taxels_ = &device;
-    device.on_sample([this](const Sample& sample) { on_taxels(sample); });
+    const std::size_t array = taxels_.add_array();
+    snapshot_.taxels.emplace_back();
+    device.on_sample(
+        [this, &device, array](const Sample& sample) { on_taxels(device, array, sample); });
   } else {
     device.on_sample([this, &device](const Sample& sample) {
       if (!std::holds_alternative<AccelerationSample>(sample.value) &&
@@ -133,13 +135,14 @@ void Bench::on_wrench(Sample sample) {
   if (sensor_sink_) sensor_sink_(*wrench_, sample);
 }
 
-void Bench::on_taxels(const Sample& sample) {
+void Bench::on_taxels(Device& device, std::size_t array, const Sample& sample) {
   const auto* const frame = std::get_if<TaxelSample>(&sample.value);
-  if (frame == nullptr) return refuse(*taxels_, sample);
-  snapshot_.taxels_at = sample.host;
-  snapshot_.taxel_digest = digest_of_counts(*frame);
-  if (wrench_ == nullptr) touch_.add(frame->counts);
-  if (sensor_sink_) sensor_sink_(*taxels_, sample);
+  if (frame == nullptr) return refuse(device, sample);
+  snapshot_.taxels[array] = {digest_of_counts(*frame), sample.host};
+  taxels_.take(array, *frame, sample.lost);
+  if (!taxels_.is_complete()) return;
+  if (wrench_ == nullptr) touch_.add(taxels_.counts());
+  if (array == 0 && sensor_sink_) sensor_sink_(device, taxels_.joined(sample));
 }
 
 const Error* Bench::fault() const {

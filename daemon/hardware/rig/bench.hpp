@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "daemon/hardware/rig/device.hpp"
+#include "daemon/hardware/rig/joined_taxels.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "drivers/api/sample.hpp"
+#include "recipes/control/guard_watch.hpp"
 #include "recipes/control/guards.hpp"
 #include "recipes/control/taxel_touch.hpp"
 
@@ -59,9 +61,8 @@ struct Snapshot {
   std::array<bool, recipes::axis_count> fixed{};
   WrenchSample wrench;
   std::optional<TimePoint> wrench_at;
-  WrenchTotal wrench_recent;  ///< readings since Bench::begin_recent()
-  std::optional<TimePoint> taxels_at;
-  std::uint32_t taxel_digest = 0;  ///< CRC-32 of the counts
+  WrenchTotal wrench_recent;                  ///< readings since Bench::begin_recent()
+  std::vector<recipes::TaxelReading> taxels;  ///< of each array, as the rig file lists them
   [[nodiscard]] recipes::Joints joints() const;
 };
 
@@ -103,9 +104,9 @@ class Bench {
   /// Of a rig without a force sensor; otherwise it sees no frame.
   recipes::TaxelTouch& touch() { return touch_; }
   [[nodiscard]] const recipes::TaxelTouch& touch() const { return touch_; }
-  Device& taxels() { return *taxels_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
-  /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated.
+  /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated; those of
+  /// several tactile arrays joined, as the first one's.
   void on_sensor_sample(SensorSink sink) { sensor_sink_ = std::move(sink); }
   /// Hears every line of every driver's log.
   void on_log(const Device::LogSink& sink);
@@ -115,7 +116,7 @@ class Bench {
   void connect(Device& device);
   void hold(const FixedAxes& fixed);
   void on_wrench(Sample sample);
-  void on_taxels(const Sample& sample);
+  void on_taxels(Device& device, std::size_t array, const Sample& sample);
   void await(std::function<bool()> ready, Duration limit, std::string what,
              std::function<void()> then);
   void poll();
@@ -127,7 +128,7 @@ class Bench {
   std::vector<std::unique_ptr<Device>> devices_;
   std::array<Device*, recipes::axis_count> stages_{};
   Device* wrench_ = nullptr;
-  Device* taxels_ = nullptr;
+  JoinedTaxels taxels_;
   Snapshot snapshot_;
   std::optional<Error> host_fault_;
   recipes::TaxelTouch touch_;

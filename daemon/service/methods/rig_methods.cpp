@@ -75,14 +75,24 @@ json axes_of(const recipes::Geometry& geometry, bool fixed) {
 }
 
 /// null where the rig file does not say how the taxels lie.
-json shape_of(const recipes::RigLimits& rig) {
-  if (rig.taxels > 0 && rig.taxel_places_m.size() == rig.taxels) {
+json shape_of(const recipes::TaxelArray& array) {
+  if (array.places_m.size() == array.taxels) {
     json places = json::array();
-    for (const recipes::Vec2& at : rig.taxel_places_m) places.push_back(point_of(at));
+    for (const recipes::Vec2& at : array.places_m) places.push_back(point_of(at));
     return {{"places", std::move(places)}};
   }
-  if (rig.taxel_rows * rig.taxel_cols != rig.taxels || rig.taxels == 0) return nullptr;
-  return {{"rows", rig.taxel_rows}, {"columns", rig.taxel_cols}};
+  if (array.rows * array.cols != array.taxels) return nullptr;
+  return {{"rows", array.rows}, {"columns", array.cols}};
+}
+
+json shape_of(const recipes::RigLimits& rig) {
+  if (rig.taxel_arrays.empty()) return nullptr;
+  if (rig.taxel_arrays.size() == 1) return shape_of(rig.taxel_arrays.front());
+  json arrays = json::array();
+  for (const recipes::TaxelArray& array : rig.taxel_arrays)
+    arrays.push_back(
+        {{"device", array.device}, {"taxels", array.taxels}, {"shape", shape_of(array)}});
+  return {{"arrays", std::move(arrays)}};
 }
 
 Outcome describe_rig(const Services& services, const Call&) {
@@ -355,7 +365,8 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
       "rig, bench (simulated, emulated, real), simulated, wrench (false: no force sensor, and "
       "the caps are null), force_cap_n, torque_cap_nm, travel by axis, fixed: where axes "
       "without a stage stand; plate: origin, size, surface_z_m; footprint of the probe, "
-      "clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated), "
+      "clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated; of several "
+      "arrays: arrays, each with device, taxels and shape), "
       "fabrics",
       describe_rig);
   group.read("device.list", "the rig's devices, as its file has them", {},

@@ -100,6 +100,15 @@ TEST_CASE("Rates come from the drivers' configuration, that of the stages from t
   CHECK(limits->wrench_rate_hz == 500);
   CHECK(limits->taxel_rate_hz == 50);
   CHECK(limits->taxels == 8);
+  CHECK(limits->slowest_taxel_rate_hz() == 50);
+  const auto two = parse_rig_limits(with(
+      rig, R"({"role": 7,)",
+      R"({"name": "b", "role": "taxels", "config": {"rate_hz": 40, "rows": 2, "cols": 3}}, {"role": 7,)"));
+  REQUIRE(two);
+  CHECK(two->taxel_rate_hz == 50);
+  CHECK(two->slowest_taxel_rate_hz() == 40);
+  CHECK(two->taxel_rate_hz_of("b") == 40);
+  CHECK(two->taxels == 14);
   CHECK(limits->stage_rate_hz() == 50);
   CHECK_THAT(problems_of(with(rig, "\"rate_hz\": 500", "\"rate_hz\": -1")),
              Catch::Contains("/devices/0/config/rate_hz"));

@@ -323,4 +323,75 @@ TEST_CASE("an array of 32 taxels at 100 Hz is recorded as it is") {
   CHECK(std::ranges::count(trial.phase, Phase::press) == Approx(200).margin(2));
 }
 
+namespace {
+
+/// The usual 16 taxels at 37 Hz, and six more at 50 Hz on a line of their own.
+json two_array_rig() {
+  json rig = test::bench17_near_home();
+  json second = test::device_of(rig, "taxels");
+  second["name"] = "fingertip";
+  const json places{-6, 0, -4, 0, -2, 0, 2, 0, 4, 0, 6, 0};
+  second["config"] = {{"taxels", 6}, {"positions_mm", places}, {"rate_hz", 50}};
+  second["emulator"] = {{"kind", "taxel"}, {"positions_mm", places}, {"rate_hz", 50}};
+  rig["devices"].push_back(second);
+  return rig;
+}
+
+}  // namespace
+
+TEST_CASE("two tactile arrays are one frame, with the taxels of the second behind the first's") {
+  const Dataset data = recorded(two_array_rig(), short_recipe("denim"));
+  const Dataset alone = recorded(test::bench17_near_home(), short_recipe("denim"));
+  const classifier::Trial& trial = data.trials.at(0);
+  const classifier::Trial& first = alone.trials.at(0);
+  REQUIRE(trial.taxels == 22);
+  REQUIRE(first.taxels == 16);
+  REQUIRE(trial.phase.size() == first.phase.size());
+  std::vector<std::uint16_t> of_first;
+  for (std::size_t frame = 0; frame < trial.phase.size(); ++frame)
+    for (std::size_t taxel = 0; taxel < 16; ++taxel)
+      of_first.push_back(trial.counts[frame * 22 + taxel]);
+  CHECK(of_first == first.counts);
+  // The press shows in each taxel of the second, whose level at rest is the first's.
+  const auto mean_in = [&](Phase phase, std::size_t taxel) {
+    double sum = 0, frames = 0;
+    for (std::size_t frame = 0; frame < trial.phase.size(); ++frame)
+      if (trial.phase[frame] == phase) {
+        sum += trial.counts[frame * 22 + taxel];
+        ++frames;
+      }
+    REQUIRE(frames > 0);
+    return sum / frames;
+  };
+  for (std::size_t taxel = 16; taxel < 22; ++taxel) {
+    INFO(taxel);
+    CHECK(std::abs(mean_in(Phase::press, taxel) - mean_in(Phase::rest, taxel)) > 20);
+  }
+}
+
+TEST_CASE("the second array's silence and its frozen counts end the campaign") {
+  const auto [fault, guard] = GENERATE(table<std::string, std::string>(
+      {{"unplug", "stale_taxels"}, {"frozen_frame", "frozen_taxels"}}));
+  test::Guarded guarded(short_recipe("denim"), two_array_rig());
+  guarded.start();
+  guarded.run_to(recipes::Step::holding);
+  REQUIRE(guarded.bench.sim.rig->inject(json{{"device", "fingertip"}, {"fault", fault}}.dump(),
+                                        guarded.bench.sim.loop.now()));
+  guarded.finish();
+  const auto& done = *guarded.supervisor->result();
+  CHECK(done.outcome == recipes::Outcome::failed);
+  CHECK(done.rig == recipes::RigFact::safe);
+  REQUIRE(done.error);
+  CHECK_THAT(to_string(*done.error), Catch::Contains(guard == "stale_taxels" ? "old" : "same"));
+}
+
+TEST_CASE("an imprint array has no other array beside it") {
+  json rig = two_array_rig();
+  test::device_of(rig, "taxels")["driver"] = "imprint_array";
+  test::device_of(rig, "taxels")["config"] = {{"rows", 16}, {"cols", 16}};
+  const auto limits = recipes::parse_rig_limits(rig.dump());
+  REQUIRE_FALSE(limits);
+  CHECK_THAT(to_string(limits.error()), Catch::Contains("/devices"));
+}
+
 }  // namespace other_rigs_test

@@ -49,11 +49,17 @@ class Chart {
     setInterval(() => this.#say(), 200);
   }
 
+  /** A stage that the rig does not have: its axis is fixed, and has neither line nor figure. */
+  #is_fixed(at) {
+    return this.kind.rows === 'stages' && this.store.description?.fixed?.[`${this.kind.names[at]}_m`] !== undefined;
+  }
+
   /** Its rows with what is shown of them, at least one. */
   #data() {
     const { columns, scale } = this.kind;
     const from = this.samples[this.kind.rows].rows;
-    const rows = from.map((row) => [row[0], ...columns.map((at) => (row[at] === null ? null : row[at] * scale))]);
+    const shown = columns.map((_, at) => !this.#is_fixed(at));
+    const rows = from.map((row) => [row[0], ...columns.map((column, at) => (row[column] === null || !shown[at] ? null : row[column] * scale))]);
     return rows.length ? rows : [[0, null, null, null]];
   }
 
@@ -117,6 +123,7 @@ class Chart {
   #say() {
     const row = this.samples[this.kind.rows].rows.at(-1);
     this.figures.forEach((figure, at) => {
+      figure.parentElement.hidden = this.#is_fixed(at);
       const value = row?.[this.kind.columns[at]];
       say(figure, fixed(typeof value === 'number' ? value * this.kind.scale : NaN, this.kind.digits));
     });

@@ -7,12 +7,25 @@ function guess(count) {
   return { rows, columns: count / rows };
 }
 
-/** Where each of so many pads lies, as the rig describes it: squares of side 1 in a picture of `width` x `height`. */
+/** Where each of so many pads lies, as the rig describes it: squares of side 1 in a picture of `width` x `height`. Several
+ *  arrays stand side by side. */
 export function layout(count, shape) {
+  if (shape?.arrays) return beside(shape.arrays.map((array) => layout(array.taxels, array.shape)));
   if (shape?.places?.length === count) return placed(shape.places.map(({ x_m, y_m }) => [1000 * x_m, 1000 * y_m]));
   const { rows, columns } = shape?.rows * shape?.columns === count ? shape : guess(count);
   const places = Array.from({ length: count }, (_, at) => [at % columns, Math.floor(at / columns)]);
   return { places, width: columns, height: rows };
+}
+
+function beside(layouts) {
+  const gap = 0.5;
+  let width = -gap;
+  const places = layouts.flatMap((one) => {
+    const left = width + gap;
+    width = left + one.width;
+    return one.places.map(([x, y]) => [left + x, y]);
+  });
+  return { places, width, height: Math.max(...layouts.map((one) => one.height)) };
 }
 
 /** Places in mm; a pad is as wide as the nearest two are apart. */
