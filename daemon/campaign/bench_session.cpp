@@ -213,34 +213,35 @@ class PortSession final : public BenchSession {
   }
   void forbid_lift() override {
     lift_forbidden_ = true;
-    monitor_->lift_to(std::nullopt);
+    monitor_->plan_lift(std::nullopt);
   }
   [[nodiscard]] std::string advice() const override { return real_time_.advice(); }
 
  private:
   static constexpr Duration heart_period = std::chrono::milliseconds(100);
   void beat() {
-    monitor_->lift_to(lift_target_m());
+    monitor_->plan_lift(lift());
     monitor_->beat();
     if (!monitor_->is_alive()) report_lost_monitor();
     heart_ = loop_.after(heart_period, [this] { beat(); });
   }
 
-  /// Never lower than the probe is: the clear height, or its own where that is higher.
-  [[nodiscard]] std::optional<double> lift_target_m() const {
+  /// To the clear height, and never downwards: a probe that is higher stays there.
+  [[nodiscard]] std::optional<Lift> lift() const {
     const StageSample& z = bench_->snapshot().stage[recipes::index(StageAxis::z)];
-    if (!z.homed || lift_forbidden_) return std::nullopt;
-    return std::min(clear_z_m_, z.position);
+    if (!z.homed || lift_forbidden_ || z.position <= clear_z_m_) return std::nullopt;
+    return Lift{z.position, clear_z_m_};
   }
 
   /// Without the monitor nothing stops the stages when this process ends: a fault ends the run.
   void report_lost_monitor() {
     bench_->report_fault({.code = Errc::wrong_state,
                           .where = "monitor",
-                          .what = "the process that watches this run has ended",
+                          .what = "the process that watches this run has ended or does not run",
                           .expected = "process " + std::to_string(monitor_->process()),
                           .got = "none",
-                          .hint = "Look in the system log for who killed it, then resume the run"});
+                          .hint = "Look in the system log for who ended or stopped it, then resume "
+                                  "the run"});
   }
 
   std::unique_ptr<DeviceLocks> locks_;  ///< unlocked last, when the ports are closed

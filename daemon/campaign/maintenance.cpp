@@ -98,8 +98,10 @@ class MaintenanceSession {
 
   void take_orders(MaintenanceRun& run) {
     if (hooks_.orders == nullptr) return;
-    while (const auto given = hooks_.orders->take())
+    while (const auto given = hooks_.orders->take()) {
+      if (given->order == Order::halt) session_.forbid_lift();
       if (given->order >= Order::stop) run.request(event_of(*given));
+    }
   }
 
   // An order ends the wait.

@@ -42,7 +42,8 @@ constexpr double no_lift = std::numeric_limits<double>::quiet_NaN();
 struct Monitor::Shared {
   std::atomic<std::uint64_t> beats{0};
   std::atomic<bool> watched{false};
-  std::atomic<double> lift_to_m{no_lift};
+  std::atomic<double> lift_from_m{no_lift}, lift_to_m{no_lift};
+  std::atomic<std::uint64_t> rounds{0};  ///< of the monitor
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free &&
               std::atomic<double>::is_always_lock_free);
@@ -57,22 +58,29 @@ constexpr std::chrono::milliseconds own_stall{200};
 // Over the control loop's 10: a loop that spins must not keep it from running.
 constexpr int priority = 20;
 constexpr char goodbye = 'q';
-// Stages at 4 mm/s and 20 mm/s2 stand still after 0.2 s.
-constexpr int braking_ms = 300;
+// Links and controllers take their time: over what the ramp takes, and the way of a lift.
+constexpr Duration braking_grace = std::chrono::milliseconds(100);
+constexpr Duration lift_grace = std::chrono::seconds(1), longest_lift = std::chrono::seconds(60);
 
 /// A channel's profiled stop (APT16 p. 56): the stage keeps its position afterwards. For z the move
 /// that lifts the probe, too.
-EmergencyStop apt_stop(const DeviceEntry& device, double lift_speed_mps) {
+EmergencyStop apt_stop(const DeviceEntry& device, DriverCatalog* drivers, double lift_speed_mps) {
   EmergencyStop stop;
   stop.link = device.link;
-  const auto settings = drivers::read_stage_settings(device.config_json);
-  if (!settings) return stop;  // the driver refuses it too: the run does not begin
+  // With the rig's limit of acceleration, as its driver gets it.
+  const Result<std::string> config =
+      drivers != nullptr ? driver_config(device, *drivers) : device.config_json;
+  if (!config) return stop;  // the bench refuses it too: the run does not begin
+  const auto settings = drivers::read_stage_settings(*config);
+  if (!settings) return stop;
   const Route route{settings->destination, address::host};
   append_short(stop.message, MessageId::move_stop, settings->channel,
                static_cast<std::uint8_t>(StopMode::profiled), route);
   if (device.role != "z" || lift_speed_mps <= 0) return stop;
   const double speed = std::min(lift_speed_mps, settings->max_speed);
   VelocityParams velocity{settings->channel, 0, settings->acceleration_counts, 0};
+  stop.lift_speed_mps = speed;
+  stop.braking = from_seconds(speed / settings->acceleration);
   velocity.maximum_velocity_counts =
       velocity_to_counts(settings->scale, speed).value_or(settings->default_velocity_counts);
   append_message(stop.lift, MessageId::set_velparams, velocity, route);
@@ -153,14 +161,28 @@ bool send_lift(EmergencyStop& stop, double z_m) {
 struct Stopped {
   std::size_t stopped = 0;
   bool lifted = false;
+  Duration lift_takes{};
 };
 
-Stopped stop_stages(std::vector<EmergencyStop>& stops, double lift_to_m) {
+void wait(Duration time) {
+  ::poll(nullptr, 0,
+         static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(time).count()));
+}
+
+Stopped stop_stages(std::vector<EmergencyStop>& stops, Lift lift) {
   Stopped done;
   for (const EmergencyStop& stop : stops) done.stopped += send(stop, stop.message) ? 1 : 0;
-  if (std::isnan(lift_to_m)) return done;
-  ::poll(nullptr, 0, braking_ms);
-  for (EmergencyStop& stop : stops) done.lifted = send_lift(stop, lift_to_m) || done.lifted;
+  if (std::isnan(lift.to_m)) return done;
+  for (EmergencyStop& stop : stops) {
+    if (stop.lift.empty()) continue;
+    wait(stop.braking + braking_grace);
+    if (!send_lift(stop, lift.to_m)) continue;
+    done.lifted = true;
+    done.lift_takes =
+        std::min(from_seconds(std::abs(lift.from_m - lift.to_m) / stop.lift_speed_mps) +
+                     stop.braking + lift_grace,
+                 longest_lift);
+  }
   return done;
 }
 
@@ -200,11 +222,12 @@ enum class HostEnd { farewell, died, killed };
 
 /// The monitor's life. `died` only where it was watched.
 template <class Shared>
-HostEnd watch_host(const Shared& shared, int line, pid_t host, Duration max_wait) {
+HostEnd watch_host(Shared& shared, int line, pid_t host, Duration max_wait) {
   std::uint64_t beats = 0;
   auto beaten = steady_wall_now();
   for (auto last = beaten;;) {
     const HostSignal seen = poll_host(line, poll_ms);
+    shared.rounds.fetch_add(1);
     if (seen != HostSignal::nothing)
       return seen == HostSignal::end && shared.watched ? HostEnd::died : HostEnd::farewell;
     const auto now = steady_wall_now();
@@ -309,7 +332,7 @@ std::vector<EmergencyStop> emergency_stops(const RigFile& rig, double lift_speed
   std::vector<EmergencyStop> stops;
   for (const DeviceEntry& device : rig.devices) {
     if (device.driver != "thorlabs_apt") continue;
-    EmergencyStop stop = apt_stop(device, lift_speed_mps);
+    EmergencyStop stop = apt_stop(device, rig.drivers.get(), lift_speed_mps);
     if (stop.message.empty()) continue;
     stop.addresses = addresses_of(device.link);
     stops.push_back(std::move(stop));
@@ -343,8 +366,9 @@ Result<std::unique_ptr<Monitor>> Monitor::start(Settings settings) {
     become_monitor();
     const HostEnd end = watch_host(*shared, line[0], host, settings.max_wait);
     if (end == HostEnd::farewell) ::_exit(0);
-    const Stopped done = stop_stages(settings.stops, shared->lift_to_m);
+    const Stopped done = stop_stages(settings.stops, {shared->lift_from_m, shared->lift_to_m});
     write_notice(notices, end == HostEnd::killed, done, settings.stops.size());
+    if (!settings.locks.empty()) wait(done.lift_takes);  // who arms a stage stops it
     ::_exit(0);
   }
   ::close(line[0]);
@@ -356,6 +380,7 @@ Monitor::~Monitor() {
   while (::send(line_, &goodbye, 1, MSG_NOSIGNAL) < 0 && errno == EINTR) {
   }
   ::close(line_);
+  if (!ended_) ::kill(process_, SIGCONT);  // one that was stopped would never go
   while (!ended_ && ::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }
   ::munmap(shared_, sizeof(Shared));
@@ -370,13 +395,20 @@ void Monitor::beat() {
   shared_->beats.fetch_add(1, std::memory_order_relaxed);
 }
 
-void Monitor::lift_to(std::optional<double> z_m) {
-  shared_->lift_to_m = z_m.value_or(no_lift);
+void Monitor::plan_lift(std::optional<Lift> lift) {
+  shared_->lift_from_m = lift ? lift->from_m : no_lift;
+  shared_->lift_to_m = lift ? lift->to_m : no_lift;
 }
 
 bool Monitor::is_alive() {
-  if (!ended_ && ::waitpid(process_, nullptr, WNOHANG) == process_) ended_ = true;
-  return !ended_;
+  const pid_t seen = ended_ ? 0 : ::waitpid(process_, nullptr, WNOHANG);
+  if (seen == process_ || (seen < 0 && errno == ECHILD)) ended_ = true;
+  const auto now = steady_wall_now();
+  const std::uint64_t rounds = shared_->rounds;
+  // Who did not look for a while was kept waiting, and the monitor perhaps with it.
+  if (rounds != std::exchange(rounds_, rounds) || now - checked_at_ > own_stall) seen_at_ = now;
+  checked_at_ = now;
+  return !ended_ && now - seen_at_ <= default_timeout;
 }
 
 }  // namespace weft::daemon

@@ -25,6 +25,14 @@ struct EmergencyStop {
   /// bytes are that position [counts, little-endian]. Others: empty.
   Bytes lift = {};
   double counts_per_m = 0;
+  double lift_speed_mps = 0;
+  Duration braking{};  ///< from its highest speed to rest
+};
+
+/// How the stage that carries the probe is to move [m from home].
+struct Lift {
+  double from_m = 0;  ///< where it stands, about
+  double to_m = 0;
 };
 
 /// For every device of the rig file that can be stopped by one message to a serial line or a TCP
@@ -42,7 +50,7 @@ class Monitor {
 
   struct Settings {
     std::vector<EmergencyStop> stops = {};
-    /// Device locks that the monitor keeps until the stages have their messages.
+    /// Device locks that the monitor keeps until the stages are at rest.
     std::vector<int> locks = {};
     /// A line is appended to this file when the host is lost; empty: to none.
     std::filesystem::path log = {};
@@ -61,10 +69,11 @@ class Monitor {
   /// From now on beats are owed, or no more.
   void watch(bool on);
   void beat();
-  /// Where the stage that carries the probe goes when the host is lost [m from home]; nothing: it
-  /// only stops, as before homing and after a halt.
-  void lift_to(std::optional<double> z_m);
-  /// False once the monitor's process has ended: the run is not watched then.
+  /// Where the stage that carries the probe goes when the host is lost; nothing: it only stops, as
+  /// before homing and after a halt.
+  void plan_lift(std::optional<Lift> lift);
+  /// False once the monitor's process has ended, or has not run for two seconds in which this was
+  /// called: the run is not watched then.
   [[nodiscard]] bool is_alive();
   [[nodiscard]] pid_t process() const { return process_; }
 
@@ -75,8 +84,10 @@ class Monitor {
 
   Shared* shared_;  ///< memory that both processes see
   pid_t process_;
-  bool ended_ = false;  ///< the monitor's process was seen to have ended
-  int line_;            ///< a socket that closes with this process
+  bool ended_ = false;        ///< the monitor's process was seen to have ended
+  std::uint64_t rounds_ = 0;  ///< of the monitor's loop, as seen last
+  std::chrono::nanoseconds seen_at_{}, checked_at_{};  ///< when they went up; when one looked last
+  int line_;                                           ///< a socket that closes with this process
 };
 
 }  // namespace weft::daemon

@@ -13,6 +13,7 @@
 #include <catch2/catch.hpp>
 
 #include "daemon/campaign/monitor.hpp"
+#include "protocols/apt/bodies.hpp"
 
 namespace monitor_test {
 
@@ -86,6 +87,64 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
   REQUIRE(length > 0);
   CHECK(std::string(text.data()).find("process " + std::to_string(host) + " ended") !=
         std::string::npos);
+}
+
+TEST_CASE("A monitor sends the probe up at the rig's acceleration, and keeps the locks meanwhile") {
+  asio::io_context context;
+  tcp::acceptor door(context, {asio::ip::make_address("127.0.0.1"), 0});
+  RigFile rig = one_stage_at(door.local_endpoint().port());
+  rig.drivers = std::make_shared<DriverCatalog>();
+  rig.devices[0].role = "z";
+  rig.devices[0].config_json = R"({"stage": "NRT150"})";
+  rig.devices[0].acceleration_mm_s2 = 20;
+  std::array<int, 2> lock{};
+  REQUIRE(::pipe(lock.data()) == 0);
+  const pid_t host = ::fork();
+  if (host == 0) {
+    const auto monitor = Monitor::start({.stops = emergency_stops(rig, 4e-3), .locks = {lock[1]}});
+    if (!monitor) ::_exit(1);
+    (*monitor)->plan_lift(Lift{0.0120, 0.0100});
+    (*monitor)->watch(true);
+    ::_exit(0);
+  }
+  ::close(lock[1]);
+  int status = -1;
+  ::waitpid(host, &status, 0);
+  REQUIRE(status == 0);
+  static_cast<void>(door.accept());  // the stop
+  tcp::socket stage = door.accept();
+  std::vector<std::uint8_t> bytes;
+  asio::error_code error;
+  asio::read(stage, asio::dynamic_buffer(bytes), error);
+  const auto velocity = protocols::apt::decode(ByteView(bytes).first(20));
+  REQUIRE(velocity);
+  const auto params =
+      protocols::apt::decode_body<protocols::apt::VelocityParams>(velocity->data).value();
+  // 409600 counts to the mm: 4506 of acceleration to 1 mm/s2, 21987328 of velocity to 1 mm/s.
+  CHECK(params.acceleration_counts == 20 * 4506);
+  CHECK(params.maximum_velocity_counts == 4 * 21987328);
+  const auto move = protocols::apt::decode(ByteView(bytes).subspan(20));
+  REQUIRE(move);
+  CHECK(protocols::apt::decode_body<protocols::apt::ChannelCounts>(move->data)->value_counts ==
+        10 * 409600);
+  // 2 mm at 4 mm/s take half a second and a ramp; nothing may take the stage before.
+  pollfd end{lock[0], POLLIN, 0};
+  CHECK(::poll(&end, 1, 500) == 0);
+  CHECK(hangs_up(lock[0]));
+  ::close(lock[0]);
+}
+
+TEST_CASE("A monitor that is stopped does not watch, and goes all the same") {
+  auto monitor = Monitor::start({});
+  REQUIRE(monitor);
+  const auto lives_for = [&](int periods) {
+    for (int i = 0; i < periods && (*monitor)->is_alive(); ++i) ::poll(nullptr, 0, 50);
+    return (*monitor)->is_alive();
+  };
+  CHECK(lives_for(10));
+  REQUIRE(::kill((*monitor)->process(), SIGSTOP) == 0);
+  CHECK_FALSE(lives_for(200));
+  monitor->reset();
 }
 
 }  // namespace monitor_test
