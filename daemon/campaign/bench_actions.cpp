@@ -59,7 +59,7 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   limits.fixed = rig.geometry.fixed;
   if (rig.has_wrench) limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
   limits.taxel_cap_counts = rig.taxel_cap_counts;
-  if (rig.taxels > 0) limits.taxels_max_age = max_age(rig.slowest_taxel_rate_hz(), 500ms);
+  if (rig.taxels > 0) limits.taxels_max_age = from_seconds(rig.most_taxel_age_s());
   limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
   limits.wrench_longest_frozen = from_seconds(rig.frozen_wrench_s);
   limits.taxels_longest_frozen = from_seconds(rig.frozen_taxels_s);

@@ -18,7 +18,7 @@ constexpr std::array<GuardRule, guard_count> rules{{
      "the magnitude of the torque is over limits.torque_cap_Nm, or not a number; likewise"},
     {Guard::taxel_cap, "taxel_cap", GuardAction::fail_trial,
      "on a rig without a force sensor: a taxel has changed by more than limits.taxel_cap_counts "
-     "since the probe hung free, or stands at the end of its range"},
+     "since the probe hung free, or reads 65535"},
     {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
      "all six components are bit for bit the same for limits.frozen_wrench_s (0.25): a live sensor "
      "has noise"},

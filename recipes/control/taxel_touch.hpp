@@ -22,7 +22,7 @@ class TaxelTouch {
   /// Of the frames' mean counts since begin(): largest less smallest.
   [[nodiscard]] double baseline_spread() const { return frames_ == 0 ? 0 : most_ - least_; }
   /// Of the newest frame against the baseline, 0 until there is one [counts]: |mean change| over
-  /// the taxels, and the largest |change| of one; at the end of its range a taxel counts as full
+  /// the taxels, and the largest |change| of one; a taxel that reads 65535 counts as full
   /// scale.
   [[nodiscard]] double mean_change() const { return mean_change_; }
   [[nodiscard]] double largest_change() const { return largest_change_; }

@@ -91,7 +91,11 @@ double driven_speed(const RigLimits& limits, double speed_mps) {
 
 double touch_speed_mps(const Plan& plan) {
   constexpr double most_run_on_m = 0.1e-3, frames = 2;
-  return std::min(plan.approach.speed_mps, most_run_on_m * plan.limits.taxel_rate_hz / frames);
+  constexpr double stop_s = 0.15;  // from a guard's trip to rest
+  const RigLimits& limits = plan.limits;
+  const double blind_s = std::max(limits.frozen_taxels_s, limits.most_taxel_age_s()) + stop_s;
+  return std::min({plan.approach.speed_mps, most_run_on_m * limits.slowest_taxel_rate_hz() / frames,
+                   limits.most_press_depth_m / blind_s});
 }
 
 double move_timeout_s(double expected_s) {

@@ -41,7 +41,8 @@ Result<std::vector<AxisMove>> leg_moves(const Plan& plan, const PathLeg& leg, do
 double driven_speed(const RigLimits& limits, double speed_mps);
 
 /// Of the way down on which the taxels find the touch: they are too slow for more than 0.1 mm of
-/// it between two frames and the answer to them.
+/// it between two frames and the answer to them; and until frames that do not come or do not
+/// change are noticed, z goes no further than a press may.
 double touch_speed_mps(const Plan& plan);
 
 /// The stop that carries the probe is stiff: z rises to it at this speed [m/s].

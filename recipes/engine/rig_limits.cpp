@@ -118,7 +118,9 @@ class RigReader {
           {1e-6, 10, {}});
     limits_.has_wrench ? read_force_caps(r) : read_taxel_caps(r);
     r.set(limits_.frozen_wrench_s, {"frozen_wrench", {{"frozen_wrench_s", 1}}}, {0, 3600, {}});
-    r.set(limits_.frozen_taxels_s, {"frozen_taxels", {{"frozen_taxels_s", 1}}}, {0, 3600, {}});
+    const double least_frozen_s = limits_.has_wrench ? 0 : 0.05;
+    r.set(limits_.frozen_taxels_s, {"frozen_taxels", {{"frozen_taxels_s", 1}}},
+          {least_frozen_s, 3600, "without a force sensor only the taxels show how z presses"});
     read_travel(r);
     read_tilt(r);
     r.finish();

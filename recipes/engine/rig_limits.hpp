@@ -1,6 +1,7 @@
 #pragma once
 // What a rig can do, as far as planning needs it: read once from the rig file, SI inside.
 
+#include <algorithm>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -75,6 +76,11 @@ struct RigLimits {
 
   /// Positions are recorded, all axes in one row, once in so many cycles.
   static constexpr unsigned cycles_per_stage_row = 5;
+  /// How old the newest frame of any array may be [s]: ten periods, and not less than what a busy
+  /// host and a network may cost.
+  [[nodiscard]] double most_taxel_age_s() const {
+    return std::max(10 / slowest_taxel_rate_hz(), 0.5);
+  }
   /// 0 where no tactile array has this name.
   [[nodiscard]] double taxel_rate_hz_of(std::string_view device) const;
   /// Of the tactile array that sends least often.

@@ -108,7 +108,7 @@ void read_sensors(const json& rig, RigLimits& limits, Problems& problems) {
     if (!device.is_object()) continue;
     const json role = device.value("role", json());
     if (role != "vibro" && role != "wrench" && role != "taxels") continue;
-    if (role == "taxels") limits.taxel_arrays.push_back({.device = name_of(device)});
+    if (role == "taxels") limits.taxel_arrays.emplace_back().device = name_of(device);
     if (!device.contains("config")) continue;
     ObjectReader config(device["config"], child("/devices", i) + "/config", problems);
     read_sensor(device, config, limits);

@@ -177,6 +177,23 @@ bool check_start(const LayoutAxis& direction, const Range& room, const Range& pa
   return false;
 }
 
+/// A press by depth keeps its z, while the plate may rise under the probe. `by_turn_m`: as the
+/// rotary stages turn it; its own lean about the weft comes on top.
+void check_level(const StatedExploration& stated, const RigLimits& limits, double by_turn_m,
+                 Problems& problems) {
+  constexpr double most_rise_m = 50e-6;
+  const Exploration& exploration = stated.exploration;
+  Range along_warp{0, 0};
+  for (const Vec2& corner : exploration.path_m())
+    along_warp = {std::min(along_warp.min, corner.x_m), std::max(along_warp.max, corner.x_m)};
+  const double rise_m = by_turn_m + std::tan(std::abs(limits.level.ry_rad)) * along_warp.width();
+  if (rise_m <= most_rise_m) return;
+  problems.add({stated.path_pointer,
+                "the plate leans, and a press by depth does not follow it along the path",
+                "at most " + mm(most_rise_m) + " of rise", mm(rise_m),
+                "level the plate or shorten the path: no force is measured that z could follow"});
+}
+
 /// With the rotary stages at their level z follows the plate along the path.
 void check_height(const StatedExploration& stated, const RigLimits& limits, Problems& problems) {
   const RigLimits free = without_ends(limits);
@@ -191,6 +208,7 @@ void check_height(const StatedExploration& stated, const RigLimits& limits, Prob
     used = {std::min(used.min, z), std::max(used.max, z)};
   }
   const Range& travel = limits.geometry.travel[index(Axis::z)];
+  if (!limits.has_wrench) check_level(stated, limits, used.width(), problems);
   if (within(travel, used)) return;
   problems.add({stated.path_pointer,
                 "the path leaves the travel of z where the rotary stages are at the rig's level",

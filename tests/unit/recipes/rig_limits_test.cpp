@@ -103,8 +103,8 @@ TEST_CASE("Rates come from the drivers' configuration, that of the stages from t
   CHECK(limits->slowest_taxel_rate_hz() == 50);
   const auto two = parse_rig_limits(with(
       rig, R"({"role": 7,)",
-      R"({"name": "b", "role": "taxels", "config": {"rate_hz": 40, "rows": 2, "cols": 3}}, {"role": 7,)"));
-  REQUIRE(two);
+      R"({"name": "b", "role": "taxels", "driver": "taxel_array", "config": {"rate_hz": 40, "rows": 2, "cols": 3}}, {"role": 7,)"));
+  if (!two) FAIL(weft::to_string(two.error()));
   CHECK(two->taxel_rate_hz == 50);
   CHECK(two->slowest_taxel_rate_hz() == 40);
   CHECK(two->taxel_rate_hz_of("b") == 40);

@@ -76,6 +76,7 @@ TrialBench::TrialBench(const std::string& recipe, const json& rig_json)
                         }).value());
   CampaignHeader header;
   header.info.axes = {{"x", false}, {"y", false}, {"z", false}, {"rx", true}, {"ry", true}};
+  header.taxels = checked.plan.limits.taxels;
   recorder.emplace(std::move(Recorder::create(folder / "c.sqlite", header).value()));
   recording.emplace(*recorder, checked.plan);
   std::optional<Status> up;

@@ -82,6 +82,8 @@ struct Guarded {
   void run_to(recipes::Step step) {
     bench.sim.loop.run_until(
         [&] { return supervisor->result() || supervisor->state().step == step; });
+    if (const auto& ended = supervisor->result(); ended && ended->error)
+      FAIL(to_string(*ended->error));
     REQUIRE(supervisor->state().step == step);
   }
   void finish() {

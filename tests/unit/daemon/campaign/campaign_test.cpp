@@ -216,7 +216,7 @@ TEST_CASE(
   test::TrialBench bench(short_recipe("denim"));
   std::size_t received = 0;
   DeviceLog log(*bench.sim.bench, bench.sim.loop, [&](const DeviceLogEntry&) { ++received; });
-  Device& taxels = bench.sim.bench->taxels();
+  Device& taxels = *bench.sim.bench->devices().back();
   taxels.log(LogLevel::info, "not worth a line");
   for (std::size_t i = 0; i < DeviceLog::most_stored + 44; ++i)
     taxels.log(LogLevel::warning, "line " + std::to_string(i));
