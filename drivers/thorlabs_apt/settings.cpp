@@ -174,7 +174,7 @@ const char stage_config_schema[] = R"({
     "travel_deg": {"x-unit": "deg", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
     "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "a finished move may be this far from its target"},
     "require_homed": {"x-safety": true, "type": "boolean", "default": true, "description": "refuse motion before homing"},
-    "serial": {"type": "integer", "minimum": 0, "maximum": 99999999, "default": 0, "description": "of the unit; another is refused; 0: any"},
+    "serial": {"type": "integer", "minimum": 0, "maximum": 999999999, "default": 0, "description": "of the unit; another is refused; 0: any"},
     "identify": {"type": "boolean", "default": false, "description": "let the front panel flash on opening"},
     "encoder": {"x-safety": true, "type": "boolean", "default": false, "description": "a stepper whose status tells an encoder's count: lost steps are a fault"},
     "check_jumps": {"x-safety": true, "type": "boolean", "default": true, "description": "drop positions that no motion explains, three in a row are a fault"},
@@ -197,7 +197,7 @@ Result<StageSettings> read_stage_settings(std::string_view config_json) {
   settings.in_position_counts =
       static_cast<std::int32_t>(config.integer("in_position_counts", 4, {0, 10000}));
   settings.require_homed = config.flag("require_homed", true);
-  settings.serial = static_cast<std::int32_t>(config.integer("serial", 0, {0, 99'999'999}));
+  settings.serial = static_cast<std::int32_t>(config.integer("serial", 0, {0, 999'999'999}));
   settings.identify = config.flag("identify", false);
   settings.encoder = config.flag("encoder", false);
   settings.encoder_tolerance_counts =

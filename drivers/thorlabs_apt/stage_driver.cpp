@@ -98,6 +98,8 @@ void StageDriver::put_arming() {
   // count.
   if (!is_servo_family())
     append_message(out_, MessageId::set_bowindex, BowIndex{channel, 0}, route_);
+  else if (model.is_brushless())
+    append_message(out_, MessageId::set_pmdprofilemode, ProfileMode{channel, 0, 0, 0}, route_);
   if (lists_end_messages_) put_short(MessageId::resume_endofmovemsgs, settings_.channel, 0);
   put_short(MessageId::req_velparams, settings_.channel, 0);
   put_short(MessageId::req_limswitchparams, settings_.channel, 0);

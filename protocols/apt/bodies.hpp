@@ -198,6 +198,18 @@ struct BowIndex {
   bool operator==(const BowIndex&) const = default;
 };
 
+/// PMDPROFILEMODEPARAMS of brushless drives, 12 bytes: their BOWINDEX. From memory of APT issues
+/// after the one at hand; no unit was tried.
+struct ProfileMode {
+  std::uint16_t channel = 1;
+  std::uint16_t mode = 0;  ///< 0 trapezoidal, 2 S-curve
+  std::uint32_t jerk_counts = 0;
+  std::uint32_t reserved = 0;
+
+  WEFT_APT_FIELDS(channel, mode, jerk_counts, reserved)
+  bool operator==(const ProfileMode&) const = default;
+};
+
 /// GET_ADCINPUTS, 4 bytes: 0 to 32768 for 0 to 5 V. It carries no channel.
 struct AdcInputs {
   std::uint16_t input1_counts = 0;

@@ -34,7 +34,8 @@ constexpr std::array long_messages{
     DataSize{MessageId::get_bowindex, 4},         DataSize{MessageId::set_potparams, 26},
     DataSize{MessageId::get_potparams, 26},       DataSize{MessageId::set_buttonparams, 16},
     DataSize{MessageId::get_buttonparams, 16},    DataSize{MessageId::get_adcinputs, 4},
-    DataSize{MessageId::rack_get_statusbits, 4},
+    DataSize{MessageId::rack_get_statusbits, 4},  DataSize{MessageId::set_pmdprofilemode, 12},
+    DataSize{MessageId::get_pmdprofilemode, 12},
 };
 
 constexpr std::array short_messages{
@@ -86,6 +87,7 @@ constexpr std::array short_messages{
     MessageId::req_avmodes,
     MessageId::req_buttonparams,
     MessageId::req_bowindex,
+    MessageId::req_pmdprofilemode,
     MessageId::set_trigger,
     MessageId::req_trigger,
     MessageId::get_trigger,

@@ -44,6 +44,9 @@ struct StageModel {
   std::uint16_t stage_id;             ///< in HW_GET_INFO of KDC101/TDC001; 0 where there is none
   std::string_view usual_controller;  ///< the model that it reports: "KDC101"
   std::string_view source;            ///< of travel, limits and defaults
+  [[nodiscard]] bool is_brushless() const {
+    return usual_controller.starts_with("KBD") || usual_controller.starts_with("BBD");
+  }
   // Those of a pairing.
   Family family = Family::stepper;
   StageScale scale = {};

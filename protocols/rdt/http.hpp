@@ -36,7 +36,7 @@ std::string http_reply(int status, std::string_view type, std::string_view body,
 /// gives the same. Without a Content-Length the page ends with its root element.
 class HttpReply {
  public:
-  /// Errors: unsupported, when the server has no such page (404); parse, when the reply is not
+  /// Errors: not_found, when the server has no such page (404); parse, when the reply is not
   /// HTTP/1, has another status than 200, a header without a colon, no readable length or two,
   /// comes in chunks (Transfer-Encoding) or is too large.
   Status push(ByteView bytes);

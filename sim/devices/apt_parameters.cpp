@@ -104,6 +104,7 @@ AptParameters::AptParameters(const StageModel& model) {
              {MessageId::set_moveabsparams, bytes_of(ChannelCounts{})},
              {MessageId::set_powerparams, bytes_of(PowerParams{1, 15, 30})},
              {MessageId::set_bowindex, bytes_of(BowIndex{})},
+             {MessageId::set_pmdprofilemode, bytes_of(ProfileMode{})},
              {MessageId::set_avmodes, blank(4)},
              {MessageId::set_potparams, bytes_of(slider_of(model))},
              {MessageId::set_buttonparams, bytes_of(ButtonParams{1, 1, 0, 0, 2000, 2000})},

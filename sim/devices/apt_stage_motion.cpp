@@ -28,6 +28,9 @@ double speed_of(const StageModel& model, std::int32_t velocity_counts) {
   const double speed = velocity_from_counts(model.scale, velocity_counts);
   return si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
 }
+/// An S-curve without a jerk of its own reaches its acceleration in this time.
+constexpr double usual_ramp_s = 0.1;
+
 double acceleration_of(const StageModel& model, std::int32_t acceleration_counts) {
   const double acceleration = acceleration_from_counts(model.scale, acceleration_counts);
   return si_per_unit(model) * std::clamp(acceleration, slowest, model.max_acceleration);
@@ -38,9 +41,13 @@ double acceleration_of(const StageModel& model, std::int32_t acceleration_counts
 MotionLimits AptStageEmulator::limits() const {
   const StageModel& model = *params_.stage;
   const auto body = parameters_.body<VelocityParams>(MessageId::set_velparams);
-  return {speed_of(model, body.maximum_velocity_counts),
-          acceleration_of(model, body.acceleration_counts),
-          si_per_unit(model) * bow_value(parameters_.body<BowIndex>(MessageId::set_bowindex))};
+  const double acceleration = acceleration_of(model, body.acceleration_counts);
+  double jerk = si_per_unit(model) * bow_value(parameters_.body<BowIndex>(MessageId::set_bowindex));
+  if (model.is_brushless()) {  // the scale of its jerk is not known
+    const auto profile = parameters_.body<ProfileMode>(MessageId::set_pmdprofilemode);
+    jerk = profile.mode == 2 ? acceleration / usual_ramp_s : 0;
+  }
+  return {speed_of(model, body.maximum_velocity_counts), acceleration, jerk};
 }
 
 MotionLimits AptStageEmulator::jog_limits() const {

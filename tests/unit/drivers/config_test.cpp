@@ -116,6 +116,13 @@ TEST_CASE("wrong types, ranges, choices and texts are refused at their JSON poin
   }
 }
 
+TEST_CASE("a stage may be named by a serial number of nine digits") {
+  testing::FakeHost host;
+  CHECK(thorlabs_apt_entry.create(
+      R"({"stage": "DDS220", "controller": "BBD301", "serial": 103259148})", host));
+  CHECK(refusal(thorlabs_apt_entry, R"({"serial": 1000000000})").where == "/serial");
+}
+
 TEST_CASE("the nearest name is found by edits, and nothing is guessed from afar") {
   CHECK(nearest_name("stgae", {"stage", "channel"}) == "stage");
   CHECK(nearest_name("qqqqqqqqqq", {"stage", "channel"}).empty());

@@ -109,6 +109,7 @@ TEST_CASE("every parameter that is set is given back, and the database's default
                                   {0x04B0, 26},
                                   {0x04B3, 4},
                                   {0x04B6, 16},
+                                  {0x04E3, 12},
                                   {0x04F4, 4},
                                   {0x0520, 28},
                                   {0x0523, 12},

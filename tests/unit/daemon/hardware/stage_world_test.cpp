@@ -114,10 +114,12 @@ TEST_CASE("ends that are never reported are taken from the status: home, move an
 }
 
 TEST_CASE("a controller that was left otherwise is set when it is armed") {
-  for (const auto& [stage, controller] : {std::pair{"NRT150", "SCC201"}, {"MTS50-Z8", "KDC101"}}) {
+  for (const auto& [stage, controller] :
+       {std::pair{"NRT150", "SCC201"}, {"MTS50-Z8", "KDC101"}, {"DDSM100", "KBD101"}}) {
     INFO(controller);
     const apt::StageModel& model = *apt::find_stage(stage);
     StageWorld world(unit_of(stage, controller));
+    tell(world, "E3 04 0C 00 D0 01 01 00 02 00 01 00 00 00 00 00 00 00");  // brushless: S-curve
     tell(world, "13 04 0E 00 D0 01 01 00 00 00 00 00 01 00 00 00 02 00 00 00");  // a crawl
     tell(world,
          "23 04 10 00 D0 01 01 00 01 00 01 00 00 00 00 00 00 00 00 00 01 00");  // no switches
@@ -142,6 +144,9 @@ TEST_CASE("a controller that was left otherwise is set when it is armed") {
     CHECK(world.host.faults.empty());
     const auto params = apt::decode(answer_of(world, "3B 04 01 00 50 01"));
     CHECK(apt::decode_body<apt::ChannelCounts>(params->data)->value_counts == 0);
+    const auto profile = apt::decode(answer_of(world, "E4 04 01 00 50 01"));
+    CHECK(apt::decode_body<apt::ProfileMode>(profile->data)->mode ==
+          (model.is_brushless() ? 0 : 2));
     const std::size_t before = world.host.published;
     world.run(1);  // no request, so nothing comes
     CHECK(world.host.published - before <= 1);
