@@ -29,6 +29,12 @@ Status same_text(const char* what, const std::string& recorded, const std::strin
                .hint = "Go on with the same one, or begin a new campaign"});
 }
 
+std::string shortened(const json& value) {
+  constexpr std::size_t most = 120;
+  const std::string text = value.dump(-1, ' ', true);  // a cut leaves valid text
+  return text.size() <= most ? text : text.substr(0, most) + " ...";
+}
+
 /// "/repetitions: 2, recorded 3" of the first places where two documents differ; "" where they
 /// have the same content.
 std::string differences_text(const std::string& recorded_text, const std::string& now_text) {
@@ -41,10 +47,13 @@ std::string differences_text(const std::string& recorded_text, const std::string
   for (std::size_t i = 0; i < changes.size() && i < most; ++i) {
     const json::json_pointer place(changes[i].at("path").get<std::string>());
     const auto value = [&](const json& document) {
-      return document.contains(place) ? document[place].dump() : std::string("nothing");
+      return document.contains(place) ? shortened(document[place]) : std::string("nothing");
     };
-    text += (i == 0 ? "" : "; ") + place.to_string() + ": " + value(now) + ", recorded " +
-            value(recorded);
+    // What was added at the end of a list has "/-" for its place.
+    const bool added = changes[i].at("op") == "add";
+    text += (i == 0 ? "" : "; ") + place.to_string() + ": " +
+            (added ? shortened(changes[i].at("value")) : value(now)) + ", recorded " +
+            (added ? std::string("nothing") : value(recorded));
   }
   return changes.size() > most ? text + "; and more" : text;
 }

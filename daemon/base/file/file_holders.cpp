@@ -3,9 +3,13 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -15,13 +19,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::set<std::string> inodes_of(const std::vector<fs::path>& files) {
-  std::set<std::string> inodes;
+/// As /proc/locks names files: "08:01:1234", device and inode.
+std::set<std::string> places_of(const std::vector<fs::path>& files) {
+  std::set<std::string> places;
   for (const fs::path& file : files) {
     struct stat seen {};
-    if (::stat(file.c_str(), &seen) == 0) inodes.insert(std::to_string(seen.st_ino));
+    if (::stat(file.c_str(), &seen) != 0) continue;
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%02x:%02x:%ju", major(seen.st_dev), minor(seen.st_dev),
+                  static_cast<std::uintmax_t>(seen.st_ino));
+    places.insert(text.data());
   }
-  return inodes;
+  return places;
+}
+
+std::string inode_of(const std::string& place) {
+  return place.substr(place.rfind(':') + 1);
 }
 
 std::string process_text(const std::string& pid) {
@@ -33,21 +46,24 @@ std::string process_text(const std::string& pid) {
 }  // namespace
 
 // A line: "1: POSIX  ADVISORY  WRITE 71 00:2b:5678 0 EOF". The device of an overlay differs from
-// the file's own, so the inode alone counts.
+// the file's own: where no place matches, the inode alone does. A lock of an open file description
+// has no process.
 std::string file_holders(const std::vector<fs::path>& files) {
-  const std::set<std::string> inodes = inodes_of(files);
+  const std::set<std::string> places = places_of(files);
+  std::set<std::string> inodes;
+  for (const std::string& place : places) inodes.insert(inode_of(place));
   const std::string self = std::to_string(::getpid());
-  std::set<std::string> holders;
+  std::set<std::string> holders, by_inode;
   std::ifstream locks("/proc/locks");
   for (std::string line; std::getline(locks, line);) {
     std::istringstream words(line);
     std::string number, kind, mode, access, pid, place;
     words >> number >> kind >> mode >> access >> pid >> place;
-    if (kind == "->" || pid == self) continue;  // one that waits
-    const std::size_t colon = place.rfind(':');
-    if (colon == std::string::npos || !inodes.contains(place.substr(colon + 1))) continue;
-    holders.insert(process_text(pid));
+    if (kind == "->" || pid == self || pid.starts_with('-') || place.empty()) continue;  // waits
+    if (places.contains(place)) holders.insert(process_text(pid));
+    if (inodes.contains(inode_of(place))) by_inode.insert(process_text(pid));
   }
+  if (holders.empty()) holders = std::move(by_inode);
   std::string out;
   for (const std::string& holder : holders) out += (out.empty() ? "" : ", ") + holder;
   return out;

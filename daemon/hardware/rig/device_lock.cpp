@@ -129,9 +129,12 @@ tl::unexpected<Error> cannot_lock(const fs::path& path, int number) {
 
 }  // namespace
 
+// The same for every user, or two would lock in two folders.
 fs::path DeviceLocks::default_folder() {
   constexpr const char* usual = "/run/lock";
-  return ::access(usual, W_OK | X_OK) == 0 ? usual : "/tmp";
+  struct stat seen {};
+  const bool is_shared = ::stat(usual, &seen) == 0 && (seen.st_mode & S_IWOTH) != 0;
+  return is_shared ? usual : "/tmp";
 }
 
 DeviceLocks::~DeviceLocks() {

@@ -249,6 +249,10 @@ Result<RigFile> from_json(const json& root) {
   for (std::size_t i = 0; i < root["devices"].size(); ++i) {
     Result<DeviceEntry> device = device_entry(root["devices"][i], "/devices/" + std::to_string(i));
     if (!device) return pass(device.error());
+    if (rig.mode == BenchMode::real) {  // its emulator stands in for nothing there
+      device->emulated_model.clear();
+      device->emulated_stage.clear();
+    }
     rig.devices.push_back(std::move(*device));
   }
   limit_acceleration(root, rig.devices);

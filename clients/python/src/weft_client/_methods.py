@@ -445,8 +445,8 @@ class RigMethods:
 
         Result: rig, bench (simulated, emulated, real), simulated, wrench (false: no force sensor, and the caps are null),
         force_cap_n, torque_cap_nm, travel by axis, fixed: where axes without a stage stand; plate: origin, size, surface_z_m;
-        footprint of the probe, clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated), fabrics.
-        Least role: observer.
+        footprint of the probe, clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated; of several
+        arrays: arrays, each with device, taxels and shape), fabrics. Least role: observer.
         """
         return self._call("rig.describe", {})
 

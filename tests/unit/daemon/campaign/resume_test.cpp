@@ -158,6 +158,10 @@ TEST_CASE("a resume refuses another recipe, rig or seed, a bench of another past
   test::write_file(request.recipe, other_recipe.dump());
   refused("another recipe");
   refused("/name: \"other\", recorded " + json::parse(recipe)["name"].dump());
+  json longer = json::parse(recipe);
+  longer["fabrics"].push_back("silk");
+  test::write_file(request.recipe, longer.dump());
+  refused("/fabrics/-: \"silk\", recorded nothing");
   test::write_file(request.recipe, recipe);
   request.seed = 8;
   refused("another seed");

@@ -170,6 +170,19 @@ TEST_CASE("a rate that driver and emulator do not share is refused before anythi
   CHECK_FALSE(std::filesystem::exists(folder / "out"));
 }
 
+TEST_CASE("on a real bench an emulator that was left in the rig file says nothing of the stage") {
+  json rig = test::bench17_near_home();
+  rig["devices"][0]["emulator"]["model"] = "LTS150";
+  REQUIRE(parse_rig_file(rig.dump())->devices[0].emulated_model == "LTS150");
+  rig["bench"] = "real";
+  for (json& device : rig["devices"])
+    device["link"] = {{"kind", "serial"}, {"path", "/dev/" + device["name"].get<std::string>()}};
+  const auto real = parse_rig_file(rig.dump());
+  if (!real) FAIL(to_string(real.error()));
+  CHECK(real->devices[0].emulated_model.empty());
+  CHECK(real->devices[0].emulated_stage.empty());
+}
+
 TEST_CASE("a linear stage is told the rig's acceleration; another one in its place is refused") {
   nlohmann::json rig = test::bench17();
   rig["limits"]["acceleration_mm_s2"] = 10;
