@@ -2,13 +2,15 @@
 set(deb ${PROJECT_SOURCE_DIR}/packaging/deb)
 set(deb_made ${CMAKE_BINARY_DIR}/deb)
 
-# /etc of weftd: a component of its own, left out by cmake --install, which must not write there.
+# /etc of weftd, and its sample rig: a component of its own, left out by cmake --install, which must not write there.
 set(WEFT_INSTALLED_SIM /usr/share/weft/sim)
 file(READ sim/rigs/bench17.json rig)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS sim/rigs/bench17.json)
 string(REPLACE "\"../" "\"${WEFT_INSTALLED_SIM}/" rig "${rig}")
 file(CONFIGURE OUTPUT ${deb_made}/rig.json CONTENT "@rig@" @ONLY)
-install(FILES ${deb_made}/rig.json ${deb}/weftd/weftd.conf DESTINATION /etc/weft COMPONENT system EXCLUDE_FROM_ALL)
+# No conffile: every laboratory has its own in its place, and is not to be asked about ours. postinst copies it once.
+install(FILES ${deb_made}/rig.json DESTINATION /usr/share/weft RENAME sample-rig.json COMPONENT system EXCLUDE_FROM_ALL)
+install(FILES ${deb}/weftd/weftd.conf DESTINATION /etc/weft COMPONENT system EXCLUDE_FROM_ALL)
 install(FILES recipes/library/first.json DESTINATION /etc/weft/recipes COMPONENT system EXCLUDE_FROM_ALL)
 install(FILES ${deb}/weftd/limits.conf DESTINATION /etc/security/limits.d RENAME weft.conf COMPONENT system EXCLUDE_FROM_ALL)
 install(FILES ${deb}/weftd/60-weft.rules DESTINATION /usr/lib/udev/rules.d COMPONENT system EXCLUDE_FROM_ALL)

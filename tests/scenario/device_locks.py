@@ -95,15 +95,19 @@ def held(t, d, rig, weft_process):
 
 
 def while_it_slides(t, d, path, served):
+    reached = []
+
     def once(_):
         out = f"out{len(list(d.glob('out*')))}"
         run = subprocess.Popen([t.weft, "run", "kill.json", "--rig", path.name, "--out", out, "--no-evaluate"], cwd=d,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        if wait_for_phase(d, out, "M", run):
+        reached.append(wait_for_phase(d, out, "M", run))
+        if reached[-1]:
             held(t, d, path.name, run)
         said = run.communicate(timeout=2 * LATEST_S)
         return subprocess.CompletedProcess([], run.returncode, *said)
     ran = tried(once)
+    t.expect(any(reached), "phase M was reached, and what else was tried then")
     t.expect(ran.returncode == 0, f"the campaign: {ran.returncode} {ran.stderr[-600:]}")
     truth = served.order(order="truth")
     t.expect(abs(truth["contact_force_n"]) < 0.05, f"force left on the cloth: {truth}")

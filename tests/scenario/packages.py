@@ -14,7 +14,7 @@ import tempfile
 
 BUILD, ROOT = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 NAMES = {"weft": "amd64", "weftd": "amd64", "weft-rig": "amd64", "weft-dev": "all", "python3-weft": "all"}
-CONFFILES = ["/etc/security/limits.d/weft.conf", "/etc/weft/recipes/first.json", "/etc/weft/rig.json", "/etc/weft/weftd.conf"]
+CONFFILES = ["/etc/security/limits.d/weft.conf", "/etc/weft/recipes/first.json", "/etc/weft/weftd.conf"]
 FILES = {"weft": ["usr/bin/weft", "usr/share/man/man1/weft.1", "usr/share/bash-completion/completions/weft", "usr/share/weft/recipes/m1.json",
                   "usr/share/weft/sim/fabrics.json", "usr/share/weft/sim/fidelity.json", "usr/share/weft/sim/rigs/bench17.json"],
          "weftd": ["usr/bin/weftd", "usr/share/man/man1/weftd.1", "usr/lib/systemd/system/weftd.service", "usr/lib/udev/rules.d/60-weft.rules",
@@ -74,12 +74,14 @@ def files(folder, packages):
 
 def installed_sample(root):
     """The sample rig names tables where package weft has them, and the unit the programs and the rig."""
-    rig = json.loads((root / "weftd/etc/weft/rig.json").read_text())
+    rig = json.loads((root / "weftd/usr/share/weft/sample-rig.json").read_text())
     for key in ("fabrics", "fidelity"):
         path = rig["simulation"][key]
         assert path.startswith("/usr/share/weft/") and (root / "weft" / path[1:]).exists(), path
     unit = (root / "weftd/usr/lib/systemd/system/weftd.service").read_text()
     assert "ExecStart=/usr/bin/weftd --rig /etc/weft/rig.json --recipes /etc/weft/recipes --data /var/lib/weft" in unit, unit
+    assert "\nWants=modprobe@usbserial.service modprobe@cdc_acm.service\nAfter=modprobe@usbserial.service" in unit, unit
+    assert "\nProtectProc" not in unit and "\nProcSubset" not in unit, "who holds a file is read there"
     assert "\nLimitRTPRIO=" in unit and "\nLimitMEMLOCK=infinity\n" in unit and "\nProtectSystem=strict\n" in unit, unit
 
 
@@ -110,7 +112,9 @@ def refuses_removal(folder, prerm):
     active = json.dumps({"active": {"run": "R-000001"}, "rig": {"rig": "safe"}}, indent=2)
     moving = json.dumps({"active": None, "rig": {"rig": "moving"}}, indent=2)
     idle = json.dumps({"active": None, "rig": {"rig": "safe"}}, indent=2)
-    for says, status in ((active, 1), (moving, 1), (idle, 0), ("", 0)):
+    (stubs / "timeout").write_text('#!/bin/sh\n[ "$WEFT_SAYS" != late ] || exit 124\nshift\nexec "$@"\n')
+    (stubs / "timeout").chmod(0o755)
+    for says, status in ((active, 1), (moving, 1), (idle, 0), ("", 0), ("late", 1)):
         environment = {**os.environ, "PATH": f"{stubs}:{os.environ['PATH']}", "WEFT_SAYS": says}
         run(prerm, "remove", status=status, env=environment)
         run(prerm, "upgrade", "1", env=environment)
