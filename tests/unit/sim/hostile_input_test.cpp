@@ -40,6 +40,23 @@ std::string rig_in_contact(const std::string& level) {
        {"/devices/5/emulator/rate_hz", "100"}});
 }
 
+/// The table with a fabric of the papers and a calibrated one, what they need, and two fields of
+/// each list of the calibration: all others are like them.
+std::string two_fabrics() {
+  auto table = nlohmann::json::parse(test::fabrics_text());
+  table["fabrics"] = {table["fabrics"][12], table["fabrics"][17]};
+  auto structures = nlohmann::json::object();
+  for (const auto& fabric : table["fabrics"]) {
+    const std::string name = fabric["structure"];
+    structures[name] = table["structures"].at(name);
+  }
+  table["structures"] = structures;
+  for (auto& calibration : table["calibrations"])
+    for (auto& list : calibration)
+      if (list.is_array() && list.size() > 2) list = {list[0], list[1]};
+  return table.dump();
+}
+
 /// Presses, drags along y and lifts for a sixth of a second; true if every number is one.
 bool runs_with_finite_numbers(std::unique_ptr<Rig> made, const std::string& fabric) {
   test::TestLoop loop;
@@ -99,14 +116,13 @@ TEST_CASE("any number of a rig file that is absurd is refused by name, or simula
 
 TEST_CASE("any number of the fabric table that is absurd is refused by name, or simulated") {
   const std::string base = rig_in_contact("L1");
+  const std::string text = two_fabrics();
   int refused = 0, run = 0;
   hostile::for_each_number(
-      test::fabrics_text(), "",
-      [&](const std::string& pointer, auto value, const std::string& document) {
+      text, "", [&](const std::string& pointer, auto value, const std::string& document) {
         const std::string row = "/fabrics/";
         const std::size_t index =
             pointer.starts_with(row) ? std::stoul(pointer.substr(row.size())) : 0;
-        if (index != 0 && index != 12) return;  // all rows have the same fields
         CAPTURE(pointer, value);
         auto rig = Rig::create(base, document, 1);
         if (!rig) {

@@ -11,11 +11,17 @@
 
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 
 #include "daemon/campaign/campaign.hpp"
 
 namespace weft::daemon::test {
+
+/// Of a test that kills at every write: the nightly preset does, the others at each third.
+inline std::uint64_t writes_between_kills() {
+  return std::getenv("WEFT_EVERY_WRITE") != nullptr ? 1 : 3;
+}
 
 /// Which write ends the process, and whether half of it reaches the file.
 struct KillPoint {
