@@ -38,14 +38,14 @@ const painted = (page, { wide, high }) => page.evaluate(([columns, rows]) => {
 async function look_at(name, of) {
   const daemon = new Daemon();
   try {
-    daemon.rig = join(daemon.folder, 'rig.json');
+    daemon.rig = join(daemon.folder, `${name}.json`);
     execFileSync(WEFT, ['init', daemon.rig, '--simulated', name], { cwd: ROOT });
     writeFileSync(join(daemon.folder, 'recipes', 'small.json'), JSON.stringify(small(of)));
     mkdirSync(join(daemon.folder, 'data'), { recursive: true });
     await daemon.begin('--pace', '4');
     const page = await open_page(daemon.link());
     await connected(page);
-    await says(page, '#rig-name', new RegExp(`simulated-${name}`));
+    await says(page, '#rig-name', new RegExp(`^${name}$`));
     daemon.weft('start', 'small');
     await says(page, '#run-step', /sliding/);
     await says(page, '#pads-range', /\d+ to \d+ counts in this run/);
