@@ -13,6 +13,9 @@ namespace weft::daemon {
 
 enum class Parity : std::uint8_t { none, even, odd };
 
+/// What ftdi_start_up takes.
+inline constexpr Duration ftdi_start_up_time = std::chrono::milliseconds(100);
+
 /// A serial line; eight data bits and one stop bit.
 struct SerialSettings {
   std::string
@@ -31,10 +34,10 @@ struct Endpoint {
   std::uint16_t port = 0;
 };
 
-/// Opens a serial line: real ports through libserialport, pseudo-terminals, which that cannot open
-/// (docs/reference/device-facts.md, Serial ports), directly.
-/// Errors: not_found (no such port), io (permission, busy) with a hint, unsupported (a speed that
-/// the port does not take: it is read back and compared).
+/// Opens a serial line, which is locked before any setting of it is changed: real ports through
+/// libserialport, pseudo-terminals, which that cannot open (docs/reference/device-facts.md, Serial
+/// ports), directly. Errors: not_found (no such port), io (permission), busy, each with a hint,
+/// unsupported (a speed that the port does not take: it is read back and compared).
 Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& settings);
 
 /// Connects; gives up after `limit`. Nagle's delay is off.

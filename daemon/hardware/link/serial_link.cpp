@@ -16,9 +16,6 @@
 namespace weft::daemon {
 namespace {
 
-using namespace std::chrono_literals;
-constexpr Duration ftdi_start_up = 100ms;  // 50 ms, purge, 50 ms: device-facts.md, APT line
-
 template <class Change>
 Status with_settings(int descriptor, const Change& change) {
   termios line{};
@@ -59,8 +56,11 @@ tl::unexpected<Error> in_use(int number) {
                .hint = "End it, or give each its own port"});
 }
 
-/// Two programs on one line would each see half of the answers.
+/// Two programs on one line would each see half of the answers. Root may open what another program
+/// has for itself alone.
 Status claim(int descriptor) {
+  int is_exclusive = 0;
+  if (::ioctl(descriptor, TIOCGEXCL, &is_exclusive) == 0 && is_exclusive != 0) return in_use(EBUSY);
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {};
   return in_use(errno);
 }
@@ -127,26 +127,26 @@ void raise_rts_and_dtr(int descriptor) {
   static_cast<void>(::ioctl(descriptor, TIOCMBIS, &lines));
 }
 
-// libserialport's settings outlive its handle: the line stays open through the copy.
+// Nothing is set before the line is claimed. libserialport's settings outlive its handle: the line
+// stays open.
 Result<OpenPort> open_real(const std::string& path, const SerialSettings& settings) {
+  OpenPort line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (line.get() < 0) return errno == EBUSY ? in_use(errno) : cannot_open(errno);
+  if (Status s = claim(line.get()); !s) return pass(s.error());
   sp_port* found = nullptr;
   if (const sp_return got = sp_get_port_by_name(path.c_str(), &found); got != SP_OK)
     return library_refused(got);
   const std::unique_ptr<sp_port, FreePort> port(found);
   if (const sp_return got = sp_open(found, SP_MODE_READ_WRITE); got != SP_OK)
     return library_refused(got);
-  int descriptor = -1;
-  if (!configure(found, settings) || sp_get_port_handle(found, &descriptor) != SP_OK)
+  if (!configure(found, settings))
     return fail({.code = Errc::io,
                  .what = "the port does not take its settings",
                  .got = std::generic_category().message(sp_last_error_code())});
-  OpenPort copy(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
-  if (copy.get() < 0) return cannot_open(errno);
-  if (Status s = claim(copy.get()); !s) return pass(s.error());
-  if (Status s = let_reads_wait(copy.get()); !s) return pass(s.error());
-  if (settings.rts_cts) raise_rts_and_dtr(copy.get());
-  if (Status s = set_line_speed(copy.get(), settings.baud); !s) return pass(s.error());
-  return copy;
+  if (Status s = let_reads_wait(line.get()); !s) return pass(s.error());
+  if (settings.rts_cts) raise_rts_and_dtr(line.get());
+  if (Status s = set_line_speed(line.get(), settings.baud); !s) return pass(s.error());
+  return line;
 }
 
 Result<OpenPort> open_line(const SerialSettings& settings) {
@@ -164,7 +164,7 @@ Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& 
   if (!port) return pass(port.error(), settings.path);
   auto link =
       std::make_unique<DescriptorLink>(loop, port->release(), Framing::stream, settings.path);
-  if (settings.ftdi_start_up) link->hold_for(ftdi_start_up);
+  if (settings.ftdi_start_up) link->hold_for(ftdi_start_up_time);
   return std::unique_ptr<Link>(std::move(link));
 }
 

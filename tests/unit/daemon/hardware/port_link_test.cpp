@@ -2,12 +2,17 @@
 
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <sched.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/mount.h>
 #include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <thread>
 
 #include "daemon/hardware/link/descriptor_link.hpp"
 #include "daemon/hardware/link/serial_line.hpp"
@@ -141,6 +146,44 @@ TEST_CASE("a port that is not there, no terminal, or in use is refused with a se
   const auto second = open_serial(loop, {.path = terminal.path});
   REQUIRE_FALSE(second);
   CHECK(second.error().what == "another program uses the port");
+}
+
+// A pseudo-terminal in the place of a real port, in a mount namespace of this thread's own.
+TEST_CASE("a real port that another program has is refused before any setting of it is changed") {
+  constexpr const char* port = "/dev/ttyS0";
+  Terminal terminal;
+  const int holder = ::open(terminal.path.c_str(), O_RDWR | O_NOCTTY);
+  termios before{}, after{};
+  REQUIRE(::tcgetattr(holder, &before) == 0);
+  bool is_in_place = false;
+  Errc locked{}, exclusive{};
+  std::thread([&] {
+    is_in_place = ::access("/sys/class/tty/ttyS0", F_OK) == 0 &&
+                  ::unshare(CLONE_FS | CLONE_NEWNS) == 0 &&
+                  ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+                  ::mount(terminal.path.c_str(), port, nullptr, MS_BIND, nullptr) == 0;
+    if (!is_in_place) return;
+    RealLoop loop;
+    const auto refusal = [&] {
+      const auto link = open_serial(loop, {.path = port, .baud = 9600, .rts_cts = true});
+      return link ? Errc{} : link.error().code;
+    };
+    ::flock(holder, LOCK_EX);
+    locked = refusal();
+    ::flock(holder, LOCK_UN);
+    ::ioctl(holder, TIOCEXCL);
+    exclusive = refusal();
+  }).join();
+  REQUIRE(::tcgetattr(holder, &after) == 0);
+  ::close(holder);
+  if (!is_in_place) {
+    WARN("not tried: it needs root and a /dev/ttyS0");
+    return;
+  }
+  CHECK(locked == Errc::busy);
+  CHECK(exclusive == Errc::busy);
+  CHECK(after.c_cflag == before.c_cflag);
+  CHECK(after.c_lflag == before.c_lflag);
 }
 
 TEST_CASE("any speed is set and read back, 1.25 Mbaud too") {
