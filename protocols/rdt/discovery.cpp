@@ -68,6 +68,11 @@ Status read_address(ByteView value, Ipv4& address) {
   return {};
 }
 
+bool is_of_one_host(const Ipv4& address) {
+  constexpr std::uint8_t first_group = 224;  // RFC 1112; above it the broadcast to all
+  return address[0] > 0 && address[0] < first_group;
+}
+
 /// Calls `read` with each field behind `text`.
 Status read_fields(ByteView datagram, std::string_view text,
                    const std::function<Status(std::uint8_t tag, ByteView value)>& read) {
@@ -129,6 +134,8 @@ Result<DiscoveryReply> decode_discovery_reply(ByteView datagram) {
   });
   if (!read) return pass(read.error());
   if (!addressed) return no_message("an address", "none");
+  if (!is_of_one_host(reply.address))
+    return no_message("the address of one host", "that of a group, or of none");
   return reply;
 }
 

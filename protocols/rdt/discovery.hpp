@@ -42,7 +42,8 @@ Bytes encode(const DiscoveryRequest& request);
 Bytes encode(const DiscoveryReply& reply);
 
 /// Errors: parse, for another beginning, a field that is cut short, an address of other than four
-/// bytes, or no address at all. Fields with other tags are passed over.
+/// bytes, no address at all, or in a reply one that no single host has. Fields with other tags are
+/// passed over.
 Result<DiscoveryRequest> decode_discovery_request(ByteView datagram);
 Result<DiscoveryReply> decode_discovery_reply(ByteView datagram);
 

@@ -55,6 +55,11 @@ TEST_CASE("Zeros behind a reply are no field, and damaged replies are refused") 
     CHECK(cut.error().code == Errc::parse);
   }
   CHECK_FALSE(decode_discovery_reply(hex("52 54 41 44 02 03 C0 A8 01")));
+  for (const char* const group : {"E0 00 05 80", "FF FF FF FF", "00 00 00 00"}) {
+    const auto many = decode_discovery_reply(hex(std::string("52 54 41 44 02 04 ") + group));
+    REQUIRE_FALSE(many);
+    CHECK(many.error().code == Errc::parse);
+  }
   CHECK_FALSE(decode_discovery_reply(hex(request_bytes)));
   CHECK_FALSE(decode_discovery_request(hex(reply_bytes)));
 }
