@@ -17,6 +17,7 @@ struct InitArgs {
   std::string simulated, emulated, name;
   std::vector<std::string> ports, boxes, roles, stages, numbers;
   bool yes = false, no_network = false, only_named = false;
+  std::string answers_json;  ///< of the file
 };
 
 std::string shape_list() {
@@ -60,7 +61,8 @@ void add_options(CLI::App& command, InitArgs& args) {
   command.add_option("--answers", args.answers,
                      "read roles, stages and numbers from this file (JSON)");
   command.add_option("--name", args.name, "name of the rig (default: that of the file)");
-  command.add_flag("--yes", args.yes, "ask nothing; take the defaults");
+  command.add_flag("--yes", args.yes,
+                   "ask nothing; take the defaults (a real bench has none for what does harm)");
 }
 
 /// "A=B" put into `set`. A place may have "=" in it; what is stated has none.
@@ -84,23 +86,21 @@ Status set_number_text(RigDraft& draft, const std::string& name, const std::stri
 }
 
 Status apply_args(RigDraft& draft, const InitArgs& args) {
-  if (!args.answers.empty()) {
-    const auto text = read_text_file(args.answers);
-    if (!text) return pass(text.error());
-    if (Status done = apply_answers(draft, *text); !done)
+  if (!args.answers.empty())
+    if (Status done = apply_answers(draft, args.answers_json); !done)
       return pass(done.error(), args.answers.string());
-  }
   if (Status done = apply_pairs(draft, args.stages, "--stage", set_stage); !done) return done;
   if (Status done = apply_pairs(draft, args.roles, "--role", set_role); !done) return done;
   return apply_pairs(draft, args.numbers, "--set", set_number_text);
 }
 
-/// One question until its answer is understood; an empty line takes the default. Errors:
-/// wrong_state, where the input has ended.
+/// One question until its answer is understood; an empty line is the default, where there is one.
+/// Errors: wrong_state, where the input has ended.
 Status prompt(Console& console, const std::string& question, const std::string& preset,
               const std::function<Status(const std::string&)>& take) {
+  const std::string shown = preset.empty() ? preset : " [" + preset + "]";
   for (std::string line;;) {
-    console.err << question << " [" << preset << "]: " << std::flush;
+    console.err << question << shown << ": " << std::flush;
     if (!std::getline(*console.in, line))
       return fail({.code = Errc::wrong_state,
                    .what = "the input ended before all was answered; no file was written",
@@ -127,10 +127,12 @@ Status prompt_all(RigDraft& draft, Console& console) {
                              [&](const auto& text) { return set_role(draft, found.place, text); });
         !done)
       return done;
+    draft.devices[i].is_role_stated = true;  // an empty line says so too
   }
-  for (const NumberKey* const key : assumed_numbers(draft))
+  for (const NumberKey* const key : unstated_numbers(draft))
     if (Status done = prompt(
-            console, sentence_case(key->question), general(draft.number(key->name)),
+            console, sentence_case(key->question),
+            draft.has_default(*key) ? general(draft.number(key->name)) : std::string(),
             [&](const auto& text) { return set_number_text(draft, std::string(key->name), text); });
         !done)
       return done;
@@ -145,6 +147,16 @@ Result<Endpoint> parse_console(const std::string& text) {
                  .expected = "HOST:PORT, as weft-rig prints it",
                  .got = text});
   return place->records;
+}
+
+/// By options and answers: these are not even asked.
+std::vector<std::string> left_out(const InitArgs& args) {
+  std::vector<std::string> out = devices_without_role(args.answers_json);
+  for (const std::string& pair : args.roles)
+    if (const std::size_t equals = pair.rfind('=');
+        equals != std::string::npos && pair.substr(equals + 1) == no_role)
+      out.push_back(pair.substr(0, equals));
+  return out;
 }
 
 /// What was found, and a draft of it.
@@ -170,17 +182,24 @@ Result<Found> find_devices(const InitArgs& args, const std::string& name, Consol
   }
   const bool only_named = args.only_named || !args.emulated.empty();
   console.err << "Looking for devices; nothing moves ...\n" << std::flush;
-  auto report =
-      search_devices({args.ports, args.boxes, !only_named, !only_named && !args.no_network, {}});
+  SearchRequest request;
+  request.ports = args.ports;
+  request.boxes = args.boxes;
+  request.left_out = left_out(args);
+  request.search_ports = !only_named;
+  request.search_network = !only_named && !args.no_network;
+  auto report = search_devices(request);
   if (!report) return pass(report.error());
   out.draft = draft_of(name, args.emulated.empty() ? BenchMode::real : BenchMode::emulated,
                        report->devices);
   out.draft.console = order_port;
+  out.draft.left_out = report->left_out;
   out.report = std::move(*report);
   return out;
 }
 
-Result<int> run_init(const InitArgs& args, Console& console) {
+Result<int> run_init(const InitArgs& given, Console& console) {
+  InitArgs args = given;
   if (Status is_new = require_new_file(args.rig); !is_new) return pass(is_new.error());
   const bool is_found = args.simulated.empty();
   const bool can_prompt = is_found && !args.yes && args.answers.empty();
@@ -189,6 +208,11 @@ Result<int> run_init(const InitArgs& args, Console& console) {
                  .where = "weft init",
                  .what = "standard input is no terminal, so nothing can be asked",
                  .expected = "a terminal, --answers FILE or --yes"});
+  if (!args.answers.empty()) {
+    auto text = read_text_file(args.answers);
+    if (!text) return pass(text.error());
+    args.answers_json = std::move(*text);
+  }
   const std::string name = args.name.empty() ? args.rig.stem().string() : args.name;
   auto found = find_devices(args, name, console);
   if (!found) return pass(found.error());
@@ -202,7 +226,9 @@ Result<int> run_init(const InitArgs& args, Console& console) {
   if (const auto missing = missing_parts(draft); !missing.empty())
     return refuse_draft(missing, found->report, console);
   if (Status written = write_rig(draft, args.rig); !written) return pass(written.error());
-  print(console, format_init(args.rig, draft), init_json(args.rig, draft, found->report));
+  const std::string recipe = suitable_recipe(draft, args.rig);
+  print(console, format_init(args.rig, recipe, draft),
+        init_json(args.rig, recipe, draft, found->report));
   return exit_ok;
 }
 

@@ -46,18 +46,22 @@ json devices_json(const SearchReport& report) {
   return out;
 }
 
-std::vector<std::string> next_commands(const std::filesystem::path& rig, const RigDraft& draft) {
-  const std::string recipe = suitable_recipe(draft), file = rig.string();
-  std::vector<std::string> out{"weft doctor --rig " + file,
-                               "weft check " + recipe + " --rig " + file};
+std::vector<std::string> next_commands(const std::filesystem::path& rig, const std::string& recipe,
+                                       const RigDraft& draft) {
+  const std::string file = rig.string();
+  std::vector<std::string> out{"weft doctor --rig " + file};
+  if (recipe.empty()) return out;
+  out.push_back("weft check " + recipe + " --rig " + file);
   if (draft.mode != BenchMode::real)
     out.push_back("weft run " + recipe + " --rig " + file + " --out out/" + draft.name);
   return out;
 }
 
 /// What a person still has to do on a bench of their own.
-std::vector<std::string> things_to_do(const RigDraft& draft) {
+std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft& draft) {
   std::vector<std::string> out;
+  if (recipe.empty())
+    out.emplace_back("write a recipe: none of the library fits this rig; recipes/README.md");
   if (draft.mode == BenchMode::real) {
     out.emplace_back(
         "measure the numbers that are assumed, and probe.slack_mm; docs/howto/real-bench.md");
@@ -75,6 +79,22 @@ std::vector<std::string> things_to_do(const RigDraft& draft) {
       out.push_back(device.found.place + ": set its rate_hz, which is not known");
   }
   return out;
+}
+
+/// Roles by guess and numbers by default; empty where there are none.
+std::string assumed_text(const RigDraft& draft) {
+  Table table(Align::left);
+  const auto roles = assumed_roles(draft);
+  for (const DraftDevice* const device : roles)
+    table.row({"role " + device->role, format_device(device->found),
+               device->found.kind == DeviceKind::stage ? "by its serial number" : "by its kind"});
+  const auto numbers = unstated_numbers(draft);
+  for (const NumberKey* const key : numbers)
+    table.row(
+        {std::string(key->name), general(draft.number(key->name)), std::string(key->question)});
+  if (roles.empty() && numbers.empty()) return {};
+  return "Assumed, for no device reports it (change it with --role and --set, or in the file):\n" +
+         table.text();
 }
 
 }  // namespace
@@ -107,45 +127,40 @@ std::string format_found(const SearchReport& report) {
   return (report.devices.empty() ? "No device was found.\n" : "Found:\n" + table.text()) + remarks;
 }
 
-std::string format_init(const std::filesystem::path& rig, const RigDraft& draft) {
+std::string format_init(const std::filesystem::path& rig, const std::string& recipe,
+                        const RigDraft& draft) {
   Table table(Align::left);
   for (const DraftDevice& device : draft.devices)
     table.row({device.role == no_role ? "left out" : device.role, device.stage,
                format_device(device.found)});
-  std::string out = "Wrote " + rig.string() + ":\n" + table.text();
-  if (const auto assumed = assumed_numbers(draft); !assumed.empty()) {
-    Table numbers(Align::left);
-    for (const NumberKey* const key : assumed)
-      numbers.row(
-          {std::string(key->name), general(draft.number(key->name)), std::string(key->question)});
-    out += "Assumed, for no device reports them (change them with --set, or in the file):\n" +
-           numbers.text();
-  }
-  if (const auto to_do = things_to_do(draft); !to_do.empty()) {
+  std::string out = "Wrote " + rig.string() + ":\n" + table.text() + assumed_text(draft);
+  if (const auto to_do = things_to_do(recipe, draft); !to_do.empty()) {
     out += "To do:\n";
     for (const std::string& thing : to_do) out += "  " + thing + "\n";
   }
   out += "Next:\n";
-  for (const std::string& command : next_commands(rig, draft)) out += "  " + command + "\n";
+  for (const std::string& command : next_commands(rig, recipe, draft)) out += "  " + command + "\n";
   return out;
 }
 
-json init_json(const std::filesystem::path& rig, const RigDraft& draft,
+json init_json(const std::filesystem::path& rig, const std::string& recipe, const RigDraft& draft,
                const SearchReport& report) {
   json out{{"command", "init"},
            {"rig", rig.string()},
            {"found", devices_json(report)},
            {"warnings", report.warnings},
-           {"to_do", things_to_do(draft)},
-           {"recipe", suitable_recipe(draft)},
-           {"next", next_commands(rig, draft)}};
+           {"to_do", things_to_do(recipe, draft)},
+           {"recipe", recipe.empty() ? json(nullptr) : json(recipe)},
+           {"next", next_commands(rig, recipe, draft)}};
   out["roles"] = json::object();
   for (const DraftDevice& device : draft.devices)
     if (device.role != no_role)
       out["roles"][device.role] = {
           {"place", device.found.place}, {"serial", device.found.serial}, {"stage", device.stage}};
   out["assumed"] = json::object();
-  for (const NumberKey* const key : assumed_numbers(draft))
+  for (const DraftDevice* const device : assumed_roles(draft))
+    out["assumed"]["roles"][device->found.place] = device->role;
+  for (const NumberKey* const key : unstated_numbers(draft))
     out["assumed"][std::string(key->name)] = draft.number(key->name);
   return out;
 }

@@ -20,10 +20,13 @@ std::string sentence_case(std::string_view text);
 /// All devices in a table, with what is to be known of each.
 std::string format_found(const SearchReport& report);
 
-/// Roles, assumed numbers and the next commands.
-std::string format_init(const std::filesystem::path& rig, const RigDraft& draft);
-nlohmann::json init_json(const std::filesystem::path& rig, const RigDraft& draft,
-                         const SearchReport& report);
+/// Roles, what is assumed and the next commands. `recipe`: one that suits the rig; empty where none
+/// does.
+std::string format_init(const std::filesystem::path& rig, const std::string& recipe,
+                        const RigDraft& draft);
+/// "assumed" has the form of an answers file.
+nlohmann::json init_json(const std::filesystem::path& rig, const std::string& recipe,
+                         const RigDraft& draft, const SearchReport& report);
 
 /// Says what keeps the devices from being a rig. Returns exit_failure.
 int refuse_draft(const std::vector<Error>& missing, const SearchReport& report, Console& console);

@@ -59,6 +59,9 @@ std::vector<Diagnosis> check_serial(const std::string& device, const SerialSetti
 /// "minicom (pid 17)" for every other program that has the port open, as far as it may be seen.
 /// None of a pseudo-terminal, of which weft-rig holds both ends.
 std::vector<std::string> others_with(const SerialSettings& settings);
+/// Whether others_with() would see each program below `processes` (/proc): who is not root does not
+/// see what other users' programs have open.
+bool can_see_holders(const std::filesystem::path& processes);
 
 /// Devices of a rig that claim one port, each pair once.
 std::vector<Diagnosis> shared_ports(const std::vector<DeviceEntry>& devices);

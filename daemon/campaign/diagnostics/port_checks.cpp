@@ -179,6 +179,19 @@ std::vector<std::string> others_with(const SerialSettings& settings) {
   return error || is_pseudo ? std::vector<std::string>{} : holders(port);
 }
 
+bool can_see_holders(const fs::path& processes) {
+  std::error_code error;
+  if (!fs::exists(processes / "1", error)) return false;  // /proc mounted with hidepid
+  for (const auto& process : fs::directory_iterator(processes, error)) {
+    const std::string pid = process.path().filename().string();
+    if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::error_code hidden;
+    fs::directory_iterator(process.path() / "fd", hidden);
+    if (hidden == std::errc::permission_denied) return false;
+  }
+  return !error;
+}
+
 std::vector<Diagnosis> shared_ports(const std::vector<DeviceEntry>& devices) {
   std::vector<Diagnosis> out;
   std::map<std::string, std::string> owners;

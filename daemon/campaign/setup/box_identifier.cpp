@@ -119,11 +119,13 @@ void BoxIdentifier::finish() {
   done_ = true;
   timer_.cancel();
   if (records_) records_->on_receive({});
-  if (!place_.can_stream && found_.kind == DeviceKind::unknown)
-    found_.notes.emplace_back(
-        "it replied to the broadcast and its pages could not be read; if it is a Net F/T box, name "
-        "it: --netft " +
-        place_.place);
+  if (!place_.can_stream)
+    found_.notes.push_back(
+        (found_.kind == DeviceKind::unknown
+             ? "it replied to the broadcast and its pages could not be read; if it is"
+             : "it replied to the broadcast and may serve another computer; if it is this "
+               "bench's") +
+        std::string(", name it: --netft ") + place_.place);
   if (found_.kind != DeviceKind::net_ft || found_.http) return;
   found_.notes.emplace_back(
       "its pages could not be read: 1000000 counts per newton are assumed, its serial number is "

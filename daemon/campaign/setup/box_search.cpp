@@ -9,6 +9,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
+#include <map>
+#include <ranges>
 #include <set>
 #include <system_error>
 
@@ -89,14 +92,23 @@ void join(int socket, int network, Ipv4 group) {
       ::setsockopt(socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership));
 }
 
-/// What has come by now.
-void take_replies(int socket, std::vector<DiscoveryReply>& replies) {
+using Replies = std::map<Ipv4, DiscoveryReply>;
+
+/// Of what has come by now, so much that a flood ends. A reply that names another address than its
+/// sender's is none: a box of another subnet sends from its own too.
+void take_replies(int socket, Replies& replies) {
+  constexpr int most_datagrams = 64;
   std::array<std::uint8_t, 2048> datagram{};
-  for (ssize_t size = 0;
-       (size = ::recv(socket, datagram.data(), datagram.size(), MSG_DONTWAIT)) >= 0;) {
+  for (int i = 0; i < most_datagrams && replies.size() < most_boxes; ++i) {
+    sockaddr_in from{};
+    socklen_t from_size = sizeof from;
+    const ssize_t size = ::recvfrom(socket, datagram.data(), datagram.size(), MSG_DONTWAIT,
+                                    reinterpret_cast<sockaddr*>(&from), &from_size);
+    if (size < 0) return;
     const auto reply = protocols::rdt::decode_discovery_reply(
         ByteView(datagram).first(static_cast<std::size_t>(size)));
-    if (reply) replies.push_back(*reply);
+    if (reply && std::memcmp(&from.sin_addr, reply->address.data(), sizeof from.sin_addr) == 0)
+      replies.emplace(reply->address, *reply);
   }
 }
 
@@ -105,15 +117,13 @@ std::vector<DiscoveryReply> receive_replies(int socket, std::uint8_t delay_ms) {
   constexpr int last_reply = 257;  // as ATI's client waits
   RealLoop loop;
   const TimePoint end = loop.now() + std::chrono::milliseconds(last_reply * delay_ms);
-  std::vector<DiscoveryReply> replies;
+  Replies replies;
   loop.run_until([&] {  // looked at each RealLoop::longest_wait
     take_replies(socket, replies);
     return loop.now() >= end;
   });
-  std::ranges::sort(replies, {}, &DiscoveryReply::address);
-  const auto again = std::ranges::unique(replies, {}, &DiscoveryReply::address);
-  replies.erase(again.begin(), again.end());
-  return replies;
+  const auto in_order = std::views::values(replies);
+  return {in_order.begin(), in_order.end()};
 }
 
 }  // namespace

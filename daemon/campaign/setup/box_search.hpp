@@ -20,8 +20,12 @@ struct BoxSearch {
   protocols::rdt::DiscoveryRequest request = {};
 };
 
+/// Of a search; what replies beyond them is passed over.
+inline constexpr std::size_t most_boxes = 32;
+
 /// Sends one datagram into each network of the machine and waits for replies, 1.8 s. Boxes are not
-/// disturbed by it: none is asked to send. In the order of their addresses, each once.
+/// disturbed by it: none is asked to send. In the order of their addresses, each once; none whose
+/// reply came from another address.
 /// Errors: io, where the port of the replies is taken or there is no network.
 Result<std::vector<protocols::rdt::DiscoveryReply>> find_boxes(const BoxSearch& search = {});
 

@@ -42,7 +42,7 @@ Json stage_config(const DraftDevice& device, const RigDraft& draft, const StageL
     out["destination"] = device.found.destination;
   if (stage.axis == apt::Axis::linear) {
     out["max_speed_mm_s"] = draft.number("speed_mm_s");
-    out["travel_mm"] = {stage.travel_low, stage.travel_high};
+    out["travel_mm"] = travel_of(device, draft);
     return out;
   }
   const double tilt = draft.number("tilt_deg");
@@ -128,6 +128,15 @@ Json emulated_stage(const DraftDevice& device) {
 }
 
 }  // namespace
+
+std::array<double, 2> travel_of(const DraftDevice& device, const RigDraft& draft) {
+  constexpr double below_plate_mm = 5;
+  const apt::StageModel& stage = *apt::find_stage(device.stage);
+  const bool ends_at_plate = draft.mode == BenchMode::real && device.role == "z";
+  const double end =
+      ends_at_plate ? draft.number("surface_z_mm") + below_plate_mm : stage.travel_high;
+  return {stage.travel_low, std::min(end, stage.travel_high)};
+}
 
 std::string_view device_name(const DraftDevice& device) {
   switch (device.found.kind) {

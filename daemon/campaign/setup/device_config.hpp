@@ -13,6 +13,9 @@ struct StageLimits {
   double tilt_speed_deg_s = 5, tilt_acceleration_deg_s2 = 10;
 };
 
+/// Of a linear stage [mm]. On a real bench z ends a little below the plate: the stage's own travel
+/// may go far through it.
+std::array<double, 2> travel_of(const DraftDevice& device, const RigDraft& draft);
 /// "ft", "taxels"; of stages see their roles.
 std::string_view device_name(const DraftDevice& device);
 std::string_view driver_name(DeviceKind kind);

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <set>
+#include <future>
 
-#include "daemon/campaign/diagnostics/doctor.hpp"
 #include "daemon/hardware/rig/device_lock.hpp"
 
 namespace weft::daemon {
@@ -17,13 +16,6 @@ constexpr int ftdi = 0x0403, thorlabs = 0xFAF0;
 /// sensor (device-facts.md), which has even parity.
 constexpr std::uint32_t sensor_bauds[] = {115200, 460800, 921600};
 constexpr std::uint32_t digital_bauds[] = {1250000, 115200};
-
-/// A port to be asked.
-struct Candidate {
-  std::string place;
-  std::vector<PortAttempt> attempts;
-  bool is_expected = true;
-};
 
 Result<TcpPort> parse_tcp(const std::string& text) {
   const std::size_t begin = std::string_view("tcp:").size(), colon = text.rfind(':');
@@ -44,23 +36,63 @@ std::string real_name(const std::string& path) {
   return error ? path : real.string();
 }
 
-Result<Candidate> named_candidate(const std::string& place) {
-  if (!place.starts_with("tcp:")) return Candidate{place, attempts_for({.path = place}, -1, -1)};
-  const auto port = parse_tcp(place);
-  if (!port) return pass(port.error());
-  return Candidate{place, {{*port, true, true}}};
+PortPlan plan_at(const std::string& place, bool is_expected) {
+  PortPlan out;
+  out.found.place = place;
+  out.found.is_expected = is_expected;
+  return out;
 }
 
-std::vector<Candidate> usb_candidates(const std::vector<Candidate>& named) {
-  std::vector<Candidate> out;
-  for (const SerialPortSeen& seen : serial_ports()) {
-    const auto is_same = [&](const Candidate& one) {
-      return real_name(one.place) == real_name(seen.name);
+bool is_thorlabs(const SerialPortSeen& port) {
+  return port.usb_vendor == ftdi && port.usb_product == thorlabs;
+}
+
+bool is_pseudo(const std::string& port) {
+  return real_name(port).starts_with("/dev/pts/");
+}
+
+std::vector<PortAttempt> stage_attempt(SerialSettings port) {
+  port.rts_cts = port.ftdi_start_up = true;
+  // A pseudo-terminal has no speed: one opening serves all.
+  const bool serves_all = is_pseudo(port.path);
+  return {{port, true, serves_all}};
+}
+
+Result<PortPlan> parse_port(const std::string& place, const std::vector<SerialPortSeen>& present,
+                            const fs::path& by_id) {
+  if (!place.starts_with("tcp:")) return plan_named(place, present, by_id);
+  const auto port = parse_tcp(place);
+  if (!port) return pass(port.error());
+  PortPlan out = plan_at(place, true);
+  out.attempts = {{*port, true, true}};
+  return out;
+}
+
+/// Those that are named, then those that the machine has. Errors: invalid_argument.
+Result<std::vector<PortPlan>> port_plans(const SearchRequest& request,
+                                         std::vector<std::string>& warnings) {
+  std::vector<PortPlan> out;
+  const std::vector<SerialPortSeen> present = serial_ports();
+  for (const std::string& place : request.ports) {
+    auto named = parse_port(place, present, request.by_id);
+    if (!named) return pass(named.error(), "--port");
+    out.push_back(std::move(*named));
+  }
+  const bool sees_holders = can_see_holders("/proc");
+  const auto is_real = [](const std::string& place) {
+    return !place.starts_with("tcp:") && !is_pseudo(place);
+  };
+  if (!sees_holders && std::ranges::any_of(request.ports, is_real))
+    warnings.emplace_back(
+        "what other users' programs have open is hidden from this one: see that none of them uses "
+        "a port that was named");
+  if (!request.search_ports) return out;
+  for (const SerialPortSeen& seen : present) {
+    const auto is_same = [&](const std::string& place) {
+      return real_name(place) == real_name(seen.name);
     };
-    if (seen.usb_vendor < 0 || std::ranges::any_of(named, is_same)) continue;
-    const SerialSettings port{.path = stable_port_name(seen.name, "/dev/serial/by-id")};
-    out.push_back({seen.name, attempts_for(port, seen.usb_vendor, seen.usb_product),
-                   seen.usb_vendor == ftdi && seen.usb_product == thorlabs});
+    if (seen.usb_vendor >= 0 && std::ranges::none_of(request.ports, is_same))
+      out.push_back(plan_unnamed(seen, sees_holders, request.by_id));
   }
   return out;
 }
@@ -91,6 +123,9 @@ std::vector<BoxPlace> box_places(const SearchRequest& request, std::vector<std::
     warnings.push_back(to_string(replies.error()));
     return out;
   }
+  if (replies->size() == most_boxes)
+    warnings.push_back("no more than " + std::to_string(most_boxes) +
+                       " boxes of the network are looked at: name yours with --netft HOST");
   for (const protocols::rdt::DiscoveryReply& reply : *replies) {
     std::string host;
     for (const std::uint8_t byte : reply.address)
@@ -103,55 +138,80 @@ std::vector<BoxPlace> box_places(const SearchRequest& request, std::vector<std::
   return out;
 }
 
+/// On a thread and a loop of its own: a host that cannot be reached keeps no other device waiting.
+template <class Identifier, class... What>
+std::future<FoundDevice> identify(What... what) {
+  return std::async(std::launch::async, [... what = std::move(what)] {
+    RealLoop loop;
+    Identifier one(loop, what...);
+    one.start();
+    loop.run_until([&] { return one.done(); });
+    return one.found();
+  });
+}
+
 /// All at once, each locked until the end.
 class Search {
  public:
-  explicit Search(const fs::path& lock_folder)
-      : locks_(lock_folder.empty() ? DeviceLocks::default_folder() : lock_folder) {}
+  explicit Search(const SearchRequest& request)
+      : left_out_(request.left_out.begin(), request.left_out.end()),
+        locks_(request.lock_folder.empty() ? DeviceLocks::default_folder() : request.lock_folder) {}
 
-  void add(Candidate candidate) {
-    const Status free = reserve(candidate.place, candidate.attempts.front().link, locks_);
-    if (candidate.is_expected) expected_.insert(candidate.place);
-    if (!free) return add_refused(candidate.place, free.error());
-    ports_.push_back(
-        std::make_unique<PortIdentifier>(loop_, candidate.place, std::move(candidate.attempts)));
+  void add(PortPlan plan) {
+    if (is_left_out({plan.found.place, real_name(plan.found.place), plan.found.serial})) return;
+    plan.found.serial.clear();  // that of the adapter
+    Status free;
+    if (!plan.attempts.empty())
+      free = reserve(plan.found.place, plan.attempts.front().link, locks_);
+    if (!free) plan.found.problem = free.error();
+    std::future<FoundDevice> found;
+    if (free && !plan.attempts.empty())
+      found = identify<PortIdentifier>(plan.found.place, std::move(plan.attempts));
+    devices_.push_back({std::move(plan.found), std::move(found)});
   }
   void add(const BoxPlace& place) {
+    if (is_left_out({place.place})) return;
     const std::optional<LinkSettings> pages =
         place.pages.port == 0 ? std::nullopt : std::optional<LinkSettings>(TcpPort{place.pages});
     const Status free = reserve(place.place, UdpPort{place.records}, locks_, pages);
-    if (place.can_stream) expected_.insert(place.place);
-    if (!free) return add_refused(place.place, free.error());
-    boxes_.push_back(std::make_unique<BoxIdentifier>(loop_, place));
+    PortPlan plan = plan_at(place.place, place.can_stream);
+    if (!free) plan.found.problem = free.error();
+    devices_.push_back({std::move(plan.found),
+                        free ? identify<BoxIdentifier>(place) : std::future<FoundDevice>{}});
   }
   SearchReport run() {
-    for (const auto& port : ports_) port->start();
-    for (const auto& box : boxes_) box->start();
-    const auto is_done = [](const auto& one) { return one->done(); };
-    loop_.run_until([&] {
-      return std::ranges::all_of(ports_, is_done) && std::ranges::all_of(boxes_, is_done);
-    });
-    for (const auto& port : ports_) report_.devices.push_back(port->found());
-    for (const auto& box : boxes_) report_.devices.push_back(box->found());
-    for (FoundDevice& device : report_.devices)
-      device.is_expected = expected_.contains(device.place);
+    for (Device& device : devices_) {
+      FoundDevice found = device.found.valid() ? device.found.get() : device.planned;
+      found.is_expected = device.planned.is_expected;
+      if (found.kind != DeviceKind::unknown)
+        std::ranges::copy(device.planned.notes, std::back_inserter(found.notes));
+      report_.devices.push_back(std::move(found));
+    }
     return std::move(report_);
   }
 
  private:
-  void add_refused(const std::string& place, const Error& why) {
-    FoundDevice refused;
-    refused.place = place;
-    refused.problem = why;
-    report_.devices.push_back(std::move(refused));
+  struct Device {
+    FoundDevice planned;
+    std::future<FoundDevice> found;  ///< of one that is asked
+  };
+
+  bool is_left_out(const std::vector<std::string>& names) {
+    bool out = false;
+    for (const std::string& one : left_out_) {
+      if (std::ranges::find(names, one) == names.end() &&
+          std::ranges::find(names, real_name(one)) == names.end())
+        continue;
+      report_.left_out.insert(one);
+      out = true;
+    }
+    return out;
   }
 
   SearchReport report_;
-  std::set<std::string> expected_;  ///< places
+  std::set<std::string> left_out_;
   DeviceLocks locks_;
-  RealLoop loop_;
-  std::vector<std::unique_ptr<PortIdentifier>> ports_;
-  std::vector<std::unique_ptr<BoxIdentifier>> boxes_;
+  std::vector<Device> devices_;
 };
 
 }  // namespace
@@ -160,63 +220,82 @@ std::vector<Error> unanswered(const SearchReport& report) {
   std::vector<Error> out;
   for (const FoundDevice& device : report.devices) {
     if (!device.is_expected || device.kind != DeviceKind::unknown) continue;
-    if (device.problem) {
-      out.push_back(*device.problem);
-    } else {
-      out.push_back({.code = Errc::timeout,
-                     .where = device.place,
-                     .what = "no device that Weft knows replied",
-                     .hint = "Check its power and cable, or leave it out"});
-    }
+    Error why{.code = Errc::timeout,
+              .where = device.place,
+              .what = "no device that Weft knows replied",
+              .hint = "Check its power and cable"};
+    if (device.problem) why = *device.problem;
+    why.hint += (why.hint.empty() ? "Leave it out: --role " : ", or leave it out: --role ") +
+                device.place + "=none";
+    out.push_back(std::move(why));
   }
   return out;
 }
 
 std::string stable_port_name(const std::string& port, const fs::path& by_id) {
   std::error_code error;
+  if (fs::is_symlink(port, error)) return port;
   std::vector<std::string> names;
   for (const auto& link : fs::directory_iterator(by_id, error))
     if (real_name(link.path().string()) == real_name(port)) names.push_back(link.path().string());
   return names.empty() ? port : std::ranges::min(names);
 }
 
-std::vector<PortAttempt> attempts_for(const SerialSettings& port, int usb_vendor, int usb_product) {
-  const bool is_named = usb_vendor < 0;
-  SerialSettings stage = port;
-  stage.rts_cts = stage.ftdi_start_up = true;
-  // A pseudo-terminal has no speed: one opening serves all.
-  if (real_name(port.path).starts_with("/dev/pts/")) return {{stage, true, true}};
-  std::vector<PortAttempt> out;
-  if (is_named || (usb_vendor == ftdi && usb_product == thorlabs)) out.push_back({stage, true});
-  if (usb_vendor == ftdi && usb_product == thorlabs) return out;
+PortPlan plan_named(const std::string& port, const std::vector<SerialPortSeen>& present,
+                    const fs::path& by_id) {
+  PortPlan out = plan_at(port, true);
+  const SerialSettings line{.path = stable_port_name(port, by_id)};
+  if (line.path != port) out.found.notes.push_back("the rig file names it " + line.path);
+  out.attempts = stage_attempt(line);
+  const auto seen = std::ranges::find_if(
+      present, [&](const SerialPortSeen& one) { return real_name(one.name) == real_name(port); });
+  if (seen != present.end()) out.found.serial = seen->usb_serial;
+  if (is_pseudo(port) || (seen != present.end() && is_thorlabs(*seen))) return out;
   for (const std::uint32_t baud : sensor_bauds) {
-    out.push_back({port});
-    std::get<SerialSettings>(out.back().link).baud = baud;
+    out.attempts.push_back({line});
+    std::get<SerialSettings>(out.attempts.back().link).baud = baud;
   }
-  if (!is_named && usb_vendor != ftdi) return out;
   for (const std::uint32_t baud : digital_bauds) {
-    SerialSettings line = port;
-    line.baud = baud;
-    line.parity = Parity::even;
-    out.push_back({line, false, true});
+    SerialSettings digital = line;
+    digital.baud = baud;
+    digital.parity = Parity::even;
+    out.attempts.push_back({digital, false, true});
+  }
+  return out;
+}
+
+PortPlan plan_unnamed(const SerialPortSeen& port, bool can_see_holders, const fs::path& by_id) {
+  PortPlan out = plan_at(port.name, is_thorlabs(port));
+  out.found.serial = port.usb_serial;
+  if (is_thorlabs(port) && can_see_holders) {
+    out.attempts = stage_attempt({.path = stable_port_name(port.name, by_id)});
+  } else if (is_thorlabs(port)) {
+    out.found.problem =
+        Error{.code = Errc::busy,
+              .where = port.name,
+              .what =
+                  "the port is not opened: another user's program may have it, which this user "
+                  "cannot see",
+              .hint = "Name it, if no other program uses it: --port " + port.name};
+  } else {
+    out.found.notes.push_back("not opened, for that resets some boards; " +
+                              std::string(port.usb_vendor == ftdi
+                                              ? "if it is a Digital F/T or another sensor of this "
+                                                "bench"
+                                              : "if it is a sensor of this bench") +
+                              ", name it with --port " + port.name);
   }
   return out;
 }
 
 Result<SearchReport> search_devices(const SearchRequest& request) {
-  std::vector<Candidate> candidates;
-  for (const std::string& place : request.ports) {
-    auto named = named_candidate(place);
-    if (!named) return pass(named.error(), "--port");
-    candidates.push_back(std::move(*named));
-  }
   for (const std::string& box : request.boxes)
     if (const auto place = parse_box_place(box); !place) return pass(place.error(), "--netft");
-  if (request.search_ports)
-    std::ranges::move(usb_candidates(candidates), std::back_inserter(candidates));
-  Search search(request.lock_folder);
-  for (Candidate& candidate : candidates) search.add(std::move(candidate));
   std::vector<std::string> warnings;
+  auto plans = port_plans(request, warnings);
+  if (!plans) return pass(plans.error());
+  Search search(request);
+  for (PortPlan& plan : *plans) search.add(std::move(plan));
   for (const BoxPlace& place : box_places(request, warnings)) search.add(place);
   SearchReport report = search.run();
   report.warnings = std::move(warnings);

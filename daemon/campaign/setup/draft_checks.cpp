@@ -28,11 +28,66 @@ Status apply_texts(RigDraft& draft, const json& answers, const char* key,
   return {};
 }
 
+/// A stage that is not known, or a role that it cannot have or another could have as well.
+std::optional<Error> open_question(const RigDraft& draft, const DraftDevice& device) {
+  const std::string& place = device.found.place;
+  const bool is_left_out = device.role == no_role;
+  if (device.found.kind != DeviceKind::stage || (is_left_out && device.is_role_stated)) return {};
+  if (device.stage.empty())
+    return Error{.code = Errc::not_found,
+                 .where = place,
+                 .what = "the stage at this " + device.found.model + " is not known",
+                 .expected = device.found.stages.empty() ? "a controller of the table"
+                                                         : joined(device.found.stages),
+                 .hint =
+                     "State it with --stage PORT=STAGE, or leave it out with --role "
+                     "PORT=none; docs/reference/rig.md has the table"};
+  const auto possible = possible_roles(device);
+  if (std::ranges::find(possible, device.role) == possible.end())
+    return Error{.where = place,
+                 .what = "a " + device.stage + " cannot have this role",
+                 .expected = joined(possible),
+                 .got = device.role};
+  const auto has_same_axis = [&](const DraftDevice& other) {
+    return other.found.kind == DeviceKind::stage && axis_of(other) == axis_of(device) &&
+           !(other.role == no_role && other.is_role_stated);
+  };
+  if (draft.mode != BenchMode::real || device.is_role_stated ||
+      std::ranges::count_if(draft.devices, has_same_axis) < 2)
+    return {};
+  return Error{.code = Errc::not_found,
+               .where = place,
+               .what = "what this stage (" + device.stage + " " + device.found.serial +
+                       ") moves is not known: a real bench has no roles by guess",
+               .expected = joined(possible),
+               .hint = "Say it at a terminal, in an answers file or with --role " + place +
+                       "=ROLE; by serial number it would be " + device.role};
+}
+
+Error unmeasured(const NumberKey& key) {
+  return {
+      .code = Errc::not_found,
+      .where = std::string(key.name),
+      .what = "a real bench needs this number, and it has no default: " + std::string(key.question),
+      .expected = general(key.low) + " to " + general(key.high),
+      .hint = "Measure it, then say it at a terminal, in an answers file or with --set " +
+              std::string(key.name) + "=NUMBER"};
+}
+
 Error missing(std::string what, std::string hint) {
   return {.code = Errc::not_found, .what = std::move(what), .hint = std::move(hint)};
 }
 
 }  // namespace
+
+std::vector<std::string> devices_without_role(std::string_view answers_json) {
+  std::vector<std::string> out;
+  const auto answers = parse_json(answers_json);
+  if (!answers || !answers->is_object() || !answers->contains("roles")) return out;
+  for (const auto& [device, role] : (*answers)["roles"].items())
+    if (role == no_role) out.push_back(device);
+  return out;
+}
 
 Status apply_answers(RigDraft& draft, std::string_view answers_json) {
   const auto answers = parse_json(answers_json);
@@ -71,14 +126,11 @@ std::vector<Error> missing_parts(const RigDraft& draft) {
       out.push_back({.where = device.found.place,
                      .what = "role " + device.role + " has two devices",
                      .hint = "Leave one out: --role PORT=none"});
-    if (device.found.kind == DeviceKind::stage && device.stage.empty())
-      out.push_back({.where = device.found.place,
-                     .what = "the stage at this " + device.found.model + " is not known",
-                     .expected = device.found.stages.empty() ? "a controller of the table"
-                                                             : joined(device.found.stages),
-                     .hint = "State it with --stage PORT=STAGE; docs/reference/rig.md has the "
-                             "table"});
   }
+  for (const DraftDevice& device : draft.devices)
+    if (const auto open = open_question(draft, device)) out.push_back(*open);
+  for (const NumberKey* const key : unstated_numbers(draft))
+    if (!draft.has_default(*key)) out.push_back(unmeasured(*key));
   return out;
 }
 

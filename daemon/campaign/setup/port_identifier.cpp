@@ -71,7 +71,15 @@ void PortIdentifier::begin_attempt() {
   link_ = std::move(*link);
   frames_ = 0;
   link_->on_receive([this](ByteView bytes, TimePoint arrival) { received(bytes, arrival); });
-  if (attempt.asks_stage) request_info();
+  is_listening_ = false;
+  const auto* serial = std::get_if<SerialSettings>(&attempt.link);
+  timer_.start(serial != nullptr && serial->ftdi_start_up ? ftdi_start_up_time : Duration{});
+}
+
+// Only now: a loop that was late would end an attempt as it sends the request.
+void PortIdentifier::begin_listening() {
+  is_listening_ = true;
+  if (attempts_[next_].asks_stage) request_info();
   timer_.start(listen_time);
 }
 
@@ -97,6 +105,7 @@ void PortIdentifier::end_attempt() {
 }
 
 void PortIdentifier::on_time() {
+  if (!is_listening_ && found_.kind == DeviceKind::unknown) return begin_listening();
   if (found_.kind != DeviceKind::unknown) {
     if (frames_ > 1)
       found_.rate_hz = rounded_rate_hz(static_cast<double>(frames_ - 1) * us_per_s /

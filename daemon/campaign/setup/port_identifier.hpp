@@ -38,6 +38,7 @@ class PortIdentifier {
 
  private:
   void begin_attempt();
+  void begin_listening();
   void end_attempt();
   void finish();
   void on_time();
@@ -54,6 +55,7 @@ class PortIdentifier {
   std::size_t next_ = 0;  ///< attempt
   FoundDevice found_;
   bool done_ = false;
+  bool is_listening_ = false;  ///< the link is open and no longer held
   std::unique_ptr<Link> link_;
   protocols::apt::Splitter apt_;
   protocols::taxel::Splitter taxels_;

@@ -18,33 +18,23 @@ constexpr std::array<std::string_view, 2> rotary_roles{"rx", "ry"};
 
 constexpr NumberKey keys[] = {
     {"surface_z_mm", "position of the z stage at which the probe touches the bare plate [mm]", 0,
-     1000},
+     1000, true},
     {"plate_x_mm", "size of the plate along x [mm]", 1, 1000},
     {"plate_y_mm", "size of the plate along y [mm]", 1, 1000},
-    {"probe_mass_kg", "mass of the probe, whose weight rests on the cloth [kg]", 0.001, 10},
+    {"probe_mass_kg", "mass of the probe, whose weight rests on the cloth [kg]", 0.001, 10, true},
     {"probe_face_mm", "side of the probe's face [mm]", 1, 500},
     {"clearance_mm", "height over the plate that is clear of every cloth [mm]", 0.5, 100},
-    {"force_cap_n", "largest force that may occur [N]", 0.1, 1000},
+    {"force_cap_n", "largest force that may occur [N]", 0.1, 1000, true},
     {"torque_cap_nm", "largest torque that may occur [N m]", 0.001, 100},
-    {"taxel_cap_counts", "largest change of a taxel that may occur [counts]", 1, 65535},
-    {"press_depth_mm", "how far z may press below the touch [mm]", 0.01, 50},
-    {"touch_counts", "mean change of the taxels that is a touch [counts]", 0.1, 65535},
+    {"taxel_cap_counts", "largest change of a taxel that may occur [counts]", 1, 65535, true},
+    {"press_depth_mm", "how far z may press below the touch [mm]", 0.01, 50, true},
+    {"touch_counts", "mean change of the taxels that is a touch [counts]", 0.1, 65535, true},
     {"speed_mm_s", "largest speed of the linear stages [mm/s]", 0.01, 500},
     {"tilt_deg", "how far the rotary stages may turn, either way [deg]", 0.1, 180},
     {"fixed_y_mm", "where y stands, for there is no stage for it [mm]", -1000, 1000},
     {"fixed_rx_deg", "where rx stands, for there is no stage for it [deg]", -90, 90},
     {"fixed_ry_deg", "where ry stands, for there is no stage for it [deg]", -90, 90},
 };
-
-bool is_rotary(std::string_view stage) {
-  const apt::StageModel* const model = apt::find_stage(stage);
-  return model != nullptr && model->axis == apt::Axis::rotary;
-}
-
-/// Of one that may be several stages: of the first.
-bool is_rotary(const FoundDevice& device) {
-  return !device.stages.empty() && is_rotary(device.stages.front());
-}
 
 std::string_view sensor_role(DeviceKind kind) {
   if (kind == DeviceKind::net_ft || kind == DeviceKind::digital_ft) return "wrench";
@@ -61,25 +51,47 @@ bool serial_before(const DraftDevice* a, const DraftDevice* b) {
   return key(a) < key(b);
 }
 
-void assign_stages(RigDraft& draft) {
-  std::vector<DraftDevice*> linear, rotary;
+/// To stages of one axis that have none stated, in the order of their serial numbers.
+void assign_stages(RigDraft& draft, apt::Axis axis) {
+  std::vector<DraftDevice*> free;
+  std::vector<std::string_view> taken;
+  for (DraftDevice& device : draft.devices) {
+    if (axis_of(device) != axis) continue;
+    if (!device.is_role_stated)
+      free.push_back(&device);
+    else if (device.role != no_role)
+      taken.push_back(device.role);
+  }
+  std::ranges::sort(free, serial_before);
+  std::vector<std::string_view> names(rotary_roles.begin(), rotary_roles.end());
+  if (axis == apt::Axis::linear) names.assign(linear_roles.begin(), linear_roles.end());
+  const std::size_t count = free.size() + taken.size();
+  if (axis == apt::Axis::linear && count == 2) names = {"x", "z"};
+  if (axis == apt::Axis::linear && count == 1) names = {"z"};
+  std::erase_if(
+      names, [&](std::string_view name) { return std::ranges::find(taken, name) != taken.end(); });
+  for (std::size_t i = 0; i < std::min(free.size(), names.size()); ++i) free[i]->role = names[i];
+}
+
+void assign_roles(RigDraft& draft) {
   for (DraftDevice& device : draft.devices)
-    if (device.found.kind == DeviceKind::stage)
-      (is_rotary(device.found) ? rotary : linear).push_back(&device);
-  std::ranges::sort(linear, serial_before);
-  std::ranges::sort(rotary, serial_before);
-  std::vector<std::string_view> names(linear_roles.begin(), linear_roles.end());
-  if (linear.size() == 2) names = {"x", "z"};
-  if (linear.size() == 1) names = {"z"};
-  for (std::size_t i = 0; i < std::min(linear.size(), names.size()); ++i)
-    linear[i]->role = names[i];
-  for (std::size_t i = 0; i < std::min(rotary.size(), rotary_roles.size()); ++i)
-    rotary[i]->role = rotary_roles[i];
+    if (!device.is_role_stated) device.role = no_role;
+  for (const apt::Axis axis : {apt::Axis::linear, apt::Axis::rotary}) assign_stages(draft, axis);
+  for (DraftDevice& device : draft.devices) {
+    const FoundDevice& found = device.found;
+    if (device.is_role_stated || found.kind == DeviceKind::stage) continue;
+    if (draft.mode == BenchMode::real && found.kind == DeviceKind::net_ft && !found.is_expected)
+      continue;
+    const std::string_view role = sensor_role(found.kind);
+    const DraftDevice* const other = draft.with_role(role);
+    if (other == nullptr || can_share_role(*other, device)) device.role = role;
+  }
 }
 
 DraftDevice* find_device(RigDraft& draft, std::string_view name) {
   const auto is_named = [&](const DraftDevice& device) {
-    return device.found.place == name ||
+    const auto* port = std::get_if<SerialSettings>(&device.found.link);
+    return device.found.place == name || (port != nullptr && port->path == name) ||
            (!device.found.serial.empty() && device.found.serial == name);
   };
   const auto at = std::ranges::find_if(draft.devices, is_named);
@@ -109,12 +121,15 @@ double default_number(const RigDraft& draft, std::string_view name) {
     return travel_mm(draft, draft.with_role("y") != nullptr ? "y" : "x");
   };
   constexpr double surface_share = 0.4;  // of the travel: room above it and below
-  const std::map<std::string_view, double> fixed{
-      {"probe_mass_kg", 0.2},     {"probe_face_mm", 16}, {"clearance_mm", 8},  {"torque_cap_nm", 2},
-      {"taxel_cap_counts", 8000}, {"press_depth_mm", 2}, {"touch_counts", 20}, {"tilt_deg", 5},
-      {"fixed_rx_deg", 0},        {"fixed_ry_deg", 0}};
+  constexpr double clearance_mm = 8;     // or half of what a short stage has above the plate
+  const std::map<std::string_view, double> fixed{{"probe_mass_kg", 0.2}, {"probe_face_mm", 16},
+                                                 {"torque_cap_nm", 2},   {"taxel_cap_counts", 8000},
+                                                 {"press_depth_mm", 2},  {"touch_counts", 20},
+                                                 {"tilt_deg", 5},        {"fixed_rx_deg", 0},
+                                                 {"fixed_ry_deg", 0}};
   if (const auto at = fixed.find(name); at != fixed.end()) return at->second;
   if (name == "surface_z_mm") return surface_share * travel_mm(draft, "z");
+  if (name == "clearance_mm") return std::min(clearance_mm, draft.number("surface_z_mm") / 2);
   if (name == "plate_x_mm") return travel_mm(draft, "x");
   if (name == "plate_y_mm") return plate_y();
   if (name == "fixed_y_mm") return draft.number("plate_y_mm") / 2;
@@ -166,32 +181,36 @@ RigDraft draft_of(std::string name, BenchMode mode, std::vector<FoundDevice> fou
   draft.mode = mode;
   for (FoundDevice& device : found) {
     if (device.kind == DeviceKind::unknown) continue;
-    DraftDevice made{std::move(device), std::string(no_role), {}};
+    DraftDevice& made = draft.devices.emplace_back();
+    made.found = std::move(device);
     if (made.found.stages.size() == 1) made.stage = made.found.stages.front();
-    draft.devices.push_back(std::move(made));
   }
-  assign_stages(draft);
-  for (DraftDevice& device : draft.devices) {
-    const std::string_view role = sensor_role(device.found.kind);
-    const DraftDevice* const other = role == no_role ? nullptr : draft.with_role(role);
-    if (role != no_role && (other == nullptr || can_share_role(*other, device))) device.role = role;
-  }
+  assign_roles(draft);
   return draft;
+}
+
+std::optional<apt::Axis> axis_of(const DraftDevice& device) {
+  std::vector<std::string> stages = device.found.stages;
+  if (!device.stage.empty()) stages = {device.stage};
+  std::set<apt::Axis> axes;
+  for (const std::string& stage : stages)
+    if (const apt::StageModel* const model = apt::find_stage(stage)) axes.insert(model->axis);
+  return axes.size() == 1 ? std::optional(*axes.begin()) : std::nullopt;
 }
 
 std::vector<std::string_view> possible_roles(const DraftDevice& device) {
   if (device.found.kind != DeviceKind::stage) return {sensor_role(device.found.kind), no_role};
+  const auto axis = axis_of(device);
   std::vector<std::string_view> out;
-  const bool knows = !device.stage.empty();
-  const bool rotary = knows ? is_rotary(device.stage) : is_rotary(device.found);
-  if (!rotary || !knows) out.insert(out.end(), linear_roles.begin(), linear_roles.end());
-  if (rotary || !knows) out.insert(out.end(), rotary_roles.begin(), rotary_roles.end());
+  if (axis != apt::Axis::rotary) out.assign(linear_roles.begin(), linear_roles.end());
+  if (axis != apt::Axis::linear) out.insert(out.end(), rotary_roles.begin(), rotary_roles.end());
   out.push_back(no_role);
   return out;
 }
 
 Status set_role(RigDraft& draft, std::string_view name, std::string_view role) {
   DraftDevice* const device = find_device(draft, name);
+  if (device == nullptr && role == no_role && draft.left_out.contains(std::string(name))) return {};
   if (device == nullptr) return no_device(draft, name);
   const auto possible = possible_roles(*device);
   if (std::ranges::find(possible, role) == possible.end())
@@ -200,6 +219,8 @@ Status set_role(RigDraft& draft, std::string_view name, std::string_view role) {
                  .expected = joined(possible),
                  .got = std::string(role)});
   device->role = role;
+  device->is_role_stated = true;
+  assign_roles(draft);
   return {};
 }
 
@@ -213,6 +234,7 @@ Status set_stage(RigDraft& draft, std::string_view name, std::string_view stage)
                  .got = std::string(stage),
                  .hint = "docs/reference/rig.md lists stages and controllers"});
   device->stage = stage;
+  assign_roles(draft);
   return {};
 }
 
@@ -236,11 +258,18 @@ Status set_number(RigDraft& draft, std::string_view name, double value) {
   return {};
 }
 
-std::vector<const NumberKey*> assumed_numbers(const RigDraft& draft) {
+std::vector<const NumberKey*> unstated_numbers(const RigDraft& draft) {
   std::vector<const NumberKey*> out;
   for (const NumberKey& key : keys)
     if (draft.needs(key.name) && !draft.answers.contains(std::string(key.name)))
       out.push_back(&key);
+  return out;
+}
+
+std::vector<const DraftDevice*> assumed_roles(const RigDraft& draft) {
+  std::vector<const DraftDevice*> out;
+  for (const DraftDevice& device : draft.devices)
+    if (!device.is_role_stated && device.role != no_role) out.push_back(&device);
   return out;
 }
 

@@ -69,7 +69,10 @@ Result<RigDraft> simulated_draft(std::string_view shape) {
     devices.push_back(sensor(DeviceKind::taxel_array, 50));
     devices.back().taxels = 6;
   }
-  return draft_of("simulated-" + std::string(shape), BenchMode::simulated, std::move(devices));
+  RigDraft draft =
+      draft_of("simulated-" + std::string(shape), BenchMode::simulated, std::move(devices));
+  for (DraftDevice& device : draft.devices) device.is_role_stated = true;  // by the shape
+  return draft;
 }
 
 }  // namespace weft::daemon

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <system_error>
+#include <utility>
 
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/installed_file.hpp"
@@ -84,10 +87,8 @@ Json limits_json(const RigDraft& draft, const StageLimits& limits) {
     out["press_depth_mm"] = draft.number("press_depth_mm");
   }
   for (const char* const axis : {"x", "y", "z"})
-    if (const DraftDevice* const device = draft.with_role(axis)) {
-      const apt::StageModel& stage = *apt::find_stage(device->stage);
-      out["travel_mm"][axis] = {stage.travel_low, stage.travel_high};
-    }
+    if (const DraftDevice* const device = draft.with_role(axis))
+      out["travel_mm"][axis] = travel_of(*device, draft);
   if (draft.needs("tilt_deg")) out["tilt_deg"] = {-tilt, tilt};
   return out;
 }
@@ -178,12 +179,51 @@ std::string_view bench_name(BenchMode mode) {
   return mode == BenchMode::emulated ? "emulated" : "real";
 }
 
+tl::unexpected<Error> cannot_write(const fs::path& target, int number) {
+  return fail({.code = Errc::io,
+               .where = target.string(),
+               .what = "cannot write the rig file",
+               .got = std::generic_category().message(number)});
+}
+
 tl::unexpected<Error> already_there(const fs::path& target) {
   return fail({.code = Errc::wrong_state,
                .where = target.string(),
                .what = "this file is there already",
                .expected = "a new file, for none is overwritten",
                .hint = "Choose another name, or move the file away"});
+}
+
+/// Where nothing is. Not by a link from another name: not every file system has links.
+Status write_new_file(const fs::path& target, const std::string& text) {
+  std::FILE* const file = std::fopen(target.c_str(), "wxe");
+  if (file == nullptr) return errno == EEXIST ? already_there(target) : cannot_write(target, errno);
+  bool is_whole = std::fwrite(text.data(), 1, text.size(), file) == text.size() &&
+                  std::fflush(file) == 0 && ::fsync(::fileno(file)) == 0;
+  int number = errno;
+  if (std::fclose(file) != 0 && std::exchange(is_whole, false)) number = errno;
+  if (is_whole) return sync_folder(target.has_parent_path() ? target.parent_path() : ".");
+  ::unlink(target.c_str());
+  return cannot_write(target, number);
+}
+
+fs::path library() {
+  const fs::path in_tree = find_installed("recipes/library");
+  std::error_code error;
+  return fs::exists(in_tree, error) ? in_tree : find_installed("recipes");
+}
+
+/// Those for a first campaign, then the others.
+std::vector<std::string> recipe_names(bool has_imprints) {
+  std::vector<std::string> out{"first.json", "first-along-x.json", "first-by-depth.json"};
+  out.insert(has_imprints ? out.begin() : out.end(), "imprint.json");
+  std::set<std::string> others;
+  std::error_code error;
+  for (const auto& file : fs::directory_iterator(library(), error))
+    if (file.path().extension() == ".json") others.insert(file.path().filename().string());
+  for (const std::string& one : out) others.erase(one);
+  out.insert(out.end(), others.begin(), others.end());
+  return out;
 }
 
 }  // namespace
@@ -211,7 +251,7 @@ Status require_new_file(const fs::path& target) {
   return check_target(target);
 }
 
-// Checked beside its place, for paths in it are relative to that; link(2) overwrites nothing.
+// Checked beside its place, for paths in it are relative to that.
 Status write_rig(const RigDraft& draft, const fs::path& target) {
   const auto text = rig_text(draft);
   if (!text) return pass(text.error());
@@ -224,24 +264,20 @@ Status write_rig(const RigDraft& draft, const fs::path& target) {
       refused.where = target.string() + refused.where.substr(name.size());
     return fail(std::move(refused));
   }
-  if (::link(file.temporary().c_str(), target.c_str()) == 0) return {};
-  if (errno == EEXIST) return already_there(target);
-  return fail({.code = Errc::io,
-               .where = target.string(),
-               .what = "cannot write the rig file",
-               .got = std::generic_category().message(errno)});
+  return write_new_file(target, *text);
 }
 
-std::string suitable_recipe(const RigDraft& draft) {
-  const char* name = "first.json";
+std::string suitable_recipe(const RigDraft& draft, const fs::path& rig) {
   const DraftDevice* const taxels = draft.with_role("taxels");
-  if (taxels != nullptr && taxels->found.kind == DeviceKind::imprint_array) name = "imprint.json";
-  if (draft.with_role("y") == nullptr) name = "first-along-x.json";
-  if (!draft.has_wrench()) name = "first-by-depth.json";
-  const fs::path in_tree = find_installed(fs::path("recipes/library") / name);
-  std::error_code error;
-  if (fs::exists(in_tree, error)) return in_tree.string();
-  return find_installed(fs::path("recipes") / name).string();
+  const bool has_imprints = taxels != nullptr && taxels->found.kind == DeviceKind::imprint_array;
+  for (const std::string& name : recipe_names(has_imprints)) {
+    CampaignRequest request;
+    request.recipe = library() / name;
+    request.rig = rig;
+    const auto checked = preflight(request, PluginDrivers::unread);
+    if (checked && checked->plan && checked->problems.empty()) return request.recipe.string();
+  }
+  return {};
 }
 
 }  // namespace weft::daemon

@@ -21,9 +21,9 @@ Status write_rig(const RigDraft& draft, const std::filesystem::path& target);
 /// wrong_state where it exists: before a search, which takes a while.
 Status require_new_file(const std::filesystem::path& target);
 
-/// A short recipe of the library that suits the rig: by depth without a force sensor, along x
-/// without a stage for y.
-std::string suitable_recipe(const RigDraft& draft);
+/// A recipe of the library that `weft check` accepts for the rig file of a draft, a short one where
+/// there is one; empty where it accepts none.
+std::string suitable_recipe(const RigDraft& draft, const std::filesystem::path& rig);
 
 // Shapes of simulated rigs.
 

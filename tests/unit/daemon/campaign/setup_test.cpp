@@ -1,7 +1,8 @@
-// weft init: who has which role, what a controller may have, how a port is asked, boxes in a
-// network.
-#include <arpa/inet.h>
-#include <sys/socket.h>
+// Roles of devices, what a rig lacks, numbers that nobody may guess, the rig file.
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -10,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/campaign/setup/device_search.hpp"
+#include "daemon/campaign/setup/port_identifier.hpp"
 #include "daemon/campaign/setup/rig_writer.hpp"
 
 namespace setup_test {
@@ -40,6 +41,29 @@ FoundDevice sensor(DeviceKind kind, const std::string& place, double rate_hz) {
   out.link = UdpPort{{"192.168.1.1", 49152}};
   out.rate_hz = rate_hz;
   out.taxels = kind == DeviceKind::taxel_array ? 16 : 0;
+  out.is_expected = true;  // as if it were named
+  return out;
+}
+
+/// With what a real bench has no default for.
+void measure(RigDraft& draft) {
+  for (const auto& [name, value] : {std::pair("surface_z_mm", 60.0),
+                                    {"probe_mass_kg", 0.2},
+                                    {"force_cap_n", 6.0},
+                                    {"taxel_cap_counts", 8000.0},
+                                    {"press_depth_mm", 2.0},
+                                    {"touch_counts", 20.0}})
+    REQUIRE(set_number(draft, name, value));
+}
+
+/// As somebody may say them.
+void state_roles(RigDraft& draft) {
+  for (DraftDevice& device : draft.devices) device.is_role_stated = true;
+}
+
+std::vector<std::string> places(const std::vector<Error>& errors) {
+  std::vector<std::string> out;
+  for (const Error& error : errors) out.push_back(error.where);
   return out;
 }
 
@@ -56,51 +80,49 @@ json written(const RigDraft& draft) {
   return json::parse(*text);
 }
 
-std::vector<std::pair<std::uint32_t, std::string>> openings(
-    const std::vector<PortAttempt>& attempts) {
-  std::vector<std::pair<std::uint32_t, std::string>> out;
-  for (const PortAttempt& attempt : attempts)
-    out.emplace_back(std::get<SerialSettings>(attempt.link).baud, attempt.asks_stage ? "stage"
-                                                                  : attempt.asks_digital
-                                                                      ? "digital"
-                                                                      : "listens");
-  return out;
-}
-
-/// A datagram socket on a free port of this machine.
-struct Port {
-  Port() : descriptor(::socket(AF_INET, SOCK_DGRAM, 0)) {
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    REQUIRE(::bind(descriptor, reinterpret_cast<sockaddr*>(&here), size) == 0);
-    REQUIRE(::getsockname(descriptor, reinterpret_cast<sockaddr*>(&here), &size) == 0);
-    number = ntohs(here.sin_port);
+struct Folder {
+  explicit Folder(const char* pattern) {
+    std::string name = (fs::temp_directory_path() / pattern).string();
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    path = name;
   }
-  ~Port() { ::close(descriptor); }
-  int descriptor;
-  std::uint16_t number = 0;
+  ~Folder() { fs::remove_all(path); }
+  fs::path path;
 };
 
-/// Replies to one request as so many boxes, where and when it asks for that.
-void reply_as_boxes(int descriptor, std::uint16_t reply_port,
-                    const std::vector<protocols::rdt::DiscoveryReply>& boxes) {
-  std::array<std::uint8_t, 256> bytes{};
-  const ssize_t size = ::recv(descriptor, bytes.data(), bytes.size(), 0);
-  const auto request = protocols::rdt::decode_discovery_request(
-      ByteView(bytes).first(static_cast<std::size_t>(std::max<ssize_t>(size, 0))));
-  if (!request) return;
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  std::copy(request->reply_to.begin(), request->reply_to.end(),
-            reinterpret_cast<std::uint8_t*>(&to.sin_addr));
-  to.sin_port = htons(reply_port);
-  for (const auto& box : boxes) {
-    const Bytes reply = encode(box);
-    ::sendto(descriptor, reply.data(), reply.size(), 0, reinterpret_cast<sockaddr*>(&to),
-             sizeof to);
+/// A real bench of two linear stages and a force sensor, all of it stated.
+RigDraft real_xz() {
+  RigDraft draft = draft_of("bench", BenchMode::real,
+                            {stage("LTS150", "45000001"), stage("LTS150", "45000002"),
+                             sensor(DeviceKind::net_ft, "192.168.1.1", 500)});
+  measure(draft);
+  state_roles(draft);
+  return draft;
+}
+
+/// Until its end: where the library of recipes and the tables of the simulation are.
+struct InSourceTree {
+  InSourceTree() { fs::current_path(WEFT_SOURCE_DIR); }
+  ~InSourceTree() { fs::current_path(before); }
+  fs::path before = fs::current_path();
+};
+
+/// For this thread: link(2) fails as on a file system without links.
+void forbid_links() {
+  constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
+  std::vector<sock_filter> rules{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, number)};
+  for (const std::uint32_t call : {
+#ifdef SYS_link
+           std::uint32_t{SYS_link},
+#endif
+           std::uint32_t{SYS_linkat}}) {
+    rules.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1));
+    rules.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM));
   }
+  rules.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
+  sock_fprog program{static_cast<unsigned short>(rules.size()), rules.data()};
+  ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program);
 }
 
 }  // namespace
@@ -125,6 +147,8 @@ TEST_CASE("Two linear stages are x and z, and y is fixed in the plate's middle")
                              sensor(DeviceKind::net_ft, "192.168.1.1", 0)});
   CHECK(draft.with_role("x")->found.serial == "27000001");  // numbers, not models
   CHECK(draft.with_role("x")->stage == "MTS25-Z8");
+  state_roles(draft);
+  measure(draft);
   CHECK(missing_parts(draft).empty());
   REQUIRE(set_number(draft, "plate_y_mm", 80));
   const json rig = written(draft);
@@ -140,6 +164,8 @@ TEST_CASE("A controller without a stage's name is asked about, and its scale is 
       draft_of("bench", BenchMode::real,
                {stage("BSC101", "40000001"), stage("LTS150", "45000001"),
                 stage("LTS150", "45000002"), sensor(DeviceKind::taxel_array, "/dev/t", 37)});
+  state_roles(draft);
+  measure(draft);
   const auto missing = missing_parts(draft);
   REQUIRE(missing.size() == 1);
   CHECK(missing[0].where == "/dev/40000001");
@@ -155,6 +181,7 @@ TEST_CASE("A controller without a stage's name is asked about, and its scale is 
 
 TEST_CASE("What is missing is said, all of it") {
   RigDraft draft = draft_of("bench", BenchMode::real, {stage("LTS150", "45000001")});
+  measure(draft);
   CHECK(draft.with_role("z") != nullptr);
   CHECK(missing_parts(draft).size() == 2);  // x and a sensor
   REQUIRE(set_role(draft, "45000001", "none"));
@@ -210,81 +237,160 @@ TEST_CASE("Rates are as a person would state them") {
   CHECK(rounded_rate_hz(std::numeric_limits<double>::infinity()) == 0);  // a clock that stands
 }
 
-TEST_CASE("A port is asked what its USB numbers allow") {
-  using Openings = std::vector<std::pair<std::uint32_t, std::string>>;
-  const SerialSettings port{.path = "/dev/ttyUSB7"};
-  CHECK(openings(attempts_for(port, 0x0403, 0xFAF0)) == Openings{{115200, "stage"}});
-  const Openings listens{{115200, "listens"}, {460800, "listens"}, {921600, "listens"}};
-  CHECK(openings(attempts_for(port, 0x2341, 0x0043)) == listens);  // nothing is written to it
-  Openings ftdi = listens;
-  ftdi.insert(ftdi.end(), {{1250000, "digital"}, {115200, "digital"}});
-  CHECK(openings(attempts_for(port, 0x0403, 0x6001)) == ftdi);
-  Openings named{{115200, "stage"}};
-  named.insert(named.end(), ftdi.begin(), ftdi.end());
-  CHECK(openings(attempts_for(port, -1, -1)) == named);
-  const auto last = attempts_for(port, 0x0403, 0x6001).back();
-  CHECK(std::get<SerialSettings>(last.link).parity == Parity::even);
-}
-
-TEST_CASE("A port's name is udev's link to it, which stays") {
-  std::string folder = (fs::temp_directory_path() / "weft-by-id-XXXXXX").string();
-  REQUIRE(::mkdtemp(folder.data()) != nullptr);
-  const std::string link = folder + "/usb-Thorlabs_45000001-if00-port0";
-  fs::create_symlink("/dev/null", link);
-  fs::create_symlink("/dev/zero", folder + "/usb-other");
-  CHECK(stable_port_name("/dev/null", folder) == link);
-  CHECK(stable_port_name("/dev/full", folder) == "/dev/full");
-  CHECK(stable_port_name("/dev/null", folder + "/none") == "/dev/null");
-  fs::remove_all(folder);
-}
-
-TEST_CASE("Boxes that reply to the broadcast are found, each once") {
-  const Port network;
-  std::uint16_t free_port = 0;
-  {
-    const Port other;
-    free_port = other.number;
-  }
-  const protocols::rdt::DiscoveryReply second{
-      "00-16-bd-00-00-02", {192, 168, 1, 2}, {255, 255, 255, 0}, "Net F/T", ""};
-  const protocols::rdt::DiscoveryReply first{
-      "00-16-bd-00-00-01", {192, 168, 1, 1}, {255, 255, 255, 0}, "Net F/T", ""};
-  std::thread boxes([&] {
-    reply_as_boxes(network.descriptor, free_port, {second, first, second});
-  });
-  const auto found = find_boxes({"127.0.0.1", network.number, free_port, {{127, 0, 0, 1}, 1}});
-  boxes.join();
-  REQUIRE(found);
-  REQUIRE(found->size() == 2);
-  CHECK((*found)[0] == first);
-  CHECK((*found)[1] == second);
-}
-
-TEST_CASE("A box is named by its host, the port of its records and that of its pages") {
-  const auto usual = parse_box_place("192.168.1.1");
-  REQUIRE(usual);
-  CHECK(usual->records.port == 49152);
-  CHECK(usual->pages.port == 80);
-  CHECK(parse_box_place("box:5000")->pages.port == 0);
-  CHECK(parse_box_place("box:5000/8080")->pages.port == 8080);
-  for (const char* const bad : {"", ":1", "box/80", "box:", "box:1/", "box:70000", "box:1/x"})
-    CHECK(parse_box_place(bad).error().code == Errc::invalid_argument);
-}
-
 TEST_CASE("A rig file is never written over another one, and not where it would be refused") {
-  std::string folder = (fs::temp_directory_path() / "weft-init-XXXXXX").string();
-  REQUIRE(::mkdtemp(folder.data()) != nullptr);
-  RigDraft draft = draft_of("bench", BenchMode::real,
-                            {stage("LTS150", "45000001"), stage("LTS150", "45000002"),
-                             sensor(DeviceKind::net_ft, "192.168.1.1", 500)});
-  const fs::path rig = fs::path(folder) / "rig.json";
+  const Folder folder("weft-init-XXXXXX");
+  RigDraft draft = real_xz();
+  const fs::path rig = folder.path / "rig.json";
   REQUIRE(write_rig(draft, rig));
   CHECK(write_rig(draft, rig).error().code == Errc::wrong_state);
   CHECK(require_new_file(rig).error().code == Errc::wrong_state);
   draft.devices[0].found.destination = 0x05;  // no address of a unit
-  CHECK_FALSE(write_rig(draft, fs::path(folder) / "bad.json"));
-  CHECK(std::distance(fs::directory_iterator(folder), {}) == 1);  // nothing is left beside it
-  fs::remove_all(folder);
+  CHECK_FALSE(write_rig(draft, folder.path / "bad.json"));
+  CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);  // nothing is left beside it
+}
+
+TEST_CASE("A rig file is written where the file system has no hard links") {
+  const Folder folder("weft-init-XXXXXX");
+  const RigDraft draft = real_xz();
+  bool is_refused = false;
+  Status written;
+  std::thread([&] {
+    forbid_links();
+    is_refused = ::link("/dev/null", (folder.path / "link").c_str()) != 0 && errno == EPERM;
+    written = write_rig(draft, folder.path / "rig.json");
+  }).join();
+  REQUIRE(is_refused);
+  REQUIRE(written);
+  CHECK(fs::file_size(folder.path / "rig.json") == rig_text(draft)->size());
+}
+
+TEST_CASE("A real bench has no default for what does harm, and z ends below the plate") {
+  RigDraft draft = real_xz();
+  draft.answers.clear();
+  CHECK(places(missing_parts(draft)) ==
+        std::vector<std::string>{"surface_z_mm", "probe_mass_kg", "force_cap_n"});
+  draft.devices.back() = {};
+  draft.devices.back().found = sensor(DeviceKind::taxel_array, "/dev/t", 37);
+  REQUIRE(set_role(draft, "/dev/t", "taxels"));
+  CHECK(places(missing_parts(draft)) == std::vector<std::string>{"surface_z_mm", "probe_mass_kg",
+                                                                 "taxel_cap_counts",
+                                                                 "press_depth_mm", "touch_counts"});
+  draft.mode = BenchMode::emulated;
+  CHECK(missing_parts(draft).empty());
+
+  const json rig = written(real_xz());
+  CHECK(rig["limits"]["travel_mm"] == json{{"x", {0, 150}}, {"z", {0, 65}}});
+  CHECK(rig["devices"][1]["config"]["travel_mm"] == json{0, 65});
+  draft = real_xz();
+  REQUIRE(set_number(draft, "surface_z_mm", 148));
+  CHECK(written(draft)["limits"]["travel_mm"]["z"] == json{0, 150});
+}
+
+TEST_CASE("A short stage has half of what is above its plate for the clearance") {
+  const Folder folder("weft-init-XXXXXX");
+  for (const auto& [controller, id, surface_mm] :
+       {std::tuple("KDC101", 11, 2.4), {"KDC101", 10, 4.8}, {"TDC001", 11, 2.4}}) {
+    RigDraft draft = draft_of(
+        "bench", BenchMode::real,
+        {stage("LTS150", "45000001"), stage(controller, "27000002", static_cast<std::uint16_t>(id)),
+         sensor(DeviceKind::net_ft, "192.168.1.1", 500)});
+    measure(draft);
+    REQUIRE(set_role(draft, "27000002", "z"));
+    REQUIRE(set_role(draft, "45000001", "x"));
+    REQUIRE(set_number(draft, "surface_z_mm", surface_mm));
+    CHECK(draft.number("clearance_mm") == surface_mm / 2);
+    CHECK(write_rig(draft, folder.path / (std::to_string(id) + controller)));
+  }
+  CHECK(real_xz().number("clearance_mm") == 8);
+}
+
+TEST_CASE("On a real bench the roles of stages that could be exchanged are to be said") {
+  const std::vector<FoundDevice> devices{stage("LTS150", "45000001"), stage("LTS150", "45000002"),
+                                         stage("K10CR1", "55000001"),
+                                         sensor(DeviceKind::net_ft, "192.168.1.1", 500)};
+  RigDraft draft = draft_of("bench", BenchMode::real, devices);
+  measure(draft);
+  CHECK(places(missing_parts(draft)) ==
+        std::vector<std::string>{"/dev/45000001", "/dev/45000002"});  // not the one rotary stage
+  REQUIRE(set_role(draft, "45000001", "z"));
+  CHECK(role_of(draft, "45000002") == "x");  // what is left, and still a guess
+  CHECK(places(missing_parts(draft)) == std::vector<std::string>{"/dev/45000002"});
+  REQUIRE(set_role(draft, "45000002", "x"));
+  CHECK(missing_parts(draft).empty());
+  const auto assumed = assumed_roles(draft);
+  REQUIRE(assumed.size() == 2);
+  CHECK(assumed[0]->role == "rx");
+  CHECK(assumed[1]->role == "wrench");
+  draft = draft_of("bench", BenchMode::emulated, devices);
+  CHECK(missing_parts(draft).empty());
+}
+
+TEST_CASE("On a real bench a box that nobody named has no role unless it is given one") {
+  std::vector<FoundDevice> devices{stage("LTS150", "45000001"), stage("LTS150", "45000002"),
+                                   sensor(DeviceKind::net_ft, "192.168.1.1", 500)};
+  devices.back().is_expected = false;  // found by broadcast alone
+  RigDraft draft = draft_of("bench", BenchMode::real, devices);
+  CHECK_FALSE(draft.has_wrench());
+  REQUIRE(set_role(draft, "192.168.1.1", "wrench"));
+  CHECK(draft.has_wrench());
+}
+
+TEST_CASE("A stage that is stated has a role of its axis") {
+  RigDraft draft =
+      draft_of("bench", BenchMode::real,
+               {stage("KDC101", "27000001"), stage("LTS150", "45000001"),
+                stage("LTS150", "45000002"), sensor(DeviceKind::net_ft, "192.168.1.1", 500)});
+  measure(draft);
+  CHECK(role_of(draft, "27000001") == "none");  // linear or rotary: not known
+  CHECK(places(missing_parts(draft)).front() == "/dev/27000001");
+  REQUIRE(set_stage(draft, "27000001", "PRM1-Z8"));
+  CHECK(role_of(draft, "27000001") == "rx");
+  CHECK(set_role(draft, "27000001", "x").error().code == Errc::invalid_argument);
+  REQUIRE(set_stage(draft, "27000001", "MTS25-Z8"));
+  CHECK(role_of(draft, "27000001") == "x");
+  REQUIRE(set_role(draft, "27000001", "x"));
+  REQUIRE(set_role(draft, "45000001", "y"));
+  REQUIRE(set_role(draft, "45000002", "z"));
+  CHECK(missing_parts(draft).empty());
+  REQUIRE(set_stage(draft, "27000001", "PRM1-Z8"));  // it was said to be x before
+  CHECK(places(missing_parts(draft)) == std::vector<std::string>{"/dev/27000001"});
+}
+
+TEST_CASE("A device that is left out before the search needs no role") {
+  RigDraft draft = real_xz();
+  draft.left_out = {"/dev/ttyUSB9"};
+  CHECK(set_role(draft, "/dev/ttyUSB9", "none"));
+  CHECK(set_role(draft, "/dev/ttyUSB9", "x").error().code == Errc::not_found);
+  CHECK(set_role(draft, "/dev/ttyUSB8", "none").error().code == Errc::not_found);
+  CHECK(devices_without_role(R"({"roles": {"a": "none", "b": "x"}, "speed_mm_s": 3})") ==
+        std::vector<std::string>{"a"});
+}
+
+TEST_CASE("The recipe that is suggested is one that the rig accepts, or there is none") {
+  const InSourceTree library_is_here;
+  const Folder folder("weft-init-XXXXXX");
+  const auto suggested = [&](const RigDraft& draft, const char* name) {
+    const Status done = write_rig(draft, folder.path / name);
+    INFO((done ? std::string() : to_string(done.error())));
+    REQUIRE(done);
+    return fs::path(suitable_recipe(draft, folder.path / name)).filename().string();
+  };
+  CHECK(suggested(real_xz(), "no-taxels.json") == "");  // all of them hand over what taxels say
+  RigDraft along_x = real_xz();
+  along_x.devices.emplace_back().found = sensor(DeviceKind::taxel_array, "/dev/t", 37);
+  REQUIRE(set_role(along_x, "/dev/t", "taxels"));
+  CHECK(suggested(along_x, "xz.json") == "first-along-x.json");
+  FoundDevice imprint = sensor(DeviceKind::imprint_array, "/dev/i", 5);
+  imprint.rows = imprint.cols = 32;
+  RigDraft draft =
+      draft_of("bench", BenchMode::emulated,
+               {stage("LTS150", "45000001"), stage("LTS150", "45000002"),
+                stage("LTS150", "45000003"), sensor(DeviceKind::net_ft, "b", 100), imprint});
+  draft.console = {"127.0.0.1", 1};
+  REQUIRE(set_number(draft, "force_cap_n", 60));
+  CHECK(suggested(draft, "strong.json") == "imprint.json");
+  REQUIRE(set_number(draft, "force_cap_n", 11));
+  CHECK(suggested(draft, "imprint.json") != "imprint.json");
 }
 
 }  // namespace setup_test
