@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""`weft init`: rig files of the simulated shapes, and of devices that it finds behind weft-rig's ports, each checked, examined and run.
+"""`weft init`: rig files of the simulated shapes, and of devices that it finds behind weft-rig's ports, checked, examined and run.
 
-    init.py WEFT WEFT_RIG SOURCE_ROOT
+    init.py WEFT WEFT_RIG SOURCE_ROOT simulated|ports
 """
 import csv
 import fcntl
@@ -11,9 +11,12 @@ import pathlib
 import pty
 import select
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import tty
+from concurrent.futures import ThreadPoolExecutor
 
 from cli_support import Checks
 from emulated_support import ServedRig, digital_rig, free_run, near_home, rig_file, tried
@@ -26,18 +29,29 @@ SHAPES = {
     "digital": (FIVE, "ati_digital", [(16, 37)]), "taxels32": (FIVE, "ati_netft", [(32, 100)]), "no-force-sensor": (THREE, None, [(16, 37)]),
     "two-arrays": (THREE, "ati_netft", [(16, 37), (6, 50)]),
 }
-# As emulated17 has them, near where the stages home.
-PLATE = {"surface_z_mm": 16, "plate_x_mm": 60, "plate_y_mm": 60}
+RUN_SHAPES = ("two-arrays", "no-force-sensor")  # scenario_other_rigs runs others
+# Near where the stages home, for time is real.
+PLATE = {"surface_z_mm": 8, "plate_x_mm": 30, "plate_y_mm": 30, "clearance_mm": 4, "speed_mm_s": 20}
+# What a real bench has no default for.
+MEASURED = {"probe_mass_kg": 0.2, "force_cap_n": 6}
 STAGES = {"x": "45000001", "y": "45000002", "z": "45000003", "rx": "27000004", "ry": "27000005"}
-TRIALS = 2
 
 
 def devices_of(path):
     return {device["role"]: device for device in json.loads(pathlib.Path(path).read_text())["devices"]}
 
 
+def short(recipe, folder):
+    """Two trials of a recipe of the library."""
+    made = json.loads(pathlib.Path(recipe).read_text())
+    made.update(fabrics=made["fabrics"][:2], repetitions=1)
+    del made["hand_over"]
+    (folder / "short.json").write_text(json.dumps(made))
+    return folder / "short.json"
+
+
 def simulated(t, folder):
-    """Each shape: as it is called, without problems, and a whole campaign of the library in virtual time."""
+    """Each shape: as it is called, without problems; of two of them a campaign in virtual time."""
     for shape, (axes, wrench, arrays) in SHAPES.items():
         path, out = folder / f"{shape}.json", folder / f"out-{shape}"
         wrote = json.loads(t.run("init", path, "--simulated", shape, "--json", cwd=ROOT).stdout)
@@ -46,15 +60,17 @@ def simulated(t, folder):
         t.expect(devices.get("wrench", {}).get("driver") == wrench, f"{shape}: force sensor {devices.get('wrench')}")
         of = [device["config"] for device in json.loads(path.read_text())["devices"] if device["role"] == "taxels"]
         t.expect([(one.get("taxels", one.get("rows", 0) * one.get("cols", 0)), one["rate_hz"]) for one in of] == arrays, f"{shape}: {of}")
-        taxels = sum(count for count, _ in arrays)
-        t.succeeds("check", ROOT / wrote["recipe"], "--rig", path, cwd=folder)
+        checked = t.run("check", ROOT / wrote["recipe"], "--rig", path, cwd=folder)
+        t.expect(checked.returncode == 0, f"{shape}: the recipe that is suggested {checked.stderr}")
         report = json.loads(t.run("doctor", "--rig", path, "--json", cwd=folder).stdout)
         t.expect(report["problems"] == 0 and report["warnings"] == 0, f"{shape}: doctor {report['findings']}")
-        ran = t.run("run", ROOT / wrote["recipe"], "--rig", path, "--out", out, "--json", cwd=folder)
+        if shape not in RUN_SHAPES:
+            continue
+        ran = t.run("run", short(ROOT / wrote["recipe"], folder), "--rig", path, "--out", out, "--no-evaluate", cwd=folder)
         t.expect(ran.returncode == 0, f"{shape}: run {ran.stderr[-500:]}")
         if ran.returncode == 0:
-            info = t.succeeds("dataset", "info", out / "dataset.h5", cwd=folder)
-            t.expect(info["trials"] == 24 and info["bench"] == "simulated" and info["taxels"] == taxels, f"{shape}: data set {info}")
+            info, taxels = t.succeeds("dataset", "info", out / "dataset.h5", cwd=folder), sum(count for count, _ in arrays)
+            t.expect(info["trials"] == 2 and info["bench"] == "simulated" and info["taxels"] == taxels, f"{shape}: data set {info}")
     refused = t.refuses("init", folder / "new.json", "--simulated", "6dof", cwd=folder, says=["5dof", "no-force-sensor"])
     t.expect(refused.get("code") == "not found", f"an unknown shape: {refused}")
     refused = t.refuses("init", folder / "5dof.json", "--simulated", "xyz", cwd=folder, says=["is there already"])
@@ -62,16 +78,40 @@ def simulated(t, folder):
 
 
 def recipe(folder):
-    phases = [{"phase": "S", "duration_s": 1}, {"phase": "P", "duration_s": 1.5, "force_N": 5},
-              {"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 6}]}, {"phase": "E", "duration_s": 1}]
+    """One trial, as short as it can be."""
+    phases = [{"phase": "S", "duration_s": 0.5}, {"phase": "P", "duration_s": 1, "force_N": 5},
+              {"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 2}]}, {"phase": "E", "duration_s": 0.5}]
     (folder / "small.json").write_text(json.dumps({
-        "schema_version": 1, "name": "small", "seed": 3, "fabrics": ["denim", "silk"], "repetitions": TRIALS // 2,
+        "schema_version": 1, "name": "small", "seed": 3, "fabrics": ["denim"], "repetitions": 1, "approach": {"speed_mm_s": 4},
         "explorations": {"M1": {"phases": phases}}}))
     return folder / "small.json"
 
 
+def stated(option, pairs):
+    return [word for name, value in pairs.items() for word in (option, f"{name}={value}")]
+
+
 def numbers():
-    return [word for name, value in PLATE.items() for word in ("--set", f"{name}={value}")]
+    return stated("--set", PLATE)
+
+
+def roles():
+    return stated("--role", {serial: role for role, serial in STAGES.items()})
+
+
+def positions(rig):
+    """Of each stage, in counts, as it says itself: MOT_REQ_POSCOUNTER."""
+    out = {}
+    for device in rig["devices"]:
+        if device["role"] in FIVE:
+            with open(os.open(device["link"]["path"], os.O_RDWR | os.O_NOCTTY), "rb+", buffering=0) as port:
+                tty.setraw(port)
+                port.write(bytes([0x11, 0x04, 0x01, 0x00, 0x50, 0x01]))
+                reply = b""
+                while len(reply) < 12 and select.select([port], [], [], 5)[0]:
+                    reply += port.read(12 - len(reply))
+            out[device["role"]] = struct.unpack("<HHBBHi", reply)[-1]
+    return out
 
 
 def offered(rig):
@@ -97,7 +137,8 @@ def found_right(t, path, wrench):
 
 
 def looked_over(t, folder, path, small):
-    t.succeeds("check", small, "--rig", path, cwd=folder)
+    checked = t.run("check", small, "--rig", path, cwd=folder)
+    t.expect(checked.returncode == 0, f"check: {checked.stderr}")
     report = json.loads(t.run("doctor", "--rig", path, "--listen", 1, "--json", cwd=folder).stdout)
     t.expect(report["problems"] == 0, f"doctor: {report['findings']}")
     rates = {device["role"]: device.get("rate_hz", 0) for device in report["devices"]}
@@ -109,26 +150,35 @@ def pressed(t, folder, out):
     t.succeeds("verify", out, cwd=folder)
     t.succeeds("features", out / "dataset.h5", "-o", folder / "features.csv", cwd=folder)
     rows = list(csv.DictReader((folder / "features.csv").open()))
-    t.expect(len(rows) == TRIALS and all(abs(float(row["diff.SP"])) > 5 for row in rows), f"the press: {rows[:1]}")
+    t.expect(len(rows) == 1 and all(abs(float(row["diff.SP"])) > 5 for row in rows), f"the press: {rows[:1]}")
+
+
+def at_home(path, rig):
+    """The plate as PLATE has it, the stages a millimetre from where they home."""
+    near_home(path, rig, (PLATE["plate_x_mm"], PLATE["plate_y_mm"]))
+    rig["plate"]["surface_z_mm"] = PLATE["surface_z_mm"]
+    for device in rig["devices"]:
+        if device["role"] in "xyz":
+            device["emulator"]["start_mm"] = 1
+    path.write_text(json.dumps(rig, indent=1))
 
 
 def emulated(t, folder):
     """The acceptance of it: weft-rig's ports are offered, and a campaign runs with the file that was written."""
     path, rig = rig_file(ROOT, folder)
-    near_home(path, rig)
+    at_home(path, rig)
     small, made = recipe(folder), folder / "made.json"
 
     def once(attempt):
         out = folder / f"out{attempt}"
         with ServedRig(WEFT_RIG, path, rig) as served:
             if attempt == 0:
-                before = served.order(order="truth")
+                before = positions(rig)
                 t.refuses("init", made, *console_of(rig), *offered(rig), cwd=folder, says=["no terminal", "--yes"])
                 t.succeeds_once("init", made, *console_of(rig), *offered(rig), *numbers(), "--yes", "--json", cwd=ROOT)
-                t.expect(served.order(order="truth")["probe_z_m"] == before["probe_z_m"], "nothing moves")
+                t.expect(positions(rig) == before, f"nothing moves: {before} {positions(rig)}")
                 found_right(t, made, "ati_netft")
                 looked_over(t, folder, made, small)
-                in_use(t, folder, rig)
             ran = t.run("run", small, "--rig", made, "--out", out, "--yes", "--no-evaluate", cwd=folder)
             truth = served.order(order="truth")
             t.expect(truth["contact_force_n"] == 0, f"the probe is off the cloth in the end: {truth}")
@@ -152,6 +202,33 @@ def in_use(t, folder, rig):
     t.expect(of["kind"] == "unknown" and of["problem"] is not None, f"the port in use: {of}")
 
 
+def without_one(t, folder, rig):
+    """A port that is in use is left out by its place: it is not touched, and what is left is said to be no rig."""
+    held = next(device["link"]["path"] for device in rig["devices"] if device["role"] == "rx")
+    made = folder / "without.json"
+    with open(held, "rb+", buffering=0) as port:
+        fcntl.flock(port, fcntl.LOCK_EX)
+        wrote = t.succeeds_once("init", made, *console_of(rig), *offered(rig), "--role", f"{held}=none", "--yes", "--json", cwd=ROOT)
+    t.expect(held not in [device["place"] for device in wrote["found"]], f"not asked: {wrote['found']}")
+    t.expect(devices_of(made)["rx"]["config"]["serial"] == int(STAGES["ry"]), f"the other rotary stage: {devices_of(made)}")
+    t.expect(wrote["assumed"]["roles"][wrote["roles"]["rx"]["place"]] == "rx", f"a role by guess: {wrote['assumed']}")
+
+
+def real_bench(t, folder, offers):
+    """No role by guess and no number that does harm; with all of it said the file is there, and z ends below the plate."""
+    real, command = folder / "real.json", ["--only-named", *offers, "--yes", "--json"]
+    ran = t.run("init", real, *command, cwd=ROOT)
+    problems = [problem["where"] for problem in json.loads(ran.stdout)["error"]["problems"]]
+    t.expect(ran.returncode == 1 and not real.exists(), f"nothing is written: {ran.stdout}")
+    t.expect(problems == [*offers[1:11:2], "surface_z_mm", "probe_mass_kg", "force_cap_n"], f"what is to be said: {problems}")
+    wrote = t.succeeds_once("init", real, *command, *roles(), *numbers(), *stated("--set", MEASURED), cwd=ROOT)
+    document = json.loads(real.read_text())
+    t.expect(document["bench"] == "real" and "simulation" not in document and document["limits"]["force_cap_N"] == 6, f"{document}")
+    t.expect(document["limits"]["travel_mm"]["z"] == [0, PLATE["surface_z_mm"] + 5], f"z ends below the plate: {document['limits']}")
+    t.expect(wrote["to_do"] and set(wrote["assumed"]["roles"].values()) == {"wrench", "taxels"}, f"what is left to do: {wrote}")
+    looked_over(t, folder, real, folder / "small.json")
+
+
 def over_tcp(t, folder):
     """The same ports on TCP with the box's pages; then a real bench of the same ports."""
     (folder / "tcp").mkdir()
@@ -160,20 +237,13 @@ def over_tcp(t, folder):
     first = free_run(len(rig["devices"]) + 1)
     served = ServedRig(WEFT_RIG, path, rig)
     served.command += ["--tcp", str(first)]
-    small = recipe(folder)
     with served:
         made = folder / "tcp.json"
         t.succeeds_once("init", made, *console_of(rig), *tcp_offers(rig, first), *numbers(), "--yes", "--json", cwd=ROOT)
         found_right(t, made, "ati_netft")
         wrench = devices_of(made)["wrench"]
         t.expect(wrench["config"]["calibration_serial"] == "FT00000" and "http" in wrench, f"the box's pages: {wrench}")
-        looked_over(t, folder, made, small)
-        real = folder / "real.json"
-        wrote = t.succeeds_once("init", real, "--only-named", *tcp_offers(rig, first), "--yes", "--json", cwd=ROOT)
-        document = json.loads(real.read_text())
-        t.expect(document["bench"] == "real" and "simulation" not in document and document["limits"]["force_cap_N"] == 6, f"{document}")
-        t.expect(wrote["to_do"] and wrote["assumed"]["surface_z_mm"] == 60, f"what is left to do: {wrote}")
-        looked_over(t, folder, real, small)
+        real_bench(t, folder, tcp_offers(rig, first))
         prompted(t, folder, rig, first)
 
 
@@ -188,20 +258,21 @@ def tcp_offers(rig, first):
 
 
 def prompted(t, folder, rig, first):
-    """At a terminal: a wrong answer is asked for again, an empty one takes the default, a role can be exchanged."""
+    """At a terminal: a wrong answer is asked for again, an empty one takes the default where there is one, a role can be exchanged."""
     made = folder / "prompted.json"
     master, slave = pty.openpty()
-    command = [WEFT, "init", made, *console_of(rig), *tcp_offers(rig, first)]
+    command = [WEFT, "init", made, "--only-named", *tcp_offers(rig, first)]
     process = subprocess.Popen(command, stdin=slave, stdout=subprocess.PIPE, stderr=slave, cwd=ROOT, text=True)
     os.close(slave)
-    replies = {"Role of LTS150 45000001": ["wrench", "y"], "Role of LTS150 45000002": ["x"], "Position of the z stage": ["1e9", "17.5"]}
+    replies = {"Role of LTS150 45000001": ["wrench", "y"], "Role of LTS150 45000002": ["x"], "Position of the z stage": ["", "1e9", "17.5"],
+               "Mass of the probe": ["0.2"], "Largest force": ["6"]}
     shown, answered = "", 0
     while select.select([master], [], [], 20)[0]:
         try:
             shown += os.read(master, 4096).decode()
         except OSError:
             break
-        if shown[answered:].endswith("]: "):
+        if shown[answered:].endswith(": "):
             question = shown[answered:].splitlines()[-1]
             answered = len(shown)
             answers = next((answers for words, answers in replies.items() if question.startswith(words)), [])
@@ -213,6 +284,15 @@ def prompted(t, folder, rig, first):
         devices = devices_of(made)
         t.expect([devices[role]["config"]["serial"] for role in "xyz"] == [45000002, 45000001, 45000003], f"roles exchanged: {devices}")
         t.expect(json.loads(made.read_text())["plate"]["surface_z_mm"] == 17.5, "a number as it was answered")
+
+
+def held_ports(t, folder):
+    """Ports that another program has."""
+    (folder / "held").mkdir()
+    path, rig = rig_file(ROOT, folder / "held")
+    with ServedRig(WEFT_RIG, path, rig):
+        in_use(t, folder / "held", rig)
+        without_one(t, folder / "held", rig)
 
 
 def digital(t, folder):
@@ -227,8 +307,8 @@ def digital(t, folder):
         devices = devices_of(made)
         t.expect((devices["wrench"]["driver"], devices["wrench"]["config"]["rate_hz"]) == ("ati_digital", 500), f"{devices['wrench']}")
         t.expect(devices["rx"]["config"]["serial"] == 27000005, "roles by serial number in the answers")
-        t.expect(json.loads(made.read_text())["plate"]["size_mm"] == [60, 60], "numbers of the answers")
-        looked_over(t, folder, made, recipe(folder))
+        t.expect(json.loads(made.read_text())["plate"]["size_mm"] == [30, 30], "numbers of the answers")
+        looked_over(t, folder, made, folder / "small.json")
         wrong = folder / "wrong.json"
         wrong.write_text(json.dumps({"surfaze_z_mm": 3}))
         ran = t.run("init", folder / "new.json", *console_of(rig), *offered(rig), "--answers", wrong, "--json", cwd=ROOT)
@@ -274,7 +354,9 @@ def silent(t, folder):
         t.expect(ran.returncode == 1 and [problem["where"] for problem in error["problems"]] == [place], f"nothing replies: {error}")
         t.expect([device["kind"] for device in error["found"]] == ["unknown"], f"found: {error['found']}")
         ran = t.run("init", folder / "none.json", "--only-named", "--yes", "--json", cwd=folder)
-    t.expect(len(json.loads(ran.stdout)["error"]["problems"]) == 3, f"x, z and a sensor are missing: {ran.stdout}")
+    where = [problem["where"] for problem in json.loads(ran.stdout)["error"]["problems"]]
+    t.expect(where == 3 * [""] + ["surface_z_mm", "probe_mass_kg", "taxel_cap_counts", "press_depth_mm", "touch_counts"],
+             f"x, z, a sensor and all numbers of one without a force sensor are missing: {where}")
     t.expect(not (folder / "none.json").exists(), "no file")
 
 
@@ -290,12 +372,12 @@ def main():
     t = InitChecks(WEFT)
     with tempfile.TemporaryDirectory() as made:
         folder = pathlib.Path(made)
-        simulated(t, folder)
-        silent(t, folder)
-        emulated(t, folder)
-        over_tcp(t, folder)
-        digital(t, folder)
-        other_sensors(t, folder)
+        if sys.argv[4] == "simulated":
+            simulated(t, folder)
+        else:
+            emulated(t, folder)  # a run in real time: nothing beside it
+            with ThreadPoolExecutor() as pool:
+                list(pool.map(lambda part: part(t, folder), (silent, over_tcp, held_ports, digital, other_sensors)))
     t.finish()
 
 

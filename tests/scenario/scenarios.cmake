@@ -188,9 +188,12 @@ add_test(NAME scenario_other_rigs COMMAND ${WEFT_PYTHON} ${cli_tests}/other_rigs
 set_tests_properties(scenario_other_rigs PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Rig files of found devices and of the simulated shapes; one is run in real time.
+add_test(NAME scenario_init_simulated
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} simulated)
 add_test(NAME scenario_init
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_init PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} ports)
+set_tests_properties(scenario_init_simulated scenario_init PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_init PROPERTIES RUN_SERIAL ON)
 
 # Every device on TCP too, and hosts that leave in the middle of a message.
 add_test(NAME scenario_rig_tcp
