@@ -51,9 +51,11 @@ void add_options(CLI::App& command, InitArgs& args) {
       ->excludes(simulated);
   command.add_flag("--only-named", args.only_named, "ask only what --port and --netft name");
   command.add_flag("--no-network", args.no_network, "send no broadcast to find Net F/T boxes");
-  add_repeated(command, "--role", args.roles,
-               "give a device this role: x, y, z, rx, ry, wrench, taxels, vibro or none",
-               "DEVICE=ROLE");
+  add_repeated(
+      command, "--role", args.roles,
+      "give a device this role: x, y, z, rx, ry, wrench, taxels, vibro; or none: its port is "
+      "not even opened",
+      "DEVICE=ROLE");
   add_repeated(command, "--stage", args.stages, "name the stage at a controller that does not",
                "DEVICE=STAGE");
   add_repeated(command, "--set", args.numbers, "state a number, such as surface_z_mm=42",

@@ -81,6 +81,12 @@ std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft&
   return out;
 }
 
+/// Where the rig file names a port otherwise than it was found.
+std::string stable_name(const FoundDevice& found) {
+  const auto* port = std::get_if<SerialSettings>(&found.link);
+  return port == nullptr || port->path == found.place ? std::string() : "as " + port->path;
+}
+
 /// Roles by guess and numbers by default; empty where there are none.
 std::string assumed_text(const RigDraft& draft) {
   Table table(Align::left);
@@ -132,7 +138,7 @@ std::string format_init(const std::filesystem::path& rig, const std::string& rec
   Table table(Align::left);
   for (const DraftDevice& device : draft.devices)
     table.row({device.role == no_role ? "left out" : device.role, device.stage,
-               format_device(device.found)});
+               format_device(device.found), stable_name(device.found)});
   std::string out = "Wrote " + rig.string() + ":\n" + table.text() + assumed_text(draft);
   if (const auto to_do = things_to_do(recipe, draft); !to_do.empty()) {
     out += "To do:\n";

@@ -183,8 +183,6 @@ class Search {
     for (Device& device : devices_) {
       FoundDevice found = device.found.valid() ? device.found.get() : device.planned;
       found.is_expected = device.planned.is_expected;
-      if (found.kind != DeviceKind::unknown)
-        std::ranges::copy(device.planned.notes, std::back_inserter(found.notes));
       report_.devices.push_back(std::move(found));
     }
     return std::move(report_);
@@ -199,8 +197,8 @@ class Search {
   bool is_left_out(const std::vector<std::string>& names) {
     bool out = false;
     for (const std::string& one : left_out_) {
-      if (std::ranges::find(names, one) == names.end() &&
-          std::ranges::find(names, real_name(one)) == names.end())
+      if (one.empty() || (std::ranges::find(names, one) == names.end() &&
+                          std::ranges::find(names, real_name(one)) == names.end()))
         continue;
       report_.left_out.insert(one);
       out = true;
@@ -245,7 +243,6 @@ PortPlan plan_named(const std::string& port, const std::vector<SerialPortSeen>& 
                     const fs::path& by_id) {
   PortPlan out = plan_at(port, true);
   const SerialSettings line{.path = stable_port_name(port, by_id)};
-  if (line.path != port) out.found.notes.push_back("the rig file names it " + line.path);
   out.attempts = stage_attempt(line);
   const auto seen = std::ranges::find_if(
       present, [&](const SerialPortSeen& one) { return real_name(one.name) == real_name(port); });
