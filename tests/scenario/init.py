@@ -29,7 +29,7 @@ SHAPES = {
     "digital": (FIVE, "ati_digital", [(16, 37)]), "taxels32": (FIVE, "ati_netft", [(32, 100)]), "no-force-sensor": (THREE, None, [(16, 37)]),
     "two-arrays": (THREE, "ati_netft", [(16, 37), (6, 50)]),
 }
-RUN_SHAPES = ("two-arrays", "no-force-sensor")  # scenario_other_rigs runs others
+RUN_SHAPES = ("two-arrays", "no-force-sensor")  # other_rigs.py runs others
 # Near where the stages home, for time is real.
 PLATE = {"surface_z_mm": 8, "plate_x_mm": 30, "plate_y_mm": 30, "clearance_mm": 4, "speed_mm_s": 20}
 # What a real bench has no default for.

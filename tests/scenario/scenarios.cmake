@@ -173,27 +173,23 @@ foreach(client apt netft)
 endforeach()
 
 # The same bench loses its host: killed in the slide; in the nightly preset also elsewhere, and hung until the monitor ends it.
-# What holds a force in real time runs alone; a machine that is too slow for it is told apart from a fault (machine_pace.py).
-set(emulated_kill ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-# Beside it a rig file that says "real", with weft-rig behind its ports: the two wait nearly all of the time.
-set(real_bench ${WEFT_PYTHON} ${cli_tests}/real_bench.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-add_test(NAME scenario_real_time COMMAND ${WEFT_PYTHON} ${cli_tests}/side_by_side.py ${emulated_kill} 1 2 -- ${real_bench})
+# What holds a force in real time has no computing program beside it; a machine that is too slow for it is told apart from a fault
+# (machine_pace.py). So these share one test, and wait nearly all of the time: the host killed; a rig file that says "real", with
+# weft-rig behind its ports; rigs with other stages and sensors; a rig file of devices that weft init found.
+set(on_ports $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
+set(emulated_kill ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py ${on_ports})
+add_test(NAME scenario_real_time
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/side_by_side.py ${emulated_kill} 1 2
+                 -- ${WEFT_PYTHON} ${cli_tests}/real_bench.py ${on_ports}
+                 -- ${WEFT_PYTHON} ${cli_tests}/other_rigs.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR}
+                 -- ${WEFT_PYTHON} ${cli_tests}/init.py ${on_ports} ports)
 add_test(NAME nightly_emulated_kill CONFIGURATIONS Nightly COMMAND ${emulated_kill} 4 0)
 set_tests_properties(scenario_real_time nightly_emulated_kill
                      PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Rigs with other stages and sensors, in real time side by side.
-add_test(NAME scenario_other_rigs COMMAND ${WEFT_PYTHON} ${cli_tests}/other_rigs.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd>
-         $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_other_rigs PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-
-# Rig files of found devices and of the simulated shapes; one is run in real time.
-add_test(NAME scenario_init_simulated
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} simulated)
-add_test(NAME scenario_init
-         COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} ports)
-set_tests_properties(scenario_init_simulated scenario_init PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-set_tests_properties(scenario_init PROPERTIES RUN_SERIAL ON)
+# Rig files of the simulated shapes.
+add_test(NAME scenario_init_simulated COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py ${on_ports} simulated)
+set_tests_properties(scenario_init_simulated PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # Every device on TCP too, and hosts that leave in the middle of a message.
 add_test(NAME scenario_rig_tcp
@@ -382,7 +378,8 @@ function(weft_waits cost)
     endif()
   endforeach()
 endfunction()
-weft_waits(1000 scenario_pypi_clients scenario_modbus_clients scenario_apt_client scenario_docs_commands)
-weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_host_signals scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port scenario_box_pages scenario_echo_line
+weft_waits(1000 scenario_host_signals scenario_weftd_motion scenario_apt_client scenario_docs_commands)
+weft_waits(900 scenario_pypi_clients scenario_modbus_clients scenario_weftd_end)
+weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port scenario_box_pages scenario_echo_line
            scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
            unit_python_client)

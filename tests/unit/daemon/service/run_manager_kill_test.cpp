@@ -124,7 +124,8 @@ TEST_CASE(
     killed = killed_at_manager(folder, {write, write % 2 == 0}, reported);
     inspect_again(folder, reported);
   }
-  WARN("SIMULATED, " << write - step << " writes of a daemon, killed at each or, by day, each third");
+  WARN("SIMULATED, " << write - step
+                     << " writes of a daemon, killed at each or, by day, each third");
   CHECK(write > 60);
 }
 
