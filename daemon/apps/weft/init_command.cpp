@@ -96,6 +96,19 @@ Status apply_args(RigDraft& draft, const InitArgs& args) {
   return apply_pairs(draft, args.numbers, "--set", set_number_text);
 }
 
+/// What can be wrong before a port is opened.
+Status check_args(const InitArgs& args) {
+  RigDraft scratch;
+  if (!args.answers.empty())
+    if (Status fine = check_answers(args.answers_json); !fine)
+      return pass(fine.error(), args.answers.string());
+  const auto check_role = [](RigDraft&, const std::string&, const std::string& role) {
+    return check_role_name(role);
+  };
+  if (Status fine = apply_pairs(scratch, args.roles, "--role", check_role); !fine) return fine;
+  return apply_pairs(scratch, args.numbers, "--set", set_number_text);
+}
+
 /// One question until its answer is understood; an empty line is the default, where there is one.
 /// Errors: wrong_state, where the input has ended.
 Status prompt(Console& console, const std::string& question, const std::string& preset,
@@ -215,6 +228,7 @@ Result<int> run_init(const InitArgs& given, Console& console) {
     if (!text) return pass(text.error());
     args.answers_json = std::move(*text);
   }
+  if (Status fine = check_args(args); !fine) return pass(fine.error());
   const std::string name = args.name.empty() ? args.rig.stem().string() : args.name;
   auto found = find_devices(args, name, console);
   if (!found) return pass(found.error());

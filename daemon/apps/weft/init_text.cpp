@@ -1,5 +1,6 @@
 #include "daemon/apps/weft/init_text.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -46,14 +47,27 @@ json devices_json(const SearchReport& report) {
   return out;
 }
 
+/// As a shell takes it.
+std::string quoted(const std::string& text) {
+  const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("/._-+:").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (is_plain) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 std::vector<std::string> next_commands(const std::filesystem::path& rig, const std::string& recipe,
                                        const RigDraft& draft) {
-  const std::string file = rig.string();
+  const std::string file = quoted(rig.string());
   std::vector<std::string> out{"weft doctor --rig " + file};
   if (recipe.empty()) return out;
   out.push_back("weft check " + recipe + " --rig " + file);
   if (draft.mode != BenchMode::real)
-    out.push_back("weft run " + recipe + " --rig " + file + " --out out/" + draft.name);
+    out.push_back("weft run " + recipe + " --rig " + file + " --out " +
+                  quoted("out/" + draft.name));
   return out;
 }
 
@@ -67,6 +81,10 @@ std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft&
         "measure the numbers that are assumed, and probe.slack_mm; docs/howto/real-bench.md");
     if (draft.has_wrench())
       out.emplace_back("see that pushing the plate down is +Fz; else sign_z -1");
+    if (const DraftDevice* const wrench = draft.with_role("wrench");
+        wrench != nullptr && wrench->found.kind == DeviceKind::net_ft)
+      out.emplace_back(
+          "state the force sensor's rated_force_n: its driver's 40, 40, 120 N are a Mini40's");
   }
   for (const DraftDevice& device : draft.devices) {
     if (device.role != no_role)

@@ -52,10 +52,10 @@ Json stage_config(const DraftDevice& device, const RigDraft& draft, const StageL
   return out;
 }
 
-Json netft_config(const FoundDevice& found) {
+Json netft_config(const FoundDevice& found, const RigDraft& draft) {
   Json out{{"rate_hz", rate_or(found, usual_wrench_hz)}};
-  if (!found.http)
-    out.update({{"counts_per_newton", 1000000}, {"counts_per_newton_metre", 1000000}});
+  for (const char* const scale : {"counts_per_newton", "counts_per_newton_metre"})
+    if (!found.http) out[scale] = draft.number(scale);
   if (found.http && !found.serial.empty()) out["calibration_serial"] = found.serial;
   return out;
 }
@@ -172,7 +172,7 @@ std::string_view driver_name(DeviceKind kind) {
 Json device_config(const DraftDevice& device, const RigDraft& draft, const StageLimits& limits) {
   switch (device.found.kind) {
     case DeviceKind::net_ft:
-      return netft_config(device.found);
+      return netft_config(device.found, draft);
     case DeviceKind::digital_ft:
       return digital_config(device.found);
     case DeviceKind::taxel_array:

@@ -5,6 +5,7 @@
 
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/setup/rig_draft.hpp"
+#include "daemon/hardware/rig/roles.hpp"
 #include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
@@ -48,13 +49,7 @@ std::optional<Error> open_question(const RigDraft& draft, const DraftDevice& dev
                  .what = "a " + device.stage + " cannot have this role",
                  .expected = joined(possible),
                  .got = device.role};
-  const auto has_same_axis = [&](const DraftDevice& other) {
-    return other.found.kind == DeviceKind::stage && axis_of(other) == axis_of(device) &&
-           !(other.role == no_role && other.is_role_stated);
-  };
-  if (draft.mode != BenchMode::real || device.is_role_stated ||
-      std::ranges::count_if(draft.devices, has_same_axis) < 2)
-    return {};
+  if (draft.mode != BenchMode::real || device.is_role_stated) return {};
   return Error{.code = Errc::not_found,
                .where = place,
                .what = "what this stage (" + device.stage + " " + device.found.serial +
@@ -87,6 +82,29 @@ std::vector<std::string> devices_without_role(std::string_view answers_json) {
   for (const auto& [device, role] : (*answers)["roles"].items())
     if (role == no_role) out.push_back(device);
   return out;
+}
+
+Status check_role_name(std::string_view role) {
+  if (role == no_role || is_role(role)) return {};
+  return fail({.what = "no such role",
+               .expected = std::string(all_roles) + "; or " + std::string(no_role),
+               .got = std::string(role)});
+}
+
+Status check_answers(std::string_view answers_json) {
+  const auto answers = parse_json(answers_json);
+  if (!answers) return pass(answers.error());
+  RigDraft scratch;
+  json numbers = *answers;
+  if (numbers.is_object()) numbers.erase("roles"), numbers.erase("stages");
+  if (Status done = apply_answers(scratch, numbers.dump()); !done) return done;
+  const json roles = answers->value("roles", json::object());
+  if (!roles.is_object()) return {};  // apply_answers() says where
+  for (const auto& [device, role] : roles.items())
+    if (role.is_string())
+      if (Status known = check_role_name(role.get<std::string>()); !known)
+        return pass(known.error(), child("/roles", device));
+  return {};
 }
 
 Status apply_answers(RigDraft& draft, std::string_view answers_json) {

@@ -25,10 +25,13 @@ constexpr NumberKey keys[] = {
     {"probe_face_mm", "side of the probe's face [mm]", 1, 500},
     {"clearance_mm", "height over the plate that is clear of every cloth [mm]", 0.5, 100},
     {"force_cap_n", "largest force that may occur [N]", 0.1, 1000, true},
-    {"torque_cap_nm", "largest torque that may occur [N m]", 0.001, 100},
+    {"torque_cap_nm", "largest torque that may occur [N m]", 0.01, 100, true},
+    {"counts_per_newton", "counts per newton of the Net F/T box, whose pages were not read", 1, 1e9,
+     true},
+    {"counts_per_newton_metre", "counts per newton metre of the same box", 1, 1e9, true},
     {"taxel_cap_counts", "largest change of a taxel that may occur [counts]", 1, 65535, true},
     {"press_depth_mm", "how far z may press below the touch [mm]", 0.01, 50, true},
-    {"touch_counts", "mean change of the taxels that is a touch [counts]", 0.1, 65535, true},
+    {"touch_counts", "mean change of the taxels that is a touch [counts]", 1, 65535, true},
     {"speed_mm_s", "largest speed of the linear stages [mm/s]", 0.01, 500},
     {"tilt_deg", "how far the rotary stages may turn, either way [deg]", 0.1, 180},
     {"fixed_y_mm", "where y stands, for there is no stage for it [mm]", -1000, 1000},
@@ -122,11 +125,17 @@ double default_number(const RigDraft& draft, std::string_view name) {
   };
   constexpr double surface_share = 0.4;  // of the travel: room above it and below
   constexpr double clearance_mm = 8;     // or half of what a short stage has above the plate
-  const std::map<std::string_view, double> fixed{{"probe_mass_kg", 0.2}, {"probe_face_mm", 16},
-                                                 {"torque_cap_nm", 2},   {"taxel_cap_counts", 8000},
-                                                 {"press_depth_mm", 2},  {"touch_counts", 20},
-                                                 {"tilt_deg", 5},        {"fixed_rx_deg", 0},
-                                                 {"fixed_ry_deg", 0}};
+  const std::map<std::string_view, double> fixed{{"probe_mass_kg", 0.2},
+                                                 {"probe_face_mm", 16},
+                                                 {"torque_cap_nm", 2},
+                                                 {"taxel_cap_counts", 8000},
+                                                 {"press_depth_mm", 2},
+                                                 {"touch_counts", 20},
+                                                 {"tilt_deg", 5},
+                                                 {"fixed_rx_deg", 0},
+                                                 {"fixed_ry_deg", 0},
+                                                 {"counts_per_newton", 1e6},
+                                                 {"counts_per_newton_metre", 1e6}};
   if (const auto at = fixed.find(name); at != fixed.end()) return at->second;
   if (name == "surface_z_mm") return surface_share * travel_mm(draft, "z");
   if (name == "clearance_mm") return std::min(clearance_mm, draft.number("surface_z_mm") / 2);
@@ -156,6 +165,10 @@ const DraftDevice* RigDraft::with_role(std::string_view role) const {
 
 bool RigDraft::needs(std::string_view number) const {
   if (number == "force_cap_n" || number == "torque_cap_nm") return has_wrench();
+  if (number == "counts_per_newton" || number == "counts_per_newton_metre") {
+    const DraftDevice* const wrench = with_role("wrench");
+    return wrench != nullptr && wrench->found.kind == DeviceKind::net_ft && !wrench->found.http;
+  }
   if (number == "taxel_cap_counts" || number == "press_depth_mm" || number == "touch_counts")
     return !has_wrench();
   if (number == "tilt_deg") return with_role("rx") != nullptr || with_role("ry") != nullptr;

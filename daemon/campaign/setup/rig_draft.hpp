@@ -75,6 +75,11 @@ std::vector<std::string> devices_without_role(std::string_view answers_json);
 /// Errors: parse, and those of the setters with a JSON pointer.
 Status apply_answers(RigDraft& draft, std::string_view answers_json);
 
+/// What can be wrong with answers before any device is known. Errors: as above.
+Status check_answers(std::string_view answers_json);
+/// A role, or no_role. Errors: invalid_argument.
+Status check_role_name(std::string_view role);
+
 /// What keeps the draft from being a rig: an axis without a stage, no sensor that feels a touch, a
 /// role twice, a controller whose stage is not known; on a real bench a role that another device
 /// could have as well, and a number that has no default. Each with what to do.

@@ -50,6 +50,9 @@ void measure(RigDraft& draft) {
   for (const auto& [name, value] : {std::pair("surface_z_mm", 60.0),
                                     {"probe_mass_kg", 0.2},
                                     {"force_cap_n", 6.0},
+                                    {"torque_cap_nm", 2.0},
+                                    {"counts_per_newton", 1e6},
+                                    {"counts_per_newton_metre", 1e6},
                                     {"taxel_cap_counts", 8000.0},
                                     {"press_depth_mm", 2.0},
                                     {"touch_counts", 20.0}})
@@ -183,7 +186,7 @@ TEST_CASE("What is missing is said, all of it") {
   RigDraft draft = draft_of("bench", BenchMode::real, {stage("LTS150", "45000001")});
   measure(draft);
   CHECK(draft.with_role("z") != nullptr);
-  CHECK(missing_parts(draft).size() == 2);  // x and a sensor
+  CHECK(missing_parts(draft).size() == 3);  // x, a sensor, and what this stage moves
   REQUIRE(set_role(draft, "45000001", "none"));
   CHECK(missing_parts(draft).size() == 3);
   draft.devices.push_back(draft.devices.front());
@@ -268,7 +271,8 @@ TEST_CASE("A real bench has no default for what does harm, and z ends below the 
   RigDraft draft = real_xz();
   draft.answers.clear();
   CHECK(places(missing_parts(draft)) ==
-        std::vector<std::string>{"surface_z_mm", "probe_mass_kg", "force_cap_n"});
+        std::vector<std::string>{"surface_z_mm", "probe_mass_kg", "force_cap_n", "torque_cap_nm",
+                                 "counts_per_newton", "counts_per_newton_metre"});
   draft.devices.back() = {};
   draft.devices.back().found = sensor(DeviceKind::taxel_array, "/dev/t", 37);
   REQUIRE(set_role(draft, "/dev/t", "taxels"));
@@ -284,6 +288,24 @@ TEST_CASE("A real bench has no default for what does harm, and z ends below the 
   draft = real_xz();
   REQUIRE(set_number(draft, "surface_z_mm", 148));
   CHECK(written(draft)["limits"]["travel_mm"]["z"] == json{0, 150});
+}
+
+TEST_CASE("The scale of a box whose pages were not read is what was said of it") {
+  RigDraft draft = real_xz();
+  REQUIRE(set_number(draft, "counts_per_newton", 224809));
+  const json rig = written(draft);
+  CHECK(rig["devices"][2]["config"]["counts_per_newton"] == 224809);
+  CHECK(rig["devices"][2]["config"]["counts_per_newton_metre"] == 1e6);
+}
+
+TEST_CASE("Answers that no bench could take are refused before a device is known") {
+  const auto place = [](const char* answers) { return check_answers(answers).error().where; };
+  CHECK(check_answers(R"({"roles": {"/dev/a": "x", "/dev/b": "none"}, "force_cap_n": 6})"));
+  CHECK(place(R"({"roles": {"/dev/a": "None"}})") == "/roles/~1dev~1a");
+  CHECK(place(R"({"force_cap": 6})") == "force_cap");
+  CHECK(place(R"({"touch_counts": 0.5})") == "touch_counts");
+  CHECK(check_answers("[]").error().code == Errc::parse);
+  CHECK(check_role_name("wrenches").error().code == Errc::invalid_argument);
 }
 
 TEST_CASE("A short stage has half of what is above its plate for the clearance") {
@@ -304,23 +326,23 @@ TEST_CASE("A short stage has half of what is above its plate for the clearance")
   CHECK(real_xz().number("clearance_mm") == 8);
 }
 
-TEST_CASE("On a real bench the roles of stages that could be exchanged are to be said") {
+TEST_CASE("On a real bench the roles of stages are to be said, of a lone rotary one too") {
   const std::vector<FoundDevice> devices{stage("LTS150", "45000001"), stage("LTS150", "45000002"),
                                          stage("K10CR1", "55000001"),
                                          sensor(DeviceKind::net_ft, "192.168.1.1", 500)};
   RigDraft draft = draft_of("bench", BenchMode::real, devices);
   measure(draft);
   CHECK(places(missing_parts(draft)) ==
-        std::vector<std::string>{"/dev/45000001", "/dev/45000002"});  // not the one rotary stage
+        std::vector<std::string>{"/dev/45000001", "/dev/45000002", "/dev/55000001"});
   REQUIRE(set_role(draft, "45000001", "z"));
   CHECK(role_of(draft, "45000002") == "x");  // what is left, and still a guess
-  CHECK(places(missing_parts(draft)) == std::vector<std::string>{"/dev/45000002"});
+  CHECK(places(missing_parts(draft)) == std::vector<std::string>{"/dev/45000002", "/dev/55000001"});
   REQUIRE(set_role(draft, "45000002", "x"));
+  REQUIRE(set_role(draft, "55000001", "ry"));
   CHECK(missing_parts(draft).empty());
   const auto assumed = assumed_roles(draft);
-  REQUIRE(assumed.size() == 2);
-  CHECK(assumed[0]->role == "rx");
-  CHECK(assumed[1]->role == "wrench");
+  REQUIRE(assumed.size() == 1);
+  CHECK(assumed[0]->role == "wrench");
   draft = draft_of("bench", BenchMode::emulated, devices);
   CHECK(missing_parts(draft).empty());
 }
