@@ -33,7 +33,7 @@ void read_array(const json& device, ObjectReader& config, TaxelArray& array, Rig
   const auto rows = config.integer("rows", 1, 128, Need::optional);
   const auto cols = config.integer("cols", 1, 128, Need::optional);
   if (rows && cols) {
-    limits.imprint_array = device.value("driver", json()) != "taxel_array";
+    limits.imprint_array |= device.value("driver", json()) != "taxel_array";
     array.rows = static_cast<std::size_t>(*rows);
     array.cols = static_cast<std::size_t>(*cols);
     array.taxels = array.rows * array.cols;

@@ -139,7 +139,7 @@ void Bench::on_taxels(Device& device, std::size_t array, const Sample& sample) {
   const auto* const frame = std::get_if<TaxelSample>(&sample.value);
   if (frame == nullptr) return refuse(device, sample);
   snapshot_.taxels[array] = {digest_of_counts(*frame), sample.host};
-  taxels_.take(array, *frame, sample.lost);
+  taxels_.take(array, *frame);
   if (!taxels_.is_complete()) return;
   if (wrench_ == nullptr) touch_.add(taxels_.counts());
   if (array == 0 && sensor_sink_) sensor_sink_(device, taxels_.joined(sample));

@@ -443,11 +443,17 @@ TEST_CASE("the second array's silence and its frozen counts end the campaign") {
 
 TEST_CASE("an imprint array has no other array beside it") {
   json rig = two_array_rig();
-  test::device_of(rig, "taxels")["driver"] = "imprint_array";
-  test::device_of(rig, "taxels")["config"] = {{"rows", 16}, {"cols", 16}};
-  const auto limits = recipes::parse_rig_limits(rig.dump());
-  REQUIRE_FALSE(limits);
-  CHECK_THAT(to_string(limits.error()), Catch::Contains("/devices"));
+  json& first = test::device_of(rig, "taxels");
+  json& second = rig["devices"].back();
+  second["config"] = {{"rows", 2}, {"cols", 3}};
+  first["config"] = {{"rows", 16}, {"cols", 16}};
+  for (json* imprints : {&first, &second}) {
+    first["driver"] = second["driver"] = "taxel_array";
+    (*imprints)["driver"] = "imprint_array";
+    const auto limits = recipes::parse_rig_limits(rig.dump());
+    REQUIRE_FALSE(limits);
+    CHECK_THAT(to_string(limits.error()), Catch::Contains("/devices"));
+  }
 }
 
 }  // namespace other_rigs_test
