@@ -8,7 +8,13 @@ Status PageReader::read(Link& link) {
   link_ = &link;
   at_calibration_ = false;
   pages_ = {};
-  link.on_receive([this](ByteView bytes, TimePoint) { received(bytes); });
+  link.on_receive([this](ByteView bytes, TimePoint) {
+    try {
+      received(bytes);
+    } catch (const std::exception& error) {  // as DriverBase::guard, which does not see this link
+      fail_with({.code = Errc::parse, .what = "the page cannot be read", .got = error.what()});
+    }
+  });
   link.on_closed([this](const Error& why) { fail_with(why); });
   return send_request(settings_path);
 }

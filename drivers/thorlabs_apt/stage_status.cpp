@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 #include <type_traits>
 
@@ -282,9 +283,13 @@ void StageDriver::check_rest(bool arrived, TimePoint arrival) {
          .hint = "Look at the backlash correction and at the stage"});
 }
 
-/// A homing whose stage is at rest, homed, and was seen to home: its report may have got lost too.
+/// A homing whose stage is at rest, homed, where homing ends, and was seen to home: its report may
+/// have got lost too.
 void StageDriver::check_home_rest(TimePoint arrival) {
-  const bool homed = (last_.status_bits & status::homed) != 0;
+  const StageModel& model = *settings_.model;
+  const std::int32_t offset = position_to_counts(model.scale, model.home_offset).value_or(0);
+  const bool homed = (last_.status_bits & status::homed) != 0 &&
+                     std::abs(last_.position_counts) <= offset + settings_.in_position_counts;
   if (motion_.reported || !homed || !(motion_.homing || motion_.moved)) {
     motion_.silent_since.reset();
     return;

@@ -56,13 +56,17 @@ tl::unexpected<Error> in_use(int number) {
                .hint = "End it, or give each its own port"});
 }
 
+Status lock(int descriptor) {
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {};
+  return in_use(errno);
+}
+
 /// Two programs on one line would each see half of the answers. Root may open what another program
 /// has for itself alone.
 Status claim(int descriptor) {
   int is_exclusive = 0;
   if (::ioctl(descriptor, TIOCGEXCL, &is_exclusive) == 0 && is_exclusive != 0) return in_use(EBUSY);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return {};
-  return in_use(errno);
+  return lock(descriptor);
 }
 
 class OpenPort {
@@ -127,12 +131,7 @@ void raise_rts_and_dtr(int descriptor) {
   static_cast<void>(::ioctl(descriptor, TIOCMBIS, &lines));
 }
 
-// Nothing is set before the line is claimed. libserialport's settings outlive its handle: the line
-// stays open.
-Result<OpenPort> open_real(const std::string& path, const SerialSettings& settings) {
-  OpenPort line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (line.get() < 0) return errno == EBUSY ? in_use(errno) : cannot_open(errno);
-  if (Status s = claim(line.get()); !s) return pass(s.error());
+Status set_by_library(const std::string& path, const SerialSettings& settings) {
   sp_port* found = nullptr;
   if (const sp_return got = sp_get_port_by_name(path.c_str(), &found); got != SP_OK)
     return library_refused(got);
@@ -143,6 +142,19 @@ Result<OpenPort> open_real(const std::string& path, const SerialSettings& settin
     return fail({.code = Errc::io,
                  .what = "the port does not take its settings",
                  .got = std::generic_category().message(sp_last_error_code())});
+  return {};
+}
+
+// Nothing is set before the line was claimed. Releases of libserialport after Debian's lock the
+// port themselves while they have it, so the claim is made again afterwards. Their settings outlive
+// their handle: the line stays open.
+Result<OpenPort> open_real(const std::string& path, const SerialSettings& settings) {
+  OpenPort line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (line.get() < 0) return errno == EBUSY ? in_use(errno) : cannot_open(errno);
+  if (Status s = claim(line.get()); !s) return pass(s.error());
+  ::flock(line.get(), LOCK_UN);
+  if (Status s = set_by_library(path, settings); !s) return pass(s.error());
+  if (Status s = lock(line.get()); !s) return pass(s.error());
   if (Status s = let_reads_wait(line.get()); !s) return pass(s.error());
   if (settings.rts_cts) raise_rts_and_dtr(line.get());
   if (Status s = set_line_speed(line.get(), settings.baud); !s) return pass(s.error());

@@ -17,7 +17,7 @@ namespace weft::daemon {
 /// the process ends. A file names its holder. Not thread-safe.
 class DeviceLocks {
  public:
-  /// /run/lock, or /tmp where that cannot be written.
+  /// /run/lock where every user may write there, else /tmp: the same for each of them.
   static std::filesystem::path default_folder();
 
   explicit DeviceLocks(std::filesystem::path folder = default_folder())
