@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Hosts of the emulated bench killed at seeded moments of every phase (tests/scenario/emulated_kill.py), on several benches side by side,
 each with its own ports and seed: a kill takes 35 s, nearly all of it waiting. WEFT_BENCH_KILLS says how many SIGKILL (16; 200
-took 27 minutes on six benches), WEFT_BENCH_BENCHES on how many benches (4); a SIGSTOP comes beside every fourth.
+took 20 minutes on eight benches), WEFT_BENCH_BENCHES on how many benches (4); a SIGSTOP comes beside every fourth.
 
 Exit status 1 when a check failed on any bench, or no SIGKILL fell into one of the phases S, P, M, E.
 

@@ -366,20 +366,22 @@ add_test(NAME scenario_last_version
          COMMAND ${WEFT_PYTHON} ${cli_tests}/last_version.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_last_version PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes
-# one. The longest of those begin first and leave room for one that computes; where one ends another takes its slot.
+# script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes one.
+# Those wait in four lanes, one at a time in each, so that one that computes always has room beside them: else ctest would fill each
+# slot that gets free with another that waits.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 3 COST 500)
 set_tests_properties(unit_daemon_service unit_daemon_campaign scenario_cli_real_fabrics PROPERTIES COST 600)
-function(weft_waits cost)
+function(weft_waits lane)
   foreach(waiting ${ARGN})
     if(TEST ${waiting})
-      set_tests_properties(${waiting} PROPERTIES PROCESSORS 1 COST ${cost})
+      set_tests_properties(${waiting} PROPERTIES PROCESSORS 1 COST 1000 RESOURCE_LOCK waits_${lane})
     endif()
   endforeach()
 endfunction()
-weft_waits(1000 scenario_host_signals scenario_weftd_motion scenario_apt_client scenario_docs_commands)
-weft_waits(900 scenario_pypi_clients scenario_modbus_clients scenario_weftd_end)
-weft_waits(100 scenario_rig_tcp scenario_device_locks scenario_rig_hosts scenario_netft_client scenario_doctor scenario_vibro_ports scenario_real_port scenario_box_pages scenario_echo_line
-           scenario_weftd_samples scenario_weftd_http scenario_weftd_tls scenario_weftd_access scenario_weftd_notify scenario_train_mpi scenario_plugins
-           unit_python_client)
+weft_waits(1 scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
+weft_waits(2 scenario_docs_commands scenario_pypi_clients scenario_weftd_notify scenario_box_pages scenario_echo_line scenario_vibro_ports
+           scenario_real_port)
+weft_waits(3 scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client)
+weft_waits(4 scenario_apt_client scenario_modbus_clients scenario_weftd_end scenario_train_mpi scenario_plugins scenario_weftd_tls
+           scenario_weftd_access unit_python_client)
