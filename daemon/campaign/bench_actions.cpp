@@ -39,10 +39,8 @@ constexpr double tilt_ramp_s = 1;
 // Some ten thousand trials of samples, or the write-ahead log of a reader that holds it back.
 constexpr std::uint64_t least_free_bytes = std::uint64_t{64} << 20;
 
-// How old a reading may be before the bench counts as blind: ten periods of its stream, and not
-// less than what a busy host and a network may cost.
-Duration max_age(double rate_hz, Duration least) {
-  return std::max(from_seconds(10 / rate_hz), least);
+Duration max_age(double rate_hz, double least_s) {
+  return from_seconds(recipes::most_age_s(rate_hz, least_s));
 }
 
 /// Nothing where an array has not sent yet.
@@ -57,10 +55,10 @@ recipes::GuardLimits guard_limits(const recipes::RigLimits& rig) {
   limits.torque_cap_nm = rig.torque_cap_nm;
   limits.travel = rig.geometry.travel;
   limits.fixed = rig.geometry.fixed;
-  if (rig.has_wrench) limits.wrench_max_age = max_age(rig.wrench_rate_hz, 100ms);
+  if (rig.has_wrench) limits.wrench_max_age = max_age(rig.wrench_rate_hz, 0.1);
   limits.taxel_cap_counts = rig.taxel_cap_counts;
   if (rig.taxels > 0) limits.taxels_max_age = from_seconds(rig.most_taxel_age_s());
-  limits.stage_max_age = max_age(rig.stage_rate_hz(), 500ms);
+  limits.stage_max_age = max_age(rig.stage_rate_hz(), 0.5);
   limits.wrench_longest_frozen = from_seconds(rig.frozen_wrench_s);
   limits.taxels_longest_frozen = from_seconds(rig.frozen_taxels_s);
   limits.wrench_jump_n = jump_share * rig.force_cap_n;

@@ -340,23 +340,15 @@ Result<std::unique_ptr<SimulatedBench>> SimulatedBench::create(const RigFile& ri
   return made;
 }
 
-namespace {
-
-/// Of a role that its samples do not fill, which is found later, the first array's.
-double configured_rate_hz(const DeviceEntry& device, const recipes::RigLimits& limits) {
-  if (device.role == "wrench") return limits.wrench_rate_hz;
-  return device.role == "taxels" ? limits.taxel_rate_hz_of(device.name) : limits.taxel_rate_hz;
-}
-
-}  // namespace
-
 Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated) {
   constexpr double tolerance = 1e-3;
   for (std::size_t i = 0; i < rig.devices.size(); ++i) {
     const DeviceEntry& device = rig.devices[i];
     const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
     if (!sent_hz) continue;
-    const double average_hz = configured_rate_hz(device, limits) * records_per_sample(device);
+    const double told_hz = limits.stream_rate_hz(device.role, device.name);
+    if (told_hz == 0) continue;  // a role that its samples do not fill: found when they come
+    const double average_hz = told_hz * records_per_sample(device);
     if (std::abs(average_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "/devices/" + std::to_string(i) + "/config/rate_hz",

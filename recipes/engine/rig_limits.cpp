@@ -316,7 +316,9 @@ std::string sentences(Problems& problems) {
 
 }  // namespace
 
-double RigLimits::taxel_rate_hz_of(std::string_view device) const {
+double RigLimits::stream_rate_hz(std::string_view role, std::string_view device) const {
+  if (role == "wrench") return wrench_rate_hz;
+  if (role != "taxels") return 0;
   const auto array = std::ranges::find(taxel_arrays, device, &TaxelArray::device);
   return array == taxel_arrays.end() ? 0 : array->rate_hz;
 }

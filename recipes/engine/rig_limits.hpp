@@ -13,6 +13,12 @@
 
 namespace weft::recipes {
 
+/// How old a reading may be before the bench counts as blind [s]: ten periods of its stream, and
+/// not less than what a busy host and a network may cost.
+constexpr double most_age_s(double rate_hz, double least_s) {
+  return std::max(10 / rate_hz, least_s);
+}
+
 /// A tactile array. A recorded frame has the taxels of all arrays of the rig, one after the other.
 struct TaxelArray {
   std::string device;  ///< its name in the rig file
@@ -76,13 +82,10 @@ struct RigLimits {
 
   /// Positions are recorded, all axes in one row, once in so many cycles.
   static constexpr unsigned cycles_per_stage_row = 5;
-  /// How old the newest frame of any array may be [s]: ten periods, and not less than what a busy
-  /// host and a network may cost.
-  [[nodiscard]] double most_taxel_age_s() const {
-    return std::max(10 / slowest_taxel_rate_hz(), 0.5);
-  }
-  /// 0 where no tactile array has this name.
-  [[nodiscard]] double taxel_rate_hz_of(std::string_view device) const;
+  /// How old the newest frame of any array may be [s].
+  [[nodiscard]] double most_taxel_age_s() const { return most_age_s(slowest_taxel_rate_hz(), 0.5); }
+  /// What the driver of a device with this role is told of its stream; 0: nothing.
+  [[nodiscard]] double stream_rate_hz(std::string_view role, std::string_view device) const;
   /// Of the tactile array that sends least often.
   [[nodiscard]] double slowest_taxel_rate_hz() const;
   [[nodiscard]] double stage_rate_hz() const { return cycle_hz / cycles_per_stage_row; }

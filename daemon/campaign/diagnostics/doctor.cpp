@@ -12,11 +12,6 @@
 namespace weft::daemon {
 namespace {
 
-double configured_rate_hz(const DeviceEntry& entry, const recipes::RigLimits& limits) {
-  if (entry.role == "wrench") return limits.wrench_rate_hz;
-  return entry.role == "taxels" ? limits.taxel_rate_hz_of(entry.name) : 0;
-}
-
 void name_devices(const RigFile& rig, const recipes::RigLimits& limits, DoctorReport& report) {
   for (const DeviceEntry& entry : rig.devices) {
     DeviceReport device;
@@ -24,7 +19,7 @@ void name_devices(const RigFile& rig, const recipes::RigLimits& limits, DoctorRe
     device.role = entry.role;
     device.driver = entry.driver;
     device.link = link_text(entry.link);
-    device.configured_rate_hz = configured_rate_hz(entry, limits);
+    device.configured_rate_hz = limits.stream_rate_hz(entry.role, entry.name);
     if (const auto source = rig.drivers->source(entry.driver)) device.plugin = source->file;
     report.devices.push_back(std::move(device));
   }

@@ -107,7 +107,7 @@ TEST_CASE("Rates come from the drivers' configuration, that of the stages from t
   if (!two) FAIL(weft::to_string(two.error()));
   CHECK(two->taxel_rate_hz == 50);
   CHECK(two->slowest_taxel_rate_hz() == 40);
-  CHECK(two->taxel_rate_hz_of("b") == 40);
+  CHECK(two->stream_rate_hz("taxels", "b") == 40);
   CHECK(two->taxels == 14);
   CHECK(limits->stage_rate_hz() == 50);
   CHECK_THAT(problems_of(with(rig, "\"rate_hz\": 500", "\"rate_hz\": -1")),
