@@ -1,18 +1,17 @@
 // The page of rigs that differ from the 5-DoF bench: what it draws is what the rig has. SIMULATED.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Daemon, ROOT, WEFT, connected, open_browser, open_page, recipe, says } from './support.mjs';
 
-/** Axes with a stage, whether forces are measured, pads, columns and rows of their picture. */
+/** Rig files of sim/rigs, the others shapes of weft init: axes with a stage, whether forces are measured, pads, columns and rows of their picture. */
 const rigs = {
-  xyz: { axes: ['x', 'y', 'z'], wrench: true, pads: 16, wide: 4, high: 4 },
-  xz: { axes: ['x', 'z'], wrench: true, pads: 16, wide: 4, high: 4 },
-  digital: { axes: ['x', 'y', 'z'], wrench: true, pads: 16, wide: 4, high: 4 },
-  taxels32: { axes: ['x', 'y', 'z'], wrench: true, pads: 32, wide: 8, high: 4 },
+  'emulated-xyz': { axes: ['x', 'y', 'z'], wrench: false, pads: 16, wide: 4, high: 4 },
+  'emulated-xz': { axes: ['x', 'z'], wrench: true, pads: 16, wide: 4, high: 4 },
+  'emulated-digital': { axes: ['x', 'y', 'z'], wrench: true, pads: 16, wide: 4, high: 4 },
+  'emulated-taxels32': { axes: ['x', 'y', 'z'], wrench: true, pads: 32, wide: 8, high: 4 },
   'two-arrays': { axes: ['x', 'y', 'z'], wrench: true, pads: 22, wide: 4 + 0.5 + 3, high: 4 },
-  'no-force-sensor': { axes: ['x', 'y', 'z'], wrench: false, pads: 16, wide: 4, high: 4 },
 };
 
 function small(of) {
@@ -35,11 +34,22 @@ const painted = (page, { wide, high }) => page.evaluate(([columns, rows]) => {
   return { filled, gap: columns % 1 === 0 ? null : alpha(4.25, 0.5), outside: alpha(-0.3, 0.5) };
 }, [wide, high]);
 
+/** A rig file of sim/rigs without its ports, in the time of the simulation. */
+function without_ports(name) {
+  const rig = JSON.parse(readFileSync(join(ROOT, 'sim/rigs', `${name}.json`), 'utf8'));
+  rig.bench = 'simulated';
+  for (const device of rig.devices) device.link = { kind: 'memory' };
+  delete rig.simulation.console;
+  for (const table of ['fabrics', 'fidelity']) rig.simulation[table] = join(ROOT, 'sim', `${table}.json`);
+  return JSON.stringify(rig);
+}
+
 async function look_at(name, of) {
   const daemon = new Daemon();
   try {
     daemon.rig = join(daemon.folder, `${name}.json`);
-    execFileSync(WEFT, ['init', daemon.rig, '--simulated', name], { cwd: ROOT });
+    if (name.startsWith('emulated-')) writeFileSync(daemon.rig, without_ports(name));
+    else execFileSync(WEFT, ['init', daemon.rig, '--simulated', name], { cwd: ROOT });
     writeFileSync(join(daemon.folder, 'recipes', 'small.json'), JSON.stringify(small(of)));
     mkdirSync(join(daemon.folder, 'data'), { recursive: true });
     await daemon.begin('--pace', '4');

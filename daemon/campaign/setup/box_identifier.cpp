@@ -128,8 +128,7 @@ void BoxIdentifier::finish() {
         std::string(", name it: --netft ") + place_.place);
   if (found_.kind != DeviceKind::net_ft || found_.http) return;
   found_.notes.emplace_back(
-      "its pages could not be read: 1000000 counts per newton are assumed, its serial number is "
-      "not known");
+      "its pages could not be read: its counts per newton and its serial number are not known");
 }
 
 }  // namespace weft::daemon
