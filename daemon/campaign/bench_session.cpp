@@ -346,9 +346,9 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
     const DeviceEntry& device = rig.devices[i];
     const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
     if (!sent_hz) continue;
-    const double told_hz = limits.stream_rate_hz(device.role, device.name);
-    if (told_hz == 0) continue;  // a role that its samples do not fill: found when they come
-    const double average_hz = told_hz * records_per_sample(device);
+    const double configured_hz = limits.stream_rate_hz(device.role, device.name);
+    if (configured_hz == 0) continue;  // a role that its samples do not fill: found when they come
+    const double average_hz = configured_hz * records_per_sample(device);
     if (std::abs(average_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "/devices/" + std::to_string(i) + "/config/rate_hz",
