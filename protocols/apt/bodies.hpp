@@ -198,8 +198,8 @@ struct BowIndex {
   bool operator==(const BowIndex&) const = default;
 };
 
-/// PMDPROFILEMODEPARAMS of brushless drives, 12 bytes: their BOWINDEX. From memory of APT issues
-/// after the one at hand; no unit was tried.
+/// PMDPROFILEMODEPARAMS, 12 bytes: what BOWINDEX is to steppers, for brushless drives. From memory:
+/// the issue of the APT document at hand does not have it, and no unit was tried.
 struct ProfileMode {
   std::uint16_t channel = 1;
   std::uint16_t mode = 0;  ///< 0 trapezoidal, 2 S-curve

@@ -59,7 +59,8 @@ std::string file_holders(const std::vector<fs::path>& files) {
     std::istringstream words(line);
     std::string number, kind, mode, access, pid, place;
     words >> number >> kind >> mode >> access >> pid >> place;
-    if (kind == "->" || pid == self || pid.starts_with('-') || place.empty()) continue;  // waits
+    const bool waits = kind == "->", has_process = !pid.empty() && !pid.starts_with('-');
+    if (waits || !has_process || pid == self || place.empty()) continue;
     if (places.contains(place)) holders.insert(process_text(pid));
     if (inodes.contains(inode_of(place))) by_inode.insert(process_text(pid));
   }
