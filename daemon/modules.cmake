@@ -113,11 +113,12 @@ file(READ recipes/schema/recipe.schema.json WEFT_RECIPE_SCHEMA)
 configure_file(daemon/service/methods/recipe_schema.cpp.in ${CMAKE_BINARY_DIR}/recipe_schema.cpp @ONLY)
 target_sources(weft_daemon_service_methods PRIVATE ${CMAKE_BINARY_DIR}/recipe_schema.cpp)
 
-# The page is built in as well, with the charting library that Debian has (docs/adr/0003).
+# The page is built in as well, with the libraries for charts and text that Debian has (docs/adr/0003).
 find_path(DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs NO_DEFAULT_PATH REQUIRED DOC "libjs-dygraphs: run script/bootstrap")
+find_path(CODEMIRROR lib/codemirror.js PATHS /usr/share/javascript/codemirror NO_DEFAULT_PATH REQUIRED DOC "libjs-codemirror: run script/bootstrap")
 file(GLOB_RECURSE web_page CONFIGURE_DEPENDS daemon/service/web/page/*)
 add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/web_files_built_in.cpp
-                   COMMAND ${CMAKE_COMMAND} -DPAGE=${PROJECT_SOURCE_DIR}/daemon/service/web/page -DLIBRARY=${DYGRAPHS}
+                   COMMAND ${CMAKE_COMMAND} -DPAGE=${PROJECT_SOURCE_DIR}/daemon/service/web/page -DDYGRAPHS=${DYGRAPHS} -DCODEMIRROR=${CODEMIRROR}
                            -DOUT=${CMAKE_BINARY_DIR}/web_files_built_in.cpp -P ${PROJECT_SOURCE_DIR}/daemon/service/web/embed.cmake
                    DEPENDS ${web_page} ${DYGRAPHS}/dygraph.min.js daemon/service/web/embed.cmake VERBATIM)
 target_sources(weft_daemon_service_transport PRIVATE ${CMAKE_BINARY_DIR}/web_files_built_in.cpp)

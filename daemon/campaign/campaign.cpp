@@ -78,7 +78,6 @@ class Run {
         RunForecast(PlannedTime::of(*plan_, history.from.first_trial, session_->real_time()));
     complete_ = history.complete;
     rejected_ = history.rejected;
-    if (hooks_->frame_sampler != nullptr) hooks_->frame_sampler->begin();
     ended_early_ = history.ended_early;
     TrialRecording recording(recorder, *plan_);
     log_.journal_to(&recording);
@@ -92,13 +91,15 @@ class Run {
       errors_.trial_done(done.trial, whole, session_->loop().now(), recording);
       notify(done, force, recording);
     };
-    hooks.trial_begun = [this](std::size_t trial) { live_.begin(trial); };
+    hooks.trial_begun = [this](std::size_t trial) { begin_trial(trial); };
     hooks.sensed = [&](const Sample& sample, Phase phase) {
-      if (hooks_->frame_sampler != nullptr) hooks_->frame_sampler->on_sample(sample);
+      if (hooks_->frame_sampler != nullptr && !is_replaying_)
+        hooks_->frame_sampler->on_sample(sample, phase);
       vote(sample, phase, recording);
     };
     hooks.slid_enough = [this] { return live_.slid_enough(); };
     Supervisor supervisor(*plan_, session_->loop(), session_->bench(), recording, std::move(hooks));
+    is_replaying_ = history.replayed > 0;
     supervisor.start(history.from);
     session_->run_until([&] {
       if (signalled(*hooks_) && !std::exchange(stopping_, true)) abort(supervisor, recording);
@@ -106,7 +107,8 @@ class Run {
       publish_step(supervisor);
       if (auto notice = recorder.take_notice())
         log_.add({session_->loop().now(), LogLevel::warning, "recorder", std::move(*notice)});
-      if (supervisor.state().trial >= history.replayed) publish_live_frame();
+      is_replaying_ = supervisor.state().trial < history.replayed;
+      if (!is_replaying_) publish_live_frame();
       apply_pending_faults(supervisor, recording, history.replayed);
       apply_pending_orders(supervisor, recording, history.replayed);
       return supervisor.result().has_value();
@@ -139,6 +141,13 @@ class Run {
       forecast_.skip_prompt(supervisor.requested()->prompt);
       supervisor.request(recipes::OperatorConfirmed{supervisor.requested()->ticket});
     }
+  }
+
+  void begin_trial(std::size_t trial) {
+    live_.begin(trial);
+    if (hooks_->frame_sampler == nullptr) return;
+    const recipes::TrialSpec& spec = plan_->trials[trial];
+    hooks_->frame_sampler->begin_trial(plan_->explorations[spec.exploration]);
   }
 
   // What is only played again is no news, and nobody waits for it.
@@ -340,6 +349,7 @@ class Run {
   recipes::Ticket last_polled_ = 0;
   RunForecast forecast_;
   bool has_next_prompt_ = false;
+  bool is_replaying_ = false;  ///< trials that are on record
   std::optional<recipes::StepPrompt> next_prompt_;
   std::size_t complete_ = 0;
   std::size_t rejected_ = 0;  ///< takes

@@ -228,6 +228,7 @@ const char taxel_config_schema[] = R"({
     "rows": {"type": "integer", "minimum": 1, "maximum": 64, "description": "the array's shape, as the page draws it; taxels come row by row"},
     "cols": {"type": "integer", "minimum": 1, "maximum": 64, "description": "taxels in a row"},
     "positions_mm": {"x-unit": "mm", "type": "array", "items": {"type": "number", "minimum": -1000, "maximum": 1000}, "description": "in the place of rows and cols: x and y of each taxel from the middle of the face, x1, y1, x2, y2, ..."},
+    "span_counts": {"type": "integer", "minimum": 1, "maximum": 65535, "description": "rise of a taxel over its rest when it is pressed hardest, by calibration: full colour of the page's pad map; nothing is refused by it"},
     "form": {"enum": ["weft", "cpm_udp"], "default": "weft", "description": "weft: serial frames of protocols/taxel; cpm_udp: datagrams of the CPM-Finger's gateway, 16 taxels"},
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
     "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
@@ -269,6 +270,7 @@ Result<TaxelSettings> read_taxel_settings(std::string_view config_json) {
   if (settings.form == TaxelForm::cpm_udp && settings.taxels != protocols::taxel::cpm::taxels)
     config.refuse("taxels", "the CPM-Finger has another number", "16",
                   std::to_string(settings.taxels));
+  config.integer("span_counts", 1, {1, 65535});
   const double rate_hz = config.number("rate_hz", 37, {0.1, 1e4});
   settings.rate_hz = rate_hz;
   settings.watch = from_seconds(config.number("watch_s", 2, {0, 3600}));

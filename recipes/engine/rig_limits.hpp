@@ -28,6 +28,8 @@ struct TaxelArray {
   /// face, from its middle.
   std::size_t rows = 0, cols = 0;
   std::vector<Vec2> places_m;
+  /// Rise of one taxel over its rest at full colour of the page, by calibration; 0: not said.
+  std::uint16_t span_counts = 0;
 };
 
 /// Bounds and constants of one rig.

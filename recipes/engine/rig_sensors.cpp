@@ -38,6 +38,8 @@ void read_array(const json& device, ObjectReader& config, TaxelArray& array, Rig
     array.cols = static_cast<std::size_t>(*cols);
     array.taxels = array.rows * array.cols;
   }
+  if (const auto span = config.integer("span_counts", 1, 65535, Need::optional))
+    array.span_counts = static_cast<std::uint16_t>(*span);
   const json* places = config.array("positions_mm", Need::optional);
   for (std::size_t i = 0; places != nullptr && i + 1 < places->size(); i += 2)
     if ((*places)[i].is_number() && (*places)[i + 1].is_number())

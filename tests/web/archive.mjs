@@ -6,9 +6,10 @@ import { connected, says, see, with_daemon } from './support.mjs';
 
 async function look_up(page, run) {
   await see(page, 'archive');
-  await page.click(`#archive-list button.line:has-text("${run}")`);
-  await says(page, '#archive-one', new RegExp(run));
-  return page.textContent('#archive-one h2');
+  await page.click(`#archive-list a:has-text("${run}")`);
+  await says(page, '#run-head', new RegExp(run));
+  await says(page, '#run-body', /trials/);
+  return page.textContent('#run-head h2');
 }
 
 await with_daemon(async (daemon, open) => {
@@ -24,7 +25,7 @@ await with_daemon(async (daemon, open) => {
   await connected(page);
   const old = await look_up(page, 'R-000001');
   assert.ok(/not known/.test(old) && !/SIMULATED/.test(old), old);
-  await says(page, '#archive-one', /trials\s*not known/);
+  await says(page, '#run-body', /trials\s*not known/);
   assert.match(await look_up(page, 'R-000002'), /SIMULATED/);
-  await says(page, '#archive-one', /trials\s*8 of 8/);
+  await says(page, '#run-body', /trials\s*8 of 8/);
 });

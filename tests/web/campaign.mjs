@@ -52,16 +52,18 @@ async function halt_and_reset(daemon, page) {
 
 async function look_it_up(page) {
   await see(page, 'archive');
-  await page.click('#archive-list button.line >> nth=0');
-  await says(page, '#archive-one', /complete.*SIMULATED|SIMULATED.*complete/);
-  await says(page, '#archive-one', /certificate\.json.*dataset\.h5.*evaluation\.json/);
-  await says(page, '#archive-one', /M1: \d+ % right/);
-  assert.equal(await page.locator('#archive-one table.confusion tbody tr').count(), 2);
-  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#archive-one button:has-text("certificate.json")')]);
+  await page.click('#archive-list a >> nth=0');
+  await says(page, '#run-head', /SIMULATED.*M1: \d+\.\d % right/);
+  await says(page, '#run-body', /outcome\s*complete/);
+  assert.equal(await page.locator('#run-body table.confusion tbody tr').count(), 2);
+  await page.click('#run-tabs a:has-text("Files")');
+  await says(page, '#run-body', /certificate\.json.*dataset\.h5.*evaluation\.json/);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#run-body button:has-text("certificate.json")')]);
   const digest = createHash('sha256').update(readFileSync(await download.path())).digest('hex');
-  const listed = await page.locator('#archive-one tr:has-text("certificate.json") code').textContent();
+  const listed = await page.locator('#run-body tr:has-text("certificate.json") code').textContent();
   assert.ok(digest.startsWith(listed), 'the bytes that are listed');
-  await page.click('#archive-one button:has-text("Verify")');
+  await page.click('#run-tabs a:has-text("Overview")');
+  await page.click('#run-body button:has-text("Verify")');
   await says(page, '#notes', /is what was recorded, byte by byte/);
   await see(page, 'log');
   await says(page, '#log-lines', /token\.added/);
@@ -91,7 +93,7 @@ await with_daemon(async (daemon, open) => {
 
   await start(page, 'small');
   await set_pace(page, 0);
-  await says(page, '#run-facts', /outcome\s*complete\s*cleanup\s*done\s*rig\s*safe.*hand-over\s*done/, 3 * patience_ms);
+  await says(page, '#run-facts', /outcome\s*complete\s*cleanup\s*done\s*rig\s*safe.*evaluation\s*done/, 3 * patience_ms);
   assert.deepEqual(daemon.runs.map((run) => run.outcome), ['aborted', 'complete']);
   await says(page, '#samples-of', /the last of R-00000\d, which is over/);
   await look_it_up(page);

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { connected, desktop, phone, says, see, with_daemon } from './support.mjs';
 
 const axe = readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
-const views = ['live', 'start', 'queue', 'archive', 'log'];
+const views = ['live', 'start', 'edit/small', 'queue', 'archive', 'run/R-000001/overview', 'run/R-000001/report', 'run/R-000001/trials', 'log'];
 
 async function judge(page, what) {
   await page.evaluate(axe);
@@ -19,7 +19,8 @@ async function judge(page, what) {
 
 /** With something in each view. */
 async function fill(page, view) {
-  await see(page, view);
+  if (view.includes('/')) await page.evaluate((address) => { location.hash = address; }, `#${view}`);
+  else await see(page, view);
   if (view === 'start') {
     await page.check('input[value=broken]');
     await says(page, '#checked', /Problems/);
@@ -27,9 +28,15 @@ async function fill(page, view) {
     await says(page, '#checked', /finds nothing wrong/);
   }
   if (view === 'archive') {
-    await page.click('#archive-list button.line >> nth=0');
-    await says(page, '#archive-one', /M1: \d+ % right/);
+    await says(page, '#archive-list', /M1 \d+\.\d %/);
   }
+  if (view === 'run/R-000001/overview') await says(page, '#run-body', /A row is what it was/);
+  if (view === 'run/R-000001/report') await page.waitForSelector('#run-body .report');
+  if (view === 'run/R-000001/trials') {
+    await page.click('#run-body table button >> nth=0');
+    await says(page, '#run-body', /Pads/);
+  }
+  if (view === 'edit/small') await says(page, '#edit-checked', /finds nothing wrong/);
   if (view === 'log') await says(page, '#log-lines', /daemon\.started/);
 }
 

@@ -37,7 +37,7 @@ await with_daemon(async (daemon, open) => {
   mine.end();
   await says(page, '#lease', /Nobody holds the rig/);
   await page.click('#queue-state button');
-  await says(page, '#queue-state', /Paused by .*nothing begins/);
+  await says(page, '#queue-state', /Paused, .*nothing begins/);
   for (const name of ['small', 'people', 'small']) await put_in_line(page, name);
   await see(page, 'queue');
   await says(page, '#queue-list', /R-000001.*R-000002.*R-000003/);

@@ -58,7 +58,7 @@ async function look_at(name, of) {
     await says(page, '#rig-name', new RegExp(`^${name}$`));
     daemon.weft('start', 'small');
     await says(page, '#run-step', /sliding/);
-    await says(page, '#pads-range', /\d+ to \d+ counts in this run/);
+    await says(page, '#pads-range', /0 to \d+ counts above the mean of phase S/);
     const label = await page.getAttribute('#pads', 'aria-label');
     assert.match(label, new RegExp(`^Pad map of ${of.pads} pads`), name);
     assert.equal(label.split(', ').length - 1, of.pads, name);
@@ -69,7 +69,7 @@ async function look_at(name, of) {
     const keys = await page.$$eval('#chart-stages-key li', (items) => items.filter((item) => !item.hidden).map((item) => item.innerText.trim()[0]));
     assert.deepEqual(keys, of.axes, name);
     for (const chart of ['#chart-force', '#chart-torque']) assert.equal(await page.isVisible(chart), of.wrench, `${name}: ${chart}`);
-    if (of.wrench) await says(page, '#chart-force-key li:nth-child(3)', /Fz\s*−?[45]\.\d\d N/);
+    if (of.wrench) await says(page, '#chart-force-key li:nth-child(1)', /Fz\s*−?[45]\.\d\d N/);
     await says(page, '#probe-place', /u \d+\.\d\d, v \d+\.\d\d, height −?\d+\.\d\d mm/);
     assert.deepEqual(page.troubles, [], name);
     if (process.env.WEFT_PICTURES) await page.screenshot({ path: join(process.env.WEFT_PICTURES, `${name}.png`) });

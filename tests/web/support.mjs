@@ -19,6 +19,7 @@ export function recipe(fields) {
 }
 
 export const recipes = {
+  plain: recipe({ name: 'plain', description: 'Two fabrics, four times each.', fabrics: ['denim', 'silk'], repetitions: 4 }), // nothing said of an evaluation
   small: recipe({ name: 'small', fabrics: ['denim', 'silk'], repetitions: 4, hand_over: { from: 'taxels', learner: 'svc', groups: 2 } }),
   broken: recipe({ name: 'broken', fabrics: ['denim', 'tweed'] }),
   people: recipe({ name: 'people', fabrics: ['denim', 'silk'], repetitions: 1,

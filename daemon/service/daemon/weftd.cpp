@@ -172,6 +172,7 @@ api::Services Daemon::services_for(const DaemonOptions& options) {
           .file_background = background_of(file_workers_),
           .files = &files_,
           .pace = &pace_,
+          .frame_sampler = &frame_sampler_,
           .add_token = [this](std::string name, access::Role role, std::int64_t expires_us,
                               std::string user) -> Result<std::string> {
             if (own_ != nullptr)

@@ -47,15 +47,15 @@ json plan_json(const recipes::Plan& plan) {
           {"envelope", envelope_json(plan.forecast)},
           {"force_min_n", force ? json(force->min) : json()},
           {"force_max_n", force ? json(force->max) : json()},
+          {"data_bytes", plan.forecast.bytes},
           {"bytes", disk_forecast(plan)}};
 }
 
-/// As the recipe declares them; empty where it has none, or cannot be read.
-json declared_parameters(const fs::path& file) {
+/// Null where it cannot be read or is no JSON object.
+json read_document(const fs::path& file) {
   const auto text = read_text_file(file, recipes::max_recipe_bytes);
-  const auto document = text ? parse_json(*text, {}) : Result<json>(pass(text.error()));
-  if (!document || !document->is_object()) return json::object();
-  return document->value("parameters", json::object());
+  auto document = text ? parse_json(*text, {}) : Result<json>(pass(text.error()));
+  return document && document->is_object() ? std::move(*document) : json();
 }
 
 /// Reads each recipe: on another thread.
@@ -70,17 +70,36 @@ Outcome listed(const fs::path& folder) {
                     .what = "cannot read the recipe folder",
                     .got = error.message()});
   std::sort(names.begin(), names.end());
-  json parameters = json::object();
-  for (const std::string& name : names)
-    if (json declared = declared_parameters(folder / (name + ".json")); !declared.empty())
+  json parameters = json::object(), descriptions = json::object();
+  for (const std::string& name : names) {
+    const json document = read_document(folder / (name + ".json"));
+    if (document.is_null()) continue;
+    if (json declared = document.value("parameters", json::object()); !declared.empty())
       parameters[name] = std::move(declared);
-  return format_text({{"recipes", std::move(names)}, {"parameters", std::move(parameters)}});
+    if (document.contains("description")) descriptions[name] = document["description"];
+  }
+  return format_text({{"recipes", std::move(names)},
+                      {"parameters", std::move(parameters)},
+                      {"descriptions", std::move(descriptions)}});
 }
 
 // On the server's thread: a client that has shut down its side after its last request, as nc does,
 // gets no answer that comes later.
 Outcome list_recipes(const Services& services, const Call&) {
   return listed(services.recipes);
+}
+
+/// The file as it is, also one that recipe.check refuses.
+Outcome get(const Services& services, const Call& call) {
+  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  if (!file) return refused(file.error());
+  const auto text = read_text_file(*file, recipes::max_recipe_bytes);
+  if (!text) return refused(text.error());
+  const auto document = parse_json(*text, {});
+  return format_text({{"recipe", file->stem().string()},
+                      {"text", *text},
+                      {"content", document ? json(*document) : json()},
+                      {"file_digest", "sha256:" + sha256_hex(*text)}});
 }
 
 json problems_json(const std::vector<FileProblem>& list) {
@@ -109,14 +128,33 @@ Outcome checked(const CampaignRequest& request, const fs::path& data) {
   return format_text(out);
 }
 
+/// Errors: invalid_argument.
+Result<std::string> plain_name(std::string name) {
+  constexpr std::size_t longest = 100;
+  if (name.ends_with(".json")) name.resize(name.size() - 5);
+  if (recipes::is_name(name, longest)) return name;
+  return pass(bad_param("recipe", "not a recipe's name",
+                        "1 to 100 letters, digits, '-', '_' and '.', the first none of -.",
+                        recipes::clipped(name)));
+}
+
 // A model may have hundreds of megabytes, and a halt does not wait for them.
 void check(const Services& services, const Call& call, const Responder& respond) {
-  const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
+  const bool is_given = call.params.contains("content");
+  const std::string name = call.params.at("recipe").get<std::string>();
+  Result<fs::path> file = fs::path();
+  if (is_given) {
+    const auto plain = plain_name(name);
+    file = plain ? Result<fs::path>(services.recipes / (*plain + ".json")) : pass(plain.error());
+  } else {
+    file = recipe_file(services, name);
+  }
   if (!file) return respond(refused(file.error()));
   const auto seed = read_seed(call);
   if (!seed) return respond(refused(seed.error()));
   CampaignRequest request{*file, services.rig, {}, *seed};
   request.parameters_json = read_parameters(call);
+  if (is_given) request.recipe_text = call.params.at("content").dump(2) + "\n";
   answer_in_background(
       services.background, respond,
       [request = std::move(request), data = services.data] { return checked(request, data); });
@@ -131,14 +169,16 @@ struct Offered {
   std::optional<std::string> replaces;  ///< digest of what is there, as the caller knows it
 };
 
-/// Errors: invalid_argument.
-Result<std::string> plain_name(std::string name) {
-  constexpr std::size_t longest = 100;
-  if (name.ends_with(".json")) name.resize(name.size() - 5);
-  if (recipes::is_name(name, longest)) return name;
-  return pass(bad_param("recipe", "not a recipe's name",
-                        "1 to 100 letters, digits, '-', '_' and '.', the first none of -.",
-                        recipes::clipped(name)));
+/// As it was typed, or as JSON is written. Errors: invalid_argument.
+Result<std::string> read_offered_text(const Call& call) {
+  const bool is_text = call.params.contains("text");
+  if (is_text == call.params.contains("content"))
+    return pass(bad_param("content", "a recipe is given once", "content or text",
+                          is_text ? "both" : "neither"));
+  if (!is_text) return call.params.at("content").dump(2) + "\n";
+  std::string text = call.params.at("text").get<std::string>();
+  if (const auto read = parse_json(text, {}); !read) return pass(read.error(), "/params/text");
+  return text;
 }
 
 /// Everything that recipe.check refuses; the first of it is told. Errors: as told.
@@ -232,8 +272,10 @@ void put(const Services& services, const Call& call, const Responder& respond) {
                             .hint = "Its folder is the recipe's own: write the file there"}));
   auto name = plain_name(call.params.at("recipe").get<std::string>());
   if (!name) return respond(refused(name.error()));
+  auto text = read_offered_text(call);
+  if (!text) return respond(refused(text.error()));
   Offered offered{std::move(*name),
-                  call.params.at("content").dump(2) + "\n",
+                  std::move(*text),
                   by(call.caller),
                   read_parameters(call),
                   {}};
@@ -261,25 +303,33 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group.read("recipe.list", "list the recipes of the daemon's folder", {},
              "recipes (names), parameters (by recipe, as it declares them; recipes with none are "
-             "left out)",
+             "left out), descriptions (by recipe, likewise)",
              list_recipes);
+  group.read("recipe.get", "a recipe of the daemon's folder as it is written",
+             {{"recipe", ParamType::text, true, "its name"}},
+             "recipe, text, content (the same as JSON; null where it is none), file_digest", get);
   group.read(
       "recipe.schema", "JSON Schema of a recipe", {}, "a JSON Schema of draft 2020-12 with x-unit",
       [](const Services&, const Call&) { return format_text(json::parse(recipe_schema_json())); });
   group.read("recipe.check", "everything that would be refused, before anything moves",
              {{"recipe", ParamType::text, true, "its name"},
               {"seed", ParamType::integer, false, "in place of the recipe's"},
-              parameters_param},
+              parameters_param,
+              {"content", ParamType::object, false,
+               "a recipe that is in no file yet, in place of that of the folder"}},
              "ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan "
              "(eta_s with the people_s that people need, asks, next_attention, "
-             "envelope of each stage with its margin), problems of the recipe, the rig file and "
+             "envelope of each stage with its margin, data_bytes of the samples, bytes that must be "
+             "free on the disk for them with what is kept in reserve), problems of the recipe, the rig file and "
              "the bench put together dry: file, where, message, expected, got, hint; warnings, "
              "disk_ok",
              check);
   group.change("recipe.put", "puts a recipe that recipe.check accepts into the daemon's folder",
                Role::engineer,
                {{"recipe", ParamType::text, true, "its name"},
-                {"content", ParamType::object, true, "the recipe; see recipe.schema"},
+                {"content", ParamType::object, false, "the recipe; see recipe.schema"},
+                {"text", ParamType::text, false,
+                 "the recipe as text, written as it is; in the place of content"},
                 {"if_digest", ParamType::text, false,
                  "file_digest of the one that it replaces; needed where there is one"},
                 {"parameters", ParamType::object, false,

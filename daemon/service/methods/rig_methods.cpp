@@ -95,6 +95,14 @@ json shape_of(const recipes::RigLimits& rig) {
   return {{"arrays", std::move(arrays)}};
 }
 
+/// Of the array that rises most; null where the rig file does not say.
+json span_of(const recipes::RigLimits& rig) {
+  std::uint16_t most = 0;
+  for (const recipes::TaxelArray& array : rig.taxel_arrays)
+    most = std::max(most, array.span_counts);
+  return most > 0 ? json(most) : json();
+}
+
 Outcome describe_rig(const Services& services, const Call&) {
   const auto opened = open_rig(services.rig, {});
   if (!opened) return refused(opened.error());
@@ -115,6 +123,7 @@ Outcome describe_rig(const Services& services, const Call&) {
                       {"clearance_m", rig.clearance_m},
                       {"taxels", rig.taxels},
                       {"taxel_shape", shape_of(rig)},
+                      {"taxel_span_counts", span_of(rig)},
                       {"fabrics", rig.fabrics}});
 }
 
@@ -366,8 +375,8 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
       "the caps are null), force_cap_n, torque_cap_nm, travel by axis, fixed: where axes "
       "without a stage stand; plate: origin, size, surface_z_m; footprint of the probe, "
       "clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated; of several "
-      "arrays: arrays, each with device, taxels and shape), "
-      "fabrics",
+      "arrays: arrays, each with device, taxels and shape), taxel_span_counts (full colour of a "
+      "pad map; null: not stated), fabrics",
       describe_rig);
   group.read("device.list", "the rig's devices, as its file has them", {},
              "rig, bench, devices: device, role, driver, link", list_devices);

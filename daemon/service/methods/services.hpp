@@ -63,6 +63,7 @@ struct Services {
   BackgroundTask file_background;  ///< on a thread of its own again, the only one that uses `files`
   DataFiles* files = nullptr;      ///< the data sets' files
   BenchPace* pace = nullptr;       ///< of a simulated bench
+  const LiveFrameSampler* frame_sampler = nullptr;
   server::Sessions* sessions = nullptr;
   /// A new token, kept. Errors: TokenFile's.
   std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us,
@@ -87,6 +88,7 @@ void add_queue_methods(rpc::Methods& methods, const Services& services);
 void add_rig_methods(rpc::Methods& methods, const Services& services);
 void add_data_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
+void add_sample_methods(rpc::Methods& methods, const Services& services);
 void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_session_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);

@@ -58,48 +58,7 @@ void inject_fault(const Services& services, const Call& call, bool ends, const R
                                      });
 }
 
-json of_axes(const recipes::Joints& joints, bool linear, double per_unit) {
-  json out = json::object();
-  for (const recipes::Axis axis : recipes::all_axes)
-    if (recipes::is_linear(axis) == linear) out[to_string(axis)] = joints[axis] * per_unit;
-  return out;
-}
-
-json force_json(const LiveFrame& frame) {
-  const WrenchSample& now = *frame.wrench;
-  return {{"fx_n", now.force_n[0]},       {"fy_n", now.force_n[1]},     {"fz_n", now.force_n[2]},
-          {"tx_nm", now.torque_nm[0]},    {"ty_nm", now.torque_nm[1]},  {"tz_nm", now.torque_nm[2]},
-          {"fz_min_n", frame.least_fz_n}, {"fz_max_n", frame.most_fz_n}};
-}
-
-void publish(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us) {
-  constexpr double mm_per_m = 1e3;
-  constexpr double deg_per_rad = 57.29577951308232;
-  const auto notify = [&](std::string_view topic, json delta) {
-    delta["run"] = run;
-    delta["by"] = "auto:run";
-    delta["bench_s"] = frame.bench_s;
-    hub.pass_on(topic, delta, t_us);
-  };
-  if (frame.wrench) notify("stream:force", force_json(frame));
-  if (frame.joints)
-    notify("stream:stages", {{"position_mm", of_axes(*frame.joints, true, mm_per_m)},
-                             {"angle_deg", of_axes(*frame.joints, false, deg_per_rad)}});
-  if (!frame.taxels.empty()) notify("stream:taxels", {{"counts", frame.taxels}});
-}
-
 }  // namespace
-
-void publish_samples(server::Hub& hub, LiveFrameSampler& sampler, const runs::RunManager& manager,
-                     std::int64_t t_us) {
-  const bool wanted =
-      hub.wanted("stream:force") || hub.wanted("stream:stages") || hub.wanted("stream:taxels");
-  sampler.set_active(wanted);
-  if (!wanted) return;
-  const auto run = manager.active();
-  const auto frame = sampler.take();
-  if (run && frame) publish(hub, *frame, *run, t_us);
-}
 
 void add_sim_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);

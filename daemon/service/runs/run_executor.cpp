@@ -85,6 +85,7 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
   CampaignHooks hooks;
   hooks.orders = &*orders_;
   hooks.frame_sampler = context_.frame_sampler;
+  if (hooks.frame_sampler != nullptr) hooks.frame_sampler->begin(run_id(*run_));
   hooks.pace = context_.pace;
   hooks.place = context_.place.get();
   hooks.rig_acquired = [this] { return acquire_rig(); };

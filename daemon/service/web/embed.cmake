@@ -1,4 +1,4 @@
-# Writes the page's files into one C++ source: cmake -DPAGE=FOLDER -DLIBRARY=FOLDER -DOUT=FILE -P embed.cmake
+# Writes the page's files into one C++ source: cmake -DPAGE=FOLDER -DDYGRAPHS=FOLDER -DCODEMIRROR=FOLDER -DOUT=FILE -P embed.cmake
 # Each file is an array of bytes; "/" is index.html, all others have the name that they have in FOLDER.
 file(GLOB_RECURSE names RELATIVE ${PAGE} ${PAGE}/*)
 list(SORT names)
@@ -32,8 +32,11 @@ endfunction()
 foreach(name ${names})
   embed(${PAGE}/${name} ${name})
 endforeach()
-embed(${LIBRARY}/dygraph.min.js lib/dygraph.min.js)
-embed(${LIBRARY}/dygraph.min.css lib/dygraph.min.css)
+embed(${DYGRAPHS}/dygraph.min.js lib/dygraph.min.js)
+embed(${DYGRAPHS}/dygraph.min.css lib/dygraph.min.css)
+embed(${CODEMIRROR}/lib/codemirror.js lib/codemirror.js)
+embed(${CODEMIRROR}/lib/codemirror.css lib/codemirror.css)
+embed(${CODEMIRROR}/mode/javascript/javascript.js lib/codemirror-javascript.js)
 
 file(WRITE ${OUT} "#include \"daemon/service/web/web_files.hpp\"
 

@@ -27,21 +27,13 @@ TimePoint at(Duration since) {
 
 }  // namespace
 
-TEST_CASE("nobody looks: nothing is kept") {
-  LiveFrameSampler frame_sampler;
-  frame_sampler.on_sample(pressed(5));
-  frame_sampler.show({}, at(1s));
-  CHECK_FALSE(frame_sampler.take());
-}
-
 TEST_CASE("a frame has the newest of each and the extremes of the normal force since the last") {
   LiveFrameSampler frame_sampler;
-  frame_sampler.set_active(true);
   const std::vector<std::uint16_t> counts{7, 8, 9};
   Sample frame;
   frame.value = TaxelSample{counts, 0, 0, 0};
-  frame_sampler.on_sample(frame);
-  for (const double fz_n : {5.0, 6.5, 4.0, 5.2}) frame_sampler.on_sample(pressed(fz_n));
+  frame_sampler.on_sample(frame, Phase::none);
+  for (const double fz_n : {5.0, 6.5, 4.0, 5.2}) frame_sampler.on_sample(pressed(fz_n), Phase::none);
   Snapshot seen;
   seen.stage[0].position = 0.03;
   for (auto& known : seen.stage_at) known = at(0s);
@@ -59,7 +51,7 @@ TEST_CASE("a frame has the newest of each and the extremes of the normal force s
   CHECK((*shown->joints)[recipes::Axis::x] == 0.03);
   CHECK_FALSE(frame_sampler.take());
 
-  frame_sampler.on_sample(pressed(3.0));
+  frame_sampler.on_sample(pressed(3.0), Phase::none);
   frame_sampler.show(seen, at(4s));
   const auto next = frame_sampler.take();
   REQUIRE(next);
@@ -70,42 +62,68 @@ TEST_CASE("a frame has the newest of each and the extremes of the normal force s
 
 TEST_CASE("stages that have not all told where they are are not shown") {
   LiveFrameSampler frame_sampler;
-  frame_sampler.set_active(true);
-  frame_sampler.on_sample(pressed(1));
+  frame_sampler.on_sample(pressed(1), Phase::none);
   frame_sampler.show({}, at(1s));
   const auto shown = frame_sampler.take();
   REQUIRE(shown);
   CHECK_FALSE(shown->joints);
 }
 
-TEST_CASE("who looks away is shown nothing old on coming back") {
+TEST_CASE("of every 0.2 s there is a row, with its phase and the set point") {
+  recipes::Exploration exploration;
+  exploration.phases.resize(1);
+  exploration.phases[0].phase = Phase::press;
+  exploration.phases[0].force_n = 5;
+  exploration.phases[0].force_band_n = 0.25;
   LiveFrameSampler frame_sampler;
-  frame_sampler.set_active(true);
-  frame_sampler.on_sample(pressed(1));
+  frame_sampler.begin("R-000007");
+  frame_sampler.begin_trial(exploration);
+  for (int k = 0; k <= 20; ++k) {  // every 0.05 s; frames are not taken
+    frame_sampler.on_sample(pressed(k), k < 10 ? Phase::rest : Phase::press);
+    frame_sampler.show({}, at(k * 50ms));
+  }
+  const LiveHistory history = frame_sampler.history(-1);
+  CHECK(history.run == "R-000007");
+  REQUIRE(history.rows.size() == 6);
+  CHECK(history.rows[1].bench_s == 0.2);
+  CHECK(history.rows[1].least_fz_n == 1);
+  CHECK(history.rows[1].most_fz_n == 4);
+  CHECK(history.rows[1].force_n == 0);
+  CHECK(history.rows[3].phase == Phase::press);
+  CHECK(history.rows[3].force_n == 5);
+  CHECK(history.rows[3].force_band_n == 0.25);
+  CHECK(frame_sampler.history(0.4).rows.size() == 3);
+  frame_sampler.begin("R-000008");
+  CHECK(frame_sampler.history(-1).rows.empty());
+}
+
+TEST_CASE("counts come with their mean in the newest phase S") {
+  LiveFrameSampler frame_sampler;
+  const auto feel = [&](std::uint16_t first, Phase phase) {
+    const std::vector<std::uint16_t> counts{first, 100};
+    Sample frame;
+    frame.value = TaxelSample{counts, 0, 0, 0};
+    frame_sampler.on_sample(frame, phase);
+  };
+  feel(900, Phase::rest);
+  feel(500, Phase::none);
+  feel(10, Phase::rest);
+  feel(13, Phase::rest);
+  feel(80, Phase::motion);
   frame_sampler.show({}, at(1s));
-  frame_sampler.on_sample(pressed(9));
-  frame_sampler.set_active(false);
-  frame_sampler.set_active(true);
-  CHECK_FALSE(frame_sampler.take());
-  frame_sampler.show({}, at(9s));
-  auto shown = frame_sampler.take();
+  const auto shown = frame_sampler.take();
   REQUIRE(shown);
-  CHECK(shown->bench_s == 9);
-  CHECK_FALSE(shown->wrench);
-  frame_sampler.on_sample(pressed(2));
-  frame_sampler.show({}, at(10s));
-  shown = frame_sampler.take();
-  REQUIRE(shown);
-  CHECK(shown->most_fz_n == 2);
+  CHECK(shown->taxels == std::vector<std::uint16_t>{80, 100});
+  CHECK(shown->rest_counts == std::vector{11.5, 100.0});
+  CHECK(frame_sampler.history(-1).rows.back().rest_counts == shown->rest_counts);
 }
 
 TEST_CASE("a run's first frame has nothing of the run before it") {
   LiveFrameSampler frame_sampler;
-  frame_sampler.set_active(true);
-  frame_sampler.on_sample(pressed(9));
+  frame_sampler.on_sample(pressed(9), Phase::none);
   frame_sampler.show({}, at(1s));
-  frame_sampler.on_sample(pressed(8));
-  frame_sampler.begin();
+  frame_sampler.on_sample(pressed(8), Phase::none);
+  frame_sampler.begin("R-000001");
   CHECK_FALSE(frame_sampler.take());
   frame_sampler.show({}, at(2s));
   const auto shown = frame_sampler.take();

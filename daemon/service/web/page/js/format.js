@@ -36,9 +36,30 @@ export function fixed(value, digits) {
   return Number.isFinite(value) ? value.toFixed(digits).replace('-', '−') : '–';
 }
 
-export const percent = (share) => `${(100 * share).toFixed(share > 0 && share < 0.1 ? 1 : 0)} %`;
+export const percent = (share, digits = share > 0 && share < 0.1 ? 1 : 0) => `${(100 * share).toFixed(digits)} %`;
 
 /** "awaiting_operator" as words. */
 export const words = (name) => String(name ?? '').replaceAll('_', ' ').replaceAll('-', ' ');
 
 export const plural = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one : many}`;
+
+// Rules of the daemon that change something by themselves.
+const rules = {
+  run: 'by itself: the run went on', deadline: 'by itself: a deadline passed', time: 'by itself: its time came', queue: 'by itself: its turn in the queue',
+  recipe: 'by itself: the recipe says so', hand_over: 'by itself: the evaluation', live_vote: 'by itself: the live vote was sure', repeat_bad: 'by itself: the trial was bad',
+  restart: 'by itself: the daemon was started again', daemon: 'by itself: the daemon', shutdown: 'by itself: the daemon ended', disk: 'by itself: the disk is too full',
+  rig_file: 'by itself: the rig file cannot be used', halted: 'by itself: the rig was halted', failed: 'by itself: a run failed', stopped: 'by itself: a run was stopped',
+  aborted: 'by itself: a run was aborted', interrupted: 'by itself: a run was cut short', reset: 'by itself: the rig was reset', folder: 'by itself: found in its folder',
+  several: 'several addresses', clock: 'by itself: a clock', notify: 'by itself: notifications', maintenance: 'by itself: maintenance',
+};
+
+/** "h-72 (root)" as who and from where, "auto:run" as what: for people; the journal has the names of sessions. */
+export function who_text(by) {
+  if (!by) return '–';
+  const [, rule] = /^auto:(.*)$/.exec(by) ?? [];
+  if (rule) return rules[rule] ?? `by itself: ${words(rule)}`;
+  const [, kind, user] = /^([hs])-\d+ \((.*)\)$/.exec(by) ?? [];
+  if (!user) return by;
+  const who = user.startsWith('token:') ? `${user.slice(6)} (token)` : user;
+  return `${who}, ${kind === 'h' ? 'page or HTTP' : 'terminal or program'}`;
+}

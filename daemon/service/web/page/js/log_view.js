@@ -1,7 +1,7 @@
 // The daemon's journal: who did what, when. The newest first; older lines are asked for.
 import { byId, el, table } from './dom.js';
 import { attempt } from './dialog.js';
-import { clock, words } from './format.js';
+import { clock, who_text, words } from './format.js';
 
 const page_lines = 100;
 const longest = 160;
@@ -38,7 +38,7 @@ export class Latest {
 
   #line({ t_us, run, kind, by, data }) {
     const state = data?.state ?? data?.rig ?? data?.outcome;
-    return el('li', {}, el('span', { class: 'quiet figure' }, clock(t_us)), ` ${run} ${words(kind)}${state ? `: ${words(state)}` : ''} `, el('span', { class: 'quiet' }, by));
+    return el('li', {}, el('span', { class: 'quiet figure' }, clock(t_us)), ` ${run} ${words(kind)}${state ? `: ${words(state)}` : ''} `, el('span', { class: 'quiet' }, who_text(by)));
   }
 }
 
@@ -57,7 +57,7 @@ export class LogView {
     const kind = byId('log-kind').value.trim();
     const lines = await attempt(() => this.#lines(run, kind));
     if (!lines) return;
-    const rows = lines.reverse().map((line) => [clock(line.t_us), line.run || '–', line.kind, line.by || '–', data_text(line.data)]);
+    const rows = lines.reverse().map((line) => [clock(line.t_us), line.run || '–', line.kind, who_text(line.by), data_text(line.data)]);
     byId('log-lines').replaceChildren(rows.length ? table('Journal, the newest first', ['time', 'run', 'kind', 'by', 'what'], rows)
       : el('p', { class: 'quiet' }, 'No such lines.'));
   }

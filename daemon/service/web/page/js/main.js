@@ -2,6 +2,7 @@
 import { Api } from './api.js';
 import { ArchiveView } from './archive_view.js';
 import { show_charts } from './charts.js';
+import { CompareView } from './compare_view.js';
 import { byId, say } from './dom.js';
 import { begin_frames } from './frame.js';
 import { Halt } from './halt.js';
@@ -13,8 +14,10 @@ import { Pace } from './pace.js';
 import { People } from './people.js';
 import { ProbeView } from './probe.js';
 import { QueueView } from './queue_view.js';
+import { RecipeEditor } from './recipe_editor.js';
 import { RigPanel } from './rig_panel.js';
 import { RunPanel } from './run_panel.js';
+import { RunView } from './run_view.js';
 import { Samples } from './samples.js';
 import { ask_for_token, forget_token, token_at_start } from './session.js';
 import { StartView } from './start_view.js';
@@ -25,7 +28,9 @@ import { Vote } from './vote.js';
 const topics = ['run:*', 'rig', 'queue', 'lease:*', 'vote:*', 'stream:force', 'stream:stages', 'stream:taxels'];
 const most_hz = 60;
 const poll_ms = 2000;
-const views = ['live', 'start', 'queue', 'archive', 'log'];
+const gap_ms = 250;
+const views = ['live', 'start', 'edit', 'queue', 'archive', 'run', 'compare', 'log'];
+const beneath = { edit: 'start', run: 'archive', compare: 'archive' }; // views that the row of links has under another's name
 
 class Page {
   #plan_of = '';
@@ -46,8 +51,11 @@ class Page {
     this.people = new People(this.api, this.store, this.lease);
     this.vote = new Vote(this.store);
     this.start = new StartView(this.api, this.store, this.lease);
+    this.editor = new RecipeEditor(this.api, this.store);
     this.queue = new QueueView(this.api, this.store, this.lease);
     this.archive = new ArchiveView(this.api, this.store);
+    this.past = new RunView(this.api, this.store);
+    this.compare = new CompareView(this.api);
     this.log = new LogView(this.api, this.store);
     this.latest = new Latest(this.api, this.store);
     this.probe = new ProbeView(this.samples, this.store);
@@ -56,6 +64,7 @@ class Page {
     this.store.on_change(() => this.#follow());
     this.stream = new Stream(this.api, `mode=latest&max_hz=${most_hz}&topics=${topics.join(',')}`, this);
     setInterval(() => this.#poll(), poll_ms);
+    setInterval(() => { if (this.store.live && !document.hidden) this.#quietly(this.samples.fill_gaps((method, params) => this.api.call(method, params))); }, gap_ms);
     addEventListener('hashchange', () => this.show_view());
     this.show_view();
     begin_frames();
@@ -171,14 +180,17 @@ class Page {
   }
 
   show_view() {
-    const wanted = location.hash.slice(1);
+    const [wanted, ...more] = location.hash.slice(1).split('/').map(decodeURIComponent);
     const name = views.includes(wanted) ? wanted : 'live';
     for (const view of views) {
       byId(`view-${view}`).hidden = view !== name;
       const link = document.querySelector(`nav a[href="#${view}"]`);
-      if (view === name) link.setAttribute('aria-current', 'page');
-      else link.removeAttribute('aria-current');
+      if (view === (beneath[name] ?? name)) link?.setAttribute('aria-current', 'page');
+      else link?.removeAttribute('aria-current');
     }
+    if (name === 'edit' && more[0]) this.editor.open(more[0]);
+    if (name === 'run' && more[0]) this.past.open(...more);
+    if (name === 'compare' && more[1]) this.compare.open(...more);
     if (name === 'log') this.log.refresh();
     if (name === 'archive') this.archive.refresh();
     if (name === 'start') this.#quietly(this.start.refresh());

@@ -42,7 +42,7 @@ export class Pace {
   }
 
   #say() {
-    const runs = this.store.active !== undefined && this.samples.force.rows.length > 10;
+    const runs = this.store.active !== undefined && this.samples.rows.length > 10;
     say(byId('pace-now'), runs ? `${fixed(this.samples.pace, 1)} × now` : '');
   }
 }

@@ -20,7 +20,7 @@ function bench_of(description) {
 export class ProbeView {
   #trail = [];
   #run = '';
-  #row = null;
+  #until_s = -Infinity; // the trail has everything up to then
 
   constructor(samples, store) {
     this.samples = samples;
@@ -38,18 +38,21 @@ export class ProbeView {
     this.above.resized = true;
   }
 
+  /** The trail goes on from its newest point, also with what the daemon tells of before. */
   #learn() {
-    const { stages, run } = this.samples;
-    if (this.#run !== run || stages.rows.length === 0) {
+    const { rows, run } = this.samples;
+    if (this.#run !== run || rows.length === 0) {
       this.#run = run;
       this.#trail = [];
+      this.#until_s = -Infinity;
     }
-    const row = stages.rows.at(-1);
-    if (!row || row === this.#row) return false;
-    this.#row = row;
+    if (rows.length === 0 || rows.at(-1).bench_s < this.#until_s) this.#until_s = -Infinity;
     const bench = bench_of(this.store.description);
-    this.#trail.push({ u: row[1] - bench.origin.x, v: row[2] - bench.origin.y, h: bench.surface - row[3] });
-    if (this.#trail.length > most_points) this.#trail.shift();
+    const fresh = rows.filter((row) => row.bench_s > this.#until_s && typeof row.x_mm === 'number');
+    if (fresh.length === 0) return false;
+    this.#until_s = fresh.at(-1).bench_s;
+    this.#trail.push(...fresh.map((row) => ({ u: row.x_mm - bench.origin.x, v: row.y_mm - bench.origin.y, h: bench.surface - row.z_mm })));
+    this.#trail.splice(0, Math.max(this.#trail.length - most_points, 0));
     return true;
   }
 
@@ -124,9 +127,8 @@ export class ProbeView {
   }
 
   #say() {
-    const row = this.samples.stages_now;
     const now = this.#trail.at(-1);
-    if (!row || !now) return;
+    if (!now) return;
     say(byId('probe-place'), `u ${fixed(now.u, 2)}, v ${fixed(now.v, 2)}, height ${fixed(now.h, 2)} mm`);
   }
 }

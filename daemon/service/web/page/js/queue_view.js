@@ -2,7 +2,7 @@
 // other without seeing it.
 import { byId, button, el, fill } from './dom.js';
 import { attempt } from './dialog.js';
-import { clock, plural } from './format.js';
+import { clock, plural, who_text } from './format.js';
 
 export class QueueView {
   constructor(api, store, lease) {
@@ -26,7 +26,7 @@ export class QueueView {
 
   #state(queue, may) {
     const paused = queue.paused_by !== null && queue.paused_by !== undefined;
-    const text = paused ? `Paused by ${queue.paused_by}: nothing begins until it is started. ` : 'The next in line begins when the rig is free. ';
+    const text = paused ? `Paused, ${who_text(queue.paused_by)}: nothing begins until it is started. ` : 'The next run begins when the rig is free. ';
     const act = paused
       ? button('Start the queue', () => this.#change('queue.start', {}, true), { class: 'main', disabled: !may, 'data-key': 'toggle' })
       : button('Pause the queue', () => this.#change('queue.pause'), { disabled: !may, 'data-key': 'toggle' });
@@ -34,14 +34,14 @@ export class QueueView {
   }
 
   #lines(queue, may) {
-    if (queue.runs.length === 0) return el('p', { class: 'quiet' }, 'Nobody waits.');
+    if (queue.runs.length === 0) return el('p', { class: 'quiet' }, 'No run waits.');
     return el('ol', { class: 'list' }, queue.runs.map((entry, place) => {
       const id = entry.run ?? entry;
       const run = this.store.run(id) ?? entry;
       const act = (text, label, method, more, off = false) => button(text, () => this.#change(method, { run: id, ...more }),
         { 'aria-label': `${label} ${id}`, disabled: !may || off, 'data-key': `${label}-${id}` });
       return el('li', {}, el('span', { class: 'grow' }, el('strong', {}, id), ` ${run.recipe ?? ''} ${run.name ?? ''}`,
-        el('span', { class: 'quiet' }, ` ${run.trials_planned ? plural(run.trials_planned, 'trial') : ''} by ${run.submitted_by ?? '–'}, ${clock(run.created_us)}`)),
+        el('span', { class: 'quiet' }, ` ${run.trials_planned ? plural(run.trials_planned, 'trial') : ''} by ${who_text(run.submitted_by)}, ${clock(run.created_us)}`)),
       act('↑', 'Up', 'queue.move', { place: place - 1 }, place === 0),
       act('↓', 'Down', 'queue.move', { place: place + 1 }, place === queue.runs.length - 1),
       act('Remove', 'Remove', 'queue.remove', {}));

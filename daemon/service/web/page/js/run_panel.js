@@ -2,6 +2,7 @@
 import { byId, button, el, facts, fill, say } from './dom.js';
 import { ask, attempt } from './dialog.js';
 import { clock, duration, plural, words } from './format.js';
+import { accuracy_lines } from './results.js';
 
 const takes_orders = {
   arming: ['stop', 'abort'],
@@ -40,7 +41,7 @@ function hand_over_text(over) {
 
 /** What became of its data after its end: by the daemon, and by others in its folder. */
 export function later_facts({ handover, campaign_since: since }) {
-  const told = [['hand-over', hand_over_text(handover)]];
+  const told = [['evaluation', hand_over_text(handover)]];
   if (!since) return told;
   const whole = since.complete ? ', complete' : '';
   return [...told, ['folder', `${since.trials_done} of ${plural(since.trials_planned, 'repetition')} by now${whole}: gone on with without the daemon`]];
@@ -65,7 +66,7 @@ export class RunPanel {
     this.#progress(run);
     this.#place(run);
     this.#times();
-    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.error, run.dataset_error, run.recovered, run.campaign_since], () => this.#end(run));
+    fill(byId('run-facts'), [run.outcome, run.cleanup, run.rig, run.handover, run.result, run.error, run.dataset_error, run.recovered, run.campaign_since], () => this.#end(run));
     const may = this.store.may_operate && !this.lease.others && this.store.live;
     fill(byId('run-orders'), [run.run, run.state, may], () => this.#orders(run, may));
   }
@@ -106,7 +107,8 @@ export class RunPanel {
 
   #end(run) {
     if (run.state !== 'ended' && run.state !== 'interrupted' && !run.handover) return [];
-    return [run.outcome ? three_facts(run) : null, facts(later_facts(run)), ...problems(run)].filter(Boolean);
+    const result = el('p', {}, el('a', { href: `#run/${run.run}/matrix` }, 'Confusion matrix'), ', ', el('a', { href: `#run/${run.run}/report` }, 'report'), ', ', el('a', { href: `#run/${run.run}` }, 'all of it'));
+    return [...accuracy_lines(run), run.result?.length ? result : null, run.outcome ? three_facts(run) : null, facts(later_facts(run)), ...problems(run)].filter(Boolean);
   }
 
   #orders(run, may) {

@@ -1,73 +1,106 @@
-// The newest minutes of the bench's samples, by the bench's own clock, as the stream brings them.
+// The newest minutes of the bench's samples, by the bench's own clock: as the stream brings them, and as the daemon has
+// them from before the page was there. A gap stays one: what was not told is asked for, and no line is drawn over it.
 
-const most_rows = 1600; // half a minute at the 50 Hz of the stream
+const most_rows = 6000;
 const least_span_s = 20;
 const least_window_s = 10;
 const real_span_s = 30; // of our time, however fast the bench's own goes
+const ask_every_ms = 500;
+const most_asked = 1500;
 
-/** Rows of numbers [bench_s, ...], the oldest first; anew with each run and where the clock goes back. */
-class Rows {
-  rows = [];
-
-  add(row) {
-    if (this.rows.length > 0 && row[0] <= this.rows.at(-1)[0]) this.rows.length = 0;
-    this.rows.push(row);
-    if (this.rows.length > most_rows) this.rows.splice(0, this.rows.length - most_rows);
-  }
-
-  clear() {
-    this.rows.length = 0;
-  }
-}
+/** Further apart than this [s of the bench] two rows have no line between them. */
+export const joined_s = 1;
 
 export const force_names = ['fx_n', 'fy_n', 'fz_n', 'tx_nm', 'ty_nm', 'tz_nm'];
 export const axis_names = ['x', 'y', 'z'];
-
-const number = (value) => (typeof value === 'number' ? value : null);
+const force_columns = [...force_names, 'fz_min_n', 'fz_max_n', 'phase', 'force_n', 'force_band_n'];
 
 export class Samples {
-  force = new Rows();
-  stages = new Rows();
+  rows = []; // {bench_s, fx_n, ..., x_mm, ...}, the oldest first; null or absent: not known
   counts = [];
+  rest_counts = null; // mean of each pad in the newest phase S
   counts_dirty = false;
+  still = []; // frames since each pad's count changed
   run = '';
   #pace = []; // [our ms, bench s]
+  #hole_from = -1; // what came after is asked for; null: nothing lacks
+  #asked_ms = -Infinity;
 
   event({ topic, delta }) {
     if (delta.run !== undefined && delta.run !== this.run) this.#begin(delta.run);
     if (topic === 'stream:force') this.#force(delta);
     if (topic === 'stream:stages') this.#stages(delta);
-    if (topic === 'stream:taxels' && Array.isArray(delta.counts)) this.#taxels(delta);
+    if (topic === 'stream:taxels' && Array.isArray(delta.counts)) this.#taxels(delta.counts, delta.rest_counts);
   }
 
   /** What was before is another run's. */
   #begin(run) {
     this.run = run;
-    this.force.clear();
-    this.stages.clear();
+    this.rows = [];
     this.counts = [];
+    this.rest_counts = null;
+    this.still = [];
     this.counts_dirty = true;
     this.#pace = [];
+    this.#hole_from = -1;
+  }
+
+  /** The row of that time, the newest. */
+  #row(bench_s) {
+    let last = this.rows.at(-1);
+    if (last && bench_s < last.bench_s) this.#begin(this.run);
+    if (last?.bench_s === bench_s) return last;
+    if (last && bench_s - last.bench_s > joined_s && this.#hole_from === null) this.#hole_from = last.bench_s;
+    last = { bench_s };
+    this.rows.push(last);
+    if (this.rows.length > most_rows) this.rows.splice(0, this.rows.length - most_rows);
+    return last;
   }
 
   #force(delta) {
-    this.force.add([delta.bench_s, ...force_names.map((name) => number(delta[name]))]);
+    const row = this.#row(delta.bench_s);
+    for (const name of force_columns) row[name] = delta[name] ?? null;
     this.#pace.push([performance.now(), delta.bench_s]);
     if (this.#pace.length > 240) this.#pace.shift();
   }
 
   #stages(delta) {
-    const at = delta.position_mm ?? {};
-    this.stages.add([delta.bench_s, ...axis_names.map((name) => number(at[name]))]);
+    const row = this.#row(delta.bench_s);
+    for (const axis of axis_names) row[`${axis}_mm`] = delta.position_mm?.[axis] ?? null;
   }
 
-  #taxels(delta) {
-    this.counts = delta.counts;
+  #taxels(counts, rest_counts) {
+    this.still = counts.map((count, at) => (count === this.counts[at] ? (this.still[at] ?? 0) + 1 : 0));
+    this.counts = counts;
+    this.rest_counts = rest_counts ?? null;
     this.counts_dirty = true;
   }
 
-  get stages_now() {
-    return this.stages.rows.at(-1);
+  /** Asks the daemon for what lacks, where something does: `ask(method, params)`. Often called. */
+  async fill_gaps(ask) {
+    if (this.#hole_from === null || performance.now() - this.#asked_ms < ask_every_ms) return;
+    this.#asked_ms = performance.now();
+    const from = this.#hole_from;
+    this.#hole_from = null; // what opens meanwhile is asked for next
+    try {
+      this.#take(await ask('run.samples', { after_s: from, most: most_asked }), from);
+    } catch (error) {
+      this.#hole_from = from;
+      throw error;
+    }
+  }
+
+  /** Rows in the place of those of the same time. */
+  #take({ run, columns, rows, counts, rest_counts }, after_s) {
+    if (!run || (this.run !== '' && run !== this.run)) return;
+    if (this.run === '') {
+      this.#begin(run);
+      this.#hole_from = null;
+    }
+    const told = rows.map((row) => Object.fromEntries(columns.map((name, at) => [name, row[at]])));
+    const until_s = told.at(-1)?.bench_s ?? after_s;
+    this.rows = [...this.rows.filter((row) => row.bench_s <= after_s), ...told, ...this.rows.filter((row) => row.bench_s > until_s)].slice(-most_rows);
+    if (this.counts.length === 0 && counts) this.#taxels(counts, rest_counts);
   }
 
   /** Seconds of the bench in one of ours; 1 where too little is known. */
@@ -81,10 +114,9 @@ export class Samples {
 
   /** From when to when all charts show [s]: the newest span, or what there is of it. */
   get window_s() {
-    const known = [this.force.rows, this.stages.rows].filter((rows) => rows.length > 0);
-    if (known.length === 0) return [0, least_window_s];
-    const last = Math.max(...known.map((rows) => rows.at(-1)[0]));
-    const first = Math.max(last - this.span_s, Math.min(...known.map((rows) => rows[0][0])));
+    if (this.rows.length === 0) return [0, least_window_s];
+    const last = this.rows.at(-1).bench_s;
+    const first = Math.max(last - this.span_s, this.rows[0].bench_s);
     return [first, Math.max(last, first + least_window_s)];
   }
 

@@ -1,49 +1,98 @@
-// Start a campaign: choose a recipe, read what the checker says of it, and only then put it in line.
-import { byId, button, el, facts, fill } from './dom.js';
+// Start a campaign: choose a recipe, read what the checker says of it, and only then put it in the queue. Recipes that
+// the rig cannot run stand apart, each with the checker's first reason.
+import { byId, button, el, fill } from './dom.js';
 import { attempt, note } from './dialog.js';
-import { bytes, duration, plural } from './format.js';
-import { path_picture } from './path_picture.js';
-
-function diagnostics(title, kind, list) {
-  if (!list?.length) return null;
-  const line = ({ where, message, expected, got, hint }) => el('li', {},
-    el('code', {}, where || '/'), ` ${message}`, expected ? `; expected ${expected}` : '', got ? `, got ${got}` : '', hint ? `. ${hint}` : '');
-  return el('div', { class: kind }, el('h3', {}, `${title} (${list.length})`), el('ul', {}, list.map(line)));
-}
-
-function phase_text(phase) {
-  const force = phase.force_n === undefined ? '' : `, ${phase.force_n} ± ${phase.force_band_n} N`;
-  const depth = phase.press_depth_m === undefined ? '' : `, ${+(1000 * phase.press_depth_m).toFixed(3)} mm below the touch`;
-  const speed = phase.speed_mps === undefined ? '' : ` at ${+(1000 * phase.speed_mps).toFixed(3)} mm/s`;
-  const names = { S: 'rest on the cloth', P: 'press', M: 'slide', E: 'rest' };
-  return `${phase.phase}: ${names[phase.phase] ?? ''} ${+phase.duration_s.toFixed(2)} s${force}${depth}${speed}`;
-}
+import { answer } from './checker.js';
 
 export class StartView {
   #under_way = false;
-  #check = null; // {recipe, seed, report, plan}
+  #check = null; // {recipe, seed, parameters, report, plan}
   #turn = 0;
   #recipe = '';
+  #fit = new Map(); // by recipe: {ok, why}
+  #fitting = false;
 
   constructor(api, store, lease) {
     this.api = api;
     this.store = store;
     this.lease = lease;
     store.on_change(() => this.#show());
-    byId('seed').addEventListener('change', () => this.#look());
+    byId('seed').addEventListener('change', () => this.look());
     byId('start-form').addEventListener('submit', (event) => event.preventDefault());
   }
 
   async refresh() {
-    const { recipes } = await this.api.call('recipe.list');
-    this.store.put({ recipes });
+    const { recipes, parameters, descriptions } = await this.api.call('recipe.list');
+    this.store.put({ recipes, recipe_parameters: parameters, recipe_descriptions: descriptions });
+    if (!byId('view-start').hidden) await this.#find_fits(recipes);
+  }
+
+  /** Asks the checker for each recipe in turn; those asked before keep their answer until the new one is there. */
+  async #find_fits(recipes) {
+    if (this.#fitting) return;
+    this.#fitting = true;
+    try {
+      for (const recipe of recipes) {
+        const { ok, problems } = await this.api.call('recipe.check', { recipe }).catch((error) => ({ ok: false, problems: [{ message: error.sentence }] }));
+        const first = problems[0];
+        this.#fit.set(recipe, { ok: ok || this.#needs_values(recipe), why: first ? `${first.message}${first.got ? `: ${first.got}` : ''}` : '' });
+        this.store.changed();
+      }
+    } finally {
+      this.#fitting = false;
+    }
+  }
+
+  /** Refused for want of values that are typed here. */
+  #needs_values(recipe) {
+    return Object.values(this.store.recipe_parameters?.[recipe] ?? {}).some((one) => one.default === undefined);
   }
 
   #show() {
-    fill(byId('recipes'), this.store.recipes, () => this.store.recipes.map((name) => el('label', { class: 'choice' },
-      el('input', { type: 'radio', name: 'recipe', value: name, 'data-key': name, onchange: () => { this.#recipe = name; this.#look(); } }), el('span', {}, name))));
+    const { recipes, recipe_descriptions: descriptions = {} } = this.store;
+    const fits = recipes.map((name) => this.#fit.get(name));
+    fill(byId('recipes'), [recipes, descriptions, fits], () => this.#groups(recipes, descriptions));
+    fill(byId('parameters'), [this.#recipe, this.store.recipe_parameters?.[this.#recipe]], () => this.#parameter_fields());
     const may = this.store.may_operate && this.store.live && !this.lease.others;
-    fill(byId('start-buttons'), [may, this.#check?.report?.ok, this.#check?.recipe], () => this.#buttons(may));
+    fill(byId('start-buttons'), [may, this.#check?.report?.ok, this.#check?.recipe, this.store.me?.role], () => this.#buttons(may));
+  }
+
+  #groups(recipes, descriptions) {
+    const good = recipes.filter((name) => this.#fit.get(name)?.ok ?? true);
+    const bad = recipes.filter((name) => !(this.#fit.get(name)?.ok ?? true));
+    const choices = (names) => names.map((name) => this.#choice(name, descriptions[name]));
+    return [el('h3', {}, 'Fits this rig'), ...choices(good), ...(bad.length ? [el('h3', {}, 'Does not fit this rig'), ...choices(bad)] : [])];
+  }
+
+  #choice(name, description) {
+    const fit = this.#fit.get(name);
+    return el('label', { class: 'choice' },
+      el('input', { type: 'radio', name: 'recipe', value: name, 'data-key': name, ...(name === this.#recipe ? { checked: '' } : {}), onchange: () => { this.#recipe = name; this.look(true); } }),
+      el('span', {}, el('strong', {}, name), el('br'), el('span', { class: 'quiet' }, description ?? 'no description'),
+        fit && !fit.ok ? el('span', { class: 'problem' }, el('br'), `✗ ${fit.why}`) : null));
+  }
+
+  #parameter_fields() {
+    return Object.entries(this.store.recipe_parameters?.[this.#recipe] ?? {}).map(([name, { type, default: usual, min, max }]) => {
+      const id = `parameter-${name}`;
+      const shared = { id, 'data-name': name, 'data-type': Array.isArray(type) ? 'text' : type, onchange: () => this.look() };
+      const range = { ...(min === undefined ? {} : { min }), ...(max === undefined ? {} : { max }) };
+      const input = Array.isArray(type) ? el('select', shared, type.map((one) => el('option', { value: one, ...(one === usual ? { selected: '' } : {}) }, one)))
+        : type === 'flag' ? el('input', { ...shared, type: 'checkbox', ...(usual ? { checked: '' } : {}) })
+          : el('input', { ...shared, type: type === 'text' ? 'text' : 'number', step: type === 'integer' ? 1 : 'any', value: usual ?? '', ...range });
+      return el('p', { class: 'field' }, el('label', { for: id }, name), input);
+    });
+  }
+
+  /** Only what was typed: what is left empty keeps its default. */
+  get #parameters() {
+    const typed = {};
+    for (const input of byId('parameters').querySelectorAll('[data-name]')) {
+      const { name, type } = input.dataset;
+      if (type === 'flag') typed[name] = input.checked;
+      else if (input.value !== '') typed[name] = type === 'text' ? input.value : Number(input.value);
+    }
+    return Object.keys(typed).length ? { parameters: typed } : {};
   }
 
   get #seed() {
@@ -51,66 +100,43 @@ export class StartView {
     return typed === '' ? {} : { seed: Number(typed) };
   }
 
-  /** Nothing moves; a later question makes an earlier answer void. */
-  async #look() {
+  /** Nothing moves; a later question makes an earlier answer void. `go_there`: on a phone the answer is below. */
+  async look(go_there = false) {
     if (!this.#recipe) return;
     const turn = ++this.#turn;
     this.#check = null;
     byId('checked').replaceChildren(el('p', { class: 'quiet' }, `Checking ${this.#recipe} …`));
+    this.#show();
     this.store.changed();
-    const asked = { recipe: this.#recipe, ...this.#seed };
+    const asked = { recipe: this.#recipe, ...this.#seed, ...this.#parameters };
+    if (go_there && byId('h-checked').getBoundingClientRect().top > innerHeight / 2) byId('checked-panel').scrollIntoView({ block: 'start' });
     const report = await attempt(() => this.api.call('recipe.check', asked));
     const plan = report?.ok ? await attempt(() => this.api.call('recipe.plan', { ...asked, most: 1 })) : null;
     if (turn !== this.#turn) return;
     this.#check = report ? { ...asked, report, plan } : null;
-    byId('checked').replaceChildren(...(report ? this.#answer(report, plan) : []));
+    byId('checked').replaceChildren(...(report ? answer(report, plan, this.store.description) : []));
     this.store.changed();
-  }
-
-  #answer({ ok, plan: found, problems, warnings, disk_ok }, plan) {
-    const verdict = el('p', { class: ok ? 'verdict good' : 'verdict problem' }, ok ? '✓ The checker finds nothing wrong. Nothing has moved.' : '✗ The checker refuses this recipe. Nothing has moved.');
-    const disk = ok && !disk_ok ? el('p', { class: 'problem' }, 'The disk has too little room for it.') : null;
-    return [verdict, found ? this.#figures(found, plan) : null, disk, diagnostics('Problems', 'problem', problems),
-      diagnostics('Warnings', 'warning', warnings), plan ? this.#moves(plan) : null].filter(Boolean);
-  }
-
-  #figures(found, plan) {
-    const people = found.asks ? `${plural(found.asks, 'time')}, ${duration(found.people_s)} in all` : 'nobody is needed';
-    const next = found.next_attention;
-    return facts([
-      ['duration', `${duration(found.eta_s)} of the bench's time`],
-      ['trials', `${found.trials}: ${plural(found.fabrics.length, 'fabric')}`],
-      ['data', bytes(found.bytes)],
-      ['people', people],
-      next ? ['next human action', `after ${duration(next.after_s)}: ${next.text}`] : null,
-      plan ? ['handed over', plan.hand_over ? `${plan.hand_over.from}, learner ${plan.hand_over.learner}` : 'nothing'] : null,
-      ['fabrics', found.fabrics.join(', ')],
-    ]);
-  }
-
-  #moves(plan) {
-    return el('div', {}, el('h3', {}, 'What it does'), el('div', { class: 'row top' }, plan.explorations.map((exploration) => el('figure', {},
-      path_picture(exploration, this.store.description),
-      el('figcaption', {}, el('strong', {}, exploration.exploration), el('ul', {}, exploration.phases.map((phase) => el('li', {}, phase_text(phase)))))))));
   }
 
   #buttons(may) {
     const good = may && this.#check?.report?.ok === true;
+    const edits = this.store.me?.role === 'engineer' || this.store.me?.role === 'admin';
     return [
       button('Start', () => this.#start('run.start'), { class: 'main', disabled: !good, 'data-key': 'start' }),
-      button('Next in line', () => this.#start('queue.add', { place: 0 }), { disabled: !good, 'data-key': 'next' }),
-    ];
+      button('Next in the queue', () => this.#start('queue.add', { place: 0 }), { disabled: !good, 'data-key': 'next' }),
+      this.#recipe ? button(edits ? 'Edit …' : 'Look at it …', () => { location.hash = `#edit/${this.#recipe}`; }, { 'data-key': 'edit' }) : null,
+    ].filter(Boolean);
   }
 
   async #start(method, more = {}) {
     if (this.#under_way) return; // a second click is no second campaign
     this.#under_way = true;
-    const { recipe, seed } = this.#check;
+    const { recipe, seed, parameters } = this.#check;
     const name = byId('run-name').value.trim();
     const begun = attempt(async () => {
       const lease = await this.lease.hold();
-      const run = await this.api.change(method, { recipe, lease, ...(seed === undefined ? {} : { seed }), ...(name ? { name } : {}), ...more });
-      note(`${run.run} is in line.`);
+      const run = await this.api.change(method, { recipe, lease, ...(seed === undefined ? {} : { seed }), ...(parameters ? { parameters } : {}), ...(name ? { name } : {}), ...more });
+      note(`${run.run} (${recipe}) is in the queue; it begins when the rig is free.`);
       location.hash = '#live';
     });
     await begun.finally(() => { this.#under_way = false; });

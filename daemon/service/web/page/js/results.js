@@ -1,0 +1,30 @@
+// What a run has come to, in the same words and figures wherever the page shows it.
+import { el } from './dom.js';
+import { percent } from './format.js';
+
+/** Past runs have these states. */
+export const past = new Set(['ended', 'interrupted']);
+
+/** What kind of data a run recorded: its own, whatever the bench is today. */
+export function badge_of({ bench }) {
+  if (bench === 'simulated') return el('span', { class: 'badge' }, 'SIMULATED');
+  return el('span', { class: 'badge-none' }, bench === 'real' ? 'real bench' : 'simulated or real: not known');
+}
+
+/** "M1 95.1 %": short, for a list; empty where nothing was evaluated. */
+export function accuracy_text({ result }) {
+  return (result ?? []).map(({ exploration, accuracy }) => `${exploration} ${percent(accuracy, 1)}`).join(', ');
+}
+
+/** Why there is no accuracy (yet). */
+export function no_accuracy_text({ handover, state, outcome }) {
+  if (!past.has(state)) return '';
+  if (!handover) return outcome === 'complete' ? 'not evaluated' : 'not complete: not evaluated';
+  return { waiting: 'evaluation waits', running: 'being evaluated …', failed: 'evaluation failed', cancelled: 'evaluation cancelled', done: 'no accuracy' }[handover.state] ?? handover.state;
+}
+
+/** A line of each accuracy with its interval and how it was tested. */
+export function accuracy_lines({ result }) {
+  return (result ?? []).map((one) => el('p', { class: 'headline' }, el('strong', {}, `${one.exploration}: ${percent(one.accuracy, 1)} right`),
+    el('span', { class: 'quiet' }, ` (95 % interval ${percent(one.ci95[0], 1)} to ${percent(one.ci95[1], 1)}) of ${one.tested} ${one.unit}, ${one.labels} labels, the most frequent ${percent(one.base_rate)}; learner ${one.learner}; ${one.protocol}`)));
+}

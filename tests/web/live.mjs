@@ -1,0 +1,62 @@
+// Live pictures say what is: pads above their rest on a fixed scale, the regulated force with its set point and phases, the last
+// minutes also for who comes later, and no line over what was not told. SIMULATED.
+import assert from 'node:assert/strict';
+import { connected, says, start, with_daemon } from './support.mjs';
+
+const pads_now = async (page) => (await page.getAttribute('#pads', 'aria-label')).split(': ')[1].split(', ').map(Number);
+const sum = (values) => values.reduce((total, one) => total + one, 0);
+const told_of = (page, chart) => page.getAttribute(chart, 'aria-label');
+
+/** Of the force's chart: how much of each phase's colour lies in it, and of the line's. */
+const drawn = (page) => page.evaluate(() => {
+  const canvas = document.querySelector('#chart-force canvas');
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  let painted = 0;
+  for (let at = 3; at < data.length; at += 4) if (data[at] > 0) ++painted;
+  return painted / (data.length / 4);
+});
+
+await with_daemon(async (daemon, open) => {
+  const page = await open(daemon.link());
+  await connected(page);
+  await start(page, 'plain');
+
+  // pressed and up do not look alike
+  await says(page, '#run-step', /sliding/);
+  await says(page, '#pads-range', /^0 to 300 counts above the mean of phase S$/);
+  const pressed = sum(await pads_now(page));
+  await says(page, '#run-step', /transfer|descending|touch|retract|lift|approach/);
+  const up = sum(await pads_now(page));
+  assert.ok(pressed > 500 && pressed > 4 * Math.abs(up), `pressed ${pressed}, up ${up} counts above rest`);
+  await page.check('#pads-raw');
+  await says(page, '#pads-range', /raw/);
+  assert.ok(sum(await pads_now(page)) > 16 * 3000, 'raw counts');
+  await page.uncheck('#pads-raw');
+
+  // set point and phases
+  await says(page, '#run-step', /sliding/);
+  await says(page, '#chart-force-key', /set point 5 ± 0\.25 N/);
+  assert.match(await told_of(page, '#chart-force'), /phases S, P, M/);
+
+  // a page that comes later has the last minutes
+  await page.reload();
+  await connected(page);
+  await page.waitForFunction(() => / phases S, P, M/.test(document.querySelector('#chart-force').getAttribute('aria-label')));
+  assert.ok(await drawn(page) > 0.02, 'the chart is not blank after a reload');
+
+  // fast: what is told too seldom is asked for, and no ramp is drawn that never was
+  daemon.call('sim.clock', { pace: 64 });
+  await page.waitForFunction(() => {
+    const [, rows, gaps, widest_s] = /: (\d+) rows, (\d+) gaps, (\d+\.\d) s/.exec(document.querySelector('#chart-force').getAttribute('aria-label')) ?? [];
+    return rows > 400 && gaps < 3 && widest_s > 200;
+  });
+
+  // over: what is seen stays, also for a new page
+  daemon.call('sim.clock', { pace: 0 });
+  daemon.weft('watch', 'R-000001');
+  const late = await open(daemon.link());
+  await connected(late);
+  await says(late, '#samples-of', /the last of R-000001, which is over/);
+  await late.waitForFunction(() => / phases .*M/.test(document.querySelector('#chart-force').getAttribute('aria-label')));
+  await says(late, '#pads-range', /counts above/);
+}, '--pace', '8');

@@ -1,0 +1,59 @@
+// Recipes are described, grouped by what the rig can run, and edited in place with the checker beside. SIMULATED.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { connected, phone, says, see, with_daemon } from './support.mjs';
+
+async function edit(daemon, page) {
+  await page.click('#start-buttons button:has-text("Edit")');
+  await says(page, '#edit-checked', /finds nothing wrong/);
+  assert.ok(await page.isDisabled('#edit-buttons button:text-is("Save")'), 'nothing is unsaved');
+  // the form changes the text
+  await page.fill('#recipe-repetitions', '3');
+  await page.press('#recipe-repetitions', 'Tab');
+  await says(page, '#edit-json', /"repetitions": 3/);
+  await says(page, '#edit-checked', /trials\s*6: 2 fabrics/);
+  // and what the checker refuses is not saved
+  await page.fill('#recipe-fabrics', 'denim, tweed');
+  await page.press('#recipe-fabrics', 'Tab');
+  await says(page, '#edit-checked', /refuses.*tweed/);
+  assert.ok(await page.isDisabled('#edit-buttons button:text-is("Save")'));
+  await page.fill('#recipe-fabrics', 'denim, felt');
+  await page.press('#recipe-fabrics', 'Tab');
+  await says(page, '#edit-checked', /finds nothing wrong/);
+  await page.click('#edit-buttons button:text-is("Save")');
+  await says(page, '#notes', /plain is saved/);
+  const saved = JSON.parse(readFileSync(join(daemon.folder, 'recipes/plain.json'), 'utf8'));
+  assert.deepEqual([saved.repetitions, saved.fabrics], [3, ['denim', 'felt']]);
+  assert.equal(Object.keys(saved)[0], 'schema_version', 'the order of its keys is kept');
+  // the text changes the form, and what is no JSON is said
+  await page.evaluate(() => {
+    const { CodeMirror: editor } = document.querySelector('#edit-json .CodeMirror');
+    editor.setValue(editor.getValue().replace('"repetitions": 3', '"repetitions": 2'));
+  });
+  await page.waitForFunction(() => document.querySelector('#recipe-repetitions').value === '2');
+  await page.evaluate(() => document.querySelector('#edit-json .CodeMirror').CodeMirror.setValue('{"name": '));
+  await says(page, '#edit-checked', /no JSON object/);
+  await page.click('#edit-buttons button:has-text("Undo all")');
+  await says(page, '#edit-checked', /finds nothing wrong/);
+}
+
+await with_daemon(async (daemon, open) => {
+  const page = await open(daemon.link());
+  await connected(page);
+  await see(page, 'start');
+  await says(page, '#recipes', /Fits this rig.*plain\s*Two fabrics, four times each\..*Does not fit this rig.*broken.*tweed/);
+  await page.check('input[value=plain]');
+  await says(page, '#checked', /data\s*[\d.]+ [kM]B; [\d.]+ MB must be free on the disk/);
+  await edit(daemon, page);
+
+  // on a phone the answer comes into view
+  const small = await open(daemon.link(), { viewport: phone });
+  await connected(small);
+  await see(small, 'start');
+  await says(small, '#recipes', /Does not fit this rig/);
+  await small.check('input[value=plain]');
+  await says(small, '#checked', /finds nothing wrong/);
+  const top = await small.evaluate(() => document.querySelector('#checked .verdict').getBoundingClientRect().top);
+  assert.ok(top > 0 && top < phone.height * 0.8, `the verdict is at ${top} px of ${phone.height}`);
+});

@@ -1,0 +1,93 @@
+// Results are found: a recipe that says nothing of an evaluation is evaluated, the matrix is three clicks away at most, and
+// report, model, trials, exports, tags, search and a comparison are in the page. SIMULATED.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { connected, patience_ms, phone, says, see, with_daemon } from './support.mjs';
+
+const lines_of = async (download) => readFileSync(await download.path(), 'utf8').split('\n');
+
+async function exported(page, name) {
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click(`#run-body button:text-is("${name}")`)]);
+  return download;
+}
+
+async function open_tab(page, name, pattern) {
+  await page.click(`#run-tabs a:has-text("${name}")`);
+  await says(page, '#run-body', pattern);
+}
+
+/** How many clicks it takes from a page that was just opened. */
+async function count_clicks(page) {
+  const clicks = ['nav a[href="#archive"]', '#archive-list a >> nth=0', '#run-tabs a:has-text("Confusion matrix")'];
+  for (const click of clicks) await page.click(click);
+  await says(page, '#run-body', /A row is what it was, a column what it was taken for/);
+  return clicks.length;
+}
+
+await with_daemon(async (daemon, open) => {
+  daemon.weft('start', 'plain', '--wait');
+  daemon.call('run.wait', { run: 'R-000001', hand_over: true });
+  const [told] = daemon.call('run.get', { run: 'R-000001' }).result;
+  const page = await open(daemon.link());
+  await connected(page);
+  assert.ok(await count_clicks(page) <= 3);
+  assert.equal(await page.locator('#run-body table.confusion tbody tr').count(), 2);
+  const right = `${(100 * told.accuracy).toFixed(1)} %`;
+  await says(page, '#run-head', new RegExp(`M1: ${right.replace('.', '\\.')} right`));
+  await page.click('#run-body button:has-text("Shares")');
+  await says(page, '#run-body table.confusion', /%/);
+
+  // one number for one thing
+  await see(page, 'archive');
+  await says(page, '#archive-list', new RegExp(`M1 ${right.replace('.', '\\.')}`));
+  await page.click('#archive-list a >> nth=0');
+  await open_tab(page, 'Report', /Download/);
+  const report = await page.evaluate(() => document.querySelector('.report').shadowRoot.querySelector('.report-body').innerText);
+  assert.ok(report.includes((100 * told.accuracy).toFixed(1)) && report.includes('SIMULATED'), 'the report has the same accuracy');
+  const looks = await page.evaluate(() => getComputedStyle(document.querySelector('.report').shadowRoot.querySelector('h1')).fontWeight);
+  assert.ok(Number(looks) >= 600, 'the report has its own style');
+  await open_tab(page, 'Model', /\.model/);
+
+  // trials
+  await open_tab(page, 'Trials', /8 attempts/);
+  await page.click('#run-body table button >> nth=3');
+  await says(page, '#run-body', /Force \[N\].*Stages.*Counts of phase M above phase S/);
+  assert.equal(await page.locator('.trial-pads rect').count(), 16);
+
+  // exports
+  await open_tab(page, 'Files', /Export/);
+  const samples = await lines_of(await exported(page, 'samples CSV: wrench'));
+  assert.ok(samples.length > 1000 && samples.slice(0, 3).join().toLowerCase().includes('simulated'), samples.slice(0, 3).join());
+  assert.equal((await lines_of(await exported(page, 'features CSV'))).filter((line) => /denim|silk/.test(line)).length, 8);
+  assert.equal(readFileSync(await (await exported(page, 'HDF5')).path()).subarray(1, 4).toString(), 'HDF');
+
+  // tags, notes, search
+  await open_tab(page, 'Overview', /Tags/);
+  await page.fill('#run-tags', 'pilot, new sensor');
+  await page.fill('#run-note', 'the clamp was loose');
+  await page.click('#run-body button:has-text("Save tags")');
+  await says(page, '#notes', /Saved/);
+  assert.deepEqual(daemon.call('run.get', { run: 'R-000001' }).tags, ['pilot', 'new sensor']);
+  daemon.weft('start', 'small', '--wait');
+  daemon.call('run.wait', { run: 'R-000002', hand_over: true });
+  await see(page, 'archive');
+  await says(page, '#archive-list', /R-000002.*R-000001/);
+  await page.fill('#archive-filter', 'clamp');
+  await says(page, '#archive-list', /1 of 1 campaign/);
+  await says(page, '#archive-list', /R-000001.*new sensor/);
+  await page.fill('#archive-filter', '');
+  await says(page, '#archive-list', /R-000002/);
+
+  // two of them
+  for (const run of ['R-000001', 'R-000002']) await page.check(`#archive-list [data-key="tick-${run}"]`);
+  await page.click('#archive-compare a');
+  await says(page, '#compare-body', /recipe\s*plain\s*small\s*≠ differs/);
+  await says(page, '#compare-body', /bench\s*simulated\s*simulated\s*same/);
+  assert.equal(await page.locator('#compare-body table.confusion').count(), 2);
+
+  // and on a phone, where the run just ended
+  const small = await open(daemon.link(), { viewport: phone, colorScheme: 'dark' });
+  await connected(small);
+  await small.click('#run-facts a:has-text("Confusion matrix")');
+  await says(small, '#run-body', /A row is what it was/, patience_ms);
+});
