@@ -431,6 +431,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   summary.level = rig.plant_level;
   summary.campaign_file = campaign_file;
   summary.has_handover = checked.plan.handover.has_value();
+  summary.states_handover = checked.plan.handover && !checked.plan.handover->by_default;
   if (saved) saved = conclude(request.out, summary);
   if (!saved) without_dataset(request.out, saved.error(), summary);
   return summary;

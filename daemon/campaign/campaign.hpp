@@ -96,8 +96,9 @@ struct CampaignSummary {
   std::filesystem::path campaign_file;
   std::filesystem::path dataset_file;
   WallTimeBreakdown time;
-  std::uint64_t events = 0;   ///< callbacks of the virtual loop
-  bool has_handover = false;  ///< its recipe does
+  std::uint64_t events = 0;      ///< callbacks of the virtual loop
+  bool has_handover = false;     ///< it is evaluated once it is complete
+  bool states_handover = false;  ///< for its recipe asks for that
 };
 
 /// ", 12 of them with slides that ended early, which are in no data set", or nothing.

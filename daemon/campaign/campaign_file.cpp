@@ -202,6 +202,7 @@ CampaignSummary make_summary(const std::filesystem::path& folder, const recipes:
   fail_where_trials_lack(summary);
   summary.forecast_s = plan.forecast.duration_s;
   summary.has_handover = plan.handover.has_value();
+  summary.states_handover = plan.handover && !plan.handover->by_default;
   return summary;
 }
 

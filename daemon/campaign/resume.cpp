@@ -250,9 +250,9 @@ Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campa
   const bool over = is_over(*history, checked.plan);
   out.only_concludes =
       is_all_on_record(*history, checked.plan) && !(over && is_certified(campaign.parent_path()));
-  out.only_runs_handover = over && !out.only_concludes && checked.plan.handover &&
-                           history->complete() == history->progress.planned &&
-                           !is_handover_done(campaign.parent_path());
+  out.only_runs_handover =
+      over && !out.only_concludes && checked.plan.handover && !checked.plan.handover->by_default &&
+      history->complete() == history->progress.planned && !is_handover_done(campaign.parent_path());
   out.only_reports = over && !out.only_concludes && !out.only_runs_handover;
   if (out.only_reports && !accept_whole)
     return fail({.code = Errc::wrong_state,

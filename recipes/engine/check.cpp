@@ -249,7 +249,10 @@ std::string canonical_json(const StatedRecipe& stated) {
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
   if (!is_empty(stated.finally)) document["finally"] = normal(stated.finally);
-  if (stated.handover) document["hand_over"] = normal(*stated.handover);
+  // By default: a recipe that says nothing of it keeps its digest.
+  if (stated.declines_handover) document["hand_over"] = false;
+  if (stated.handover && !stated.handover->by_default)
+    document["hand_over"] = normal(*stated.handover);
   if (stated.sweep) {
     document["sweep"] = normal(*stated.sweep);
     document.erase("repetitions");

@@ -46,9 +46,30 @@ const std::vector<std::string_view>& handover_learners(HandoverSource from) {
   return of_taxels;
 }
 
+void check_left_to_train(const Handover& handover, const std::string& place, std::size_t fabrics,
+                         std::uint32_t repetitions, Problems& problems) {
+  // 0 of either has been found wanting by itself
+  if (fabrics == 1)
+    problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});
+  if (repetitions > 0 && left_to_train(repetitions, handover.groups) < least_trained)
+    problems.add({place, "too few repetitions are left to train on when a group is left out",
+                  "at least 2 of each fabric",
+                  std::to_string(left_to_train(repetitions, handover.groups)),
+                  "raise \"repetitions\" or \"groups\""});
+  // One group is set aside to ask, another to choose the learner by.
+  const std::uint32_t used = std::min(handover.groups, repetitions);
+  if (handover.from == HandoverSource::vibration && repetitions > 0 && used < 3)
+    problems.add({place, "too few groups of repetitions to choose a learner by", "at least 3",
+                  std::to_string(used), "raise \"repetitions\" or \"groups\""});
+}
+
 std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
                                       std::uint32_t repetitions, bool has_vibration,
                                       Problems& problems) {
+  if (recipe.is_false("hand_over")) {
+    recipe.leave("hand_over");
+    return std::nullopt;
+  }
   std::optional<ObjectReader> section = recipe.section("hand_over");
   if (!section) return std::nullopt;
   ObjectReader& reader = *section;
@@ -73,19 +94,7 @@ std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
                     "no groups", std::to_string(out.groups), ""});
     return out;
   }
-  // 0 of either has been found wanting by itself
-  if (fabrics == 1)
-    problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});
-  if (repetitions > 0 && left_to_train(repetitions, out.groups) < least_trained)
-    problems.add({place, "too few repetitions are left to train on when a group is left out",
-                  "at least 2 of each fabric",
-                  std::to_string(left_to_train(repetitions, out.groups)),
-                  "raise \"repetitions\" or \"groups\""});
-  // One group is set aside to ask, another to choose the learner by.
-  const std::uint32_t used = std::min(out.groups, repetitions);
-  if (out.from == HandoverSource::vibration && repetitions > 0 && used < 3)
-    problems.add({place, "too few groups of repetitions to choose a learner by", "at least 3",
-                  std::to_string(used), "raise \"repetitions\" or \"groups\""});
+  check_left_to_train(out, place, fabrics, repetitions, problems);
   return out;
 }
 

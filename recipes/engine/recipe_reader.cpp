@@ -193,6 +193,33 @@ void check_roles(const StatedRecipe& stated, const RigLimits& limits, Problems& 
     if (e.exploration.live_vote) refuse("/explorations/" + e.exploration.name + "/live_vote");
 }
 
+bool can_end_early(const StatedExploration& stated) {
+  const auto& vote = stated.exploration.live_vote;
+  return vote && vote->stop_early;
+}
+
+/// What a recipe that says nothing of it is evaluated by: taxels, or on an imprint array its
+/// imprints. Nothing where a hand-over that is stated would be refused, or would have the slides
+/// alone that a vote was unsure of.
+std::optional<Handover> default_handover(const StatedRecipe& stated, const RigLimits& limits) {
+  if (stated.sweep || stated.fabrics.size() < 2 || stated.repetitions == 0 ||
+      std::ranges::any_of(stated.explorations, can_end_early))
+    return std::nullopt;
+  StatedRecipe evaluated = stated;
+  Handover& handover = evaluated.handover.emplace();
+  handover.by_default = true;
+  Problems refused;
+  if (limits.imprint_array) {
+    handover.from = HandoverSource::imprints;
+    handover.learner = handover_learners(handover.from).front();
+    check_imprints(evaluated, limits, refused);
+  } else {
+    check_left_to_train(handover, "/hand_over", stated.fabrics.size(), stated.repetitions, refused);
+  }
+  check_roles(evaluated, limits, refused);
+  return refused.empty() ? evaluated.handover : std::nullopt;
+}
+
 /// Before the order is read: an order without a seed of its own draws from this one.
 void read_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
   if (!seed) return;
@@ -218,6 +245,7 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_repeat_bad(recipe, stated);
   read_operator_steps(recipe, stated, problems);
   stated.finally = read_finally(recipe, limits, problems);
+  stated.declines_handover = recipe.is_false("hand_over");
   stated.handover =
       read_handover(recipe, stated.fabrics.size(), stated.repetitions,
                     limits.acceleration_rate_hz > 0 || limits.sound_rate_hz > 0, problems);
@@ -226,6 +254,8 @@ StatedRecipe read_recipe(const json& document, const RigLimits& limits,
   read_sweep(recipe, limits, stated, problems);
   check_imprints(stated, limits, problems);
   check_roles(stated, limits, problems);
+  if (!stated.handover && !stated.declines_handover)
+    stated.handover = default_handover(stated, limits);
   recipe.finish();
   return stated;
 }

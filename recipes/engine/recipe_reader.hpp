@@ -35,6 +35,7 @@ struct StatedRecipe : RecipeTerms {
   Order order = Order::blocked;
   std::uint64_t order_seed = 1;
   std::vector<StatedExploration> explorations;
+  bool declines_handover = false;  ///< "hand_over": false
 };
 
 /// Reads what is there; the result is complete only when no problem was added. `seed` takes the

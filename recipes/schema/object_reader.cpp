@@ -211,6 +211,10 @@ bool ObjectReader::has(std::string_view key) const {
   return object_ != nullptr && object_->contains(std::string(key));
 }
 
+bool ObjectReader::is_false(std::string_view key) const {
+  return has(key) && object_->at(std::string(key)) == false;
+}
+
 std::string ObjectReader::at(const Quantity& quantity) const {
   for (const Spelling& spelling : quantity.spellings)
     if (has(spelling.key)) return at(spelling.key);

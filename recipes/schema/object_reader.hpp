@@ -85,6 +85,7 @@ class ObjectReader {
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
   [[nodiscard]] std::string at(std::string_view key) const { return child(pointer_, key); }
   [[nodiscard]] bool has(std::string_view key) const;
+  [[nodiscard]] bool is_false(std::string_view key) const;
   /// The spelling the text uses, or the first one.
   [[nodiscard]] std::string at(const Quantity& quantity) const;
 

@@ -80,7 +80,7 @@ def rows(schema, definitions=None):
 def objects(schema):
     """Objects that stand in their place, without a name of their own among the definitions."""
     for key, value in schema.get("properties", {}).items():
-        if value.get("type") == "object" and "properties" in value:
+        if "object" in value.get("type", "") and "properties" in value:
             yield key, value
 
 

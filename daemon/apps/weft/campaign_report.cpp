@@ -135,8 +135,9 @@ std::optional<RunHandover> handover_of_run(const CampaignSummary& summary,
     console.err << "hand over " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
   };
   auto done = run_handover(folder, hooks);
-  if (!done) return RunHandover{std::nullopt, done.error()};
-  return RunHandover{std::move(*done), std::nullopt, folder / handover_folder_name};
+  const bool by_default = (*wanted)->by_default;
+  if (!done) return RunHandover{std::nullopt, done.error(), {}, by_default};
+  return RunHandover{std::move(*done), std::nullopt, folder / handover_folder_name, by_default};
 }
 
 std::string format_text(const RunHandover& handover) {

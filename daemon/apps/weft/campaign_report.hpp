@@ -15,13 +15,14 @@
 
 namespace weft::daemon::cli {
 
-// What `weft run` does with a complete campaign whose recipe has a hand_over.
+// What `weft run` does with a complete campaign that is evaluated.
 
 /// One of the two.
 struct RunHandover {
   std::optional<HandoverResult> done;
   std::optional<Error> failed;        ///< the campaign and its data are what they are all the same
   std::filesystem::path folder = {};  ///< of what was done
+  bool by_default = false;            ///< the recipe does not ask for it
 };
 
 /// Nothing where the campaign is not complete or its recipe wants none. Progress goes to the

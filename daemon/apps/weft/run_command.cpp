@@ -287,7 +287,7 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
   const int recorded = status_of(summary);
   if (is_promise_missed(summary.simulation))
     console.err << "weft: " << format_promise(summary.simulation) << '\n';
-  if (!args.evaluate && is_complete(summary) && summary.has_handover && !is_handover_done(args.out))
+  if (!args.evaluate && is_complete(summary) && summary.states_handover && !is_handover_done(args.out))
     console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
                    "was given; the same command with --resume in its place does it\n";
   if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
@@ -321,7 +321,8 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
       !whole.empty())
     console.err << "weft: " << whole << '\n';
   print(console, report_text(*report) + (result ? format_text(*result) : ""), out);
-  return report->not_classified || (result && result->failed) ? exit_failure : recorded;
+  const bool lacks = result && result->failed && !result->by_default;
+  return report->not_classified || lacks ? exit_failure : recorded;
 }
 
 void add_options(CLI::App& command, RunArgs& args) {

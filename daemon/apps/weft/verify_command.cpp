@@ -24,15 +24,15 @@ std::string state_text(const VerifyReport& report) {
          (report.finished ? "" : "; the run did not come to its end") + ".\n";
 }
 
-/// A complete campaign whose recipe wants a hand-over that is not there: nothing is wrong with what
-/// was recorded, but something is missing.
+/// A complete campaign whose recipe asks for a hand-over that is not there: nothing is wrong with
+/// what was recorded, but something is missing.
 bool lacks_handover(const VerifyReport& report, const std::filesystem::path& path) {
   std::error_code unseen;
   if (!report.holds() || !report.certified || report.campaign.empty() ||
       report.complete < report.planned || !std::filesystem::is_directory(path, unseen))
     return false;
   const auto wanted = load_handover_spec(path);
-  return wanted && *wanted && !is_handover_done(path);
+  return wanted && *wanted && !(*wanted)->by_default && !is_handover_done(path);
 }
 
 /// Nothing of one that is as the campaign is now.

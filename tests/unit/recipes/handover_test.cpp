@@ -45,6 +45,27 @@ TEST_CASE("A hand-over is read with its defaults, and is part of the recipe's no
   CHECK(stated.canonical_json != plain.canonical_json);
 }
 
+TEST_CASE("A recipe that says nothing of it is evaluated where that can be, and is as it was") {
+  const auto repeated = [](int repetitions, const std::string& more = "") {
+    return small_with(reps, "\"repetitions\": " + std::to_string(repetitions) + more);
+  };
+  const Plan plain = test::plan_of(repeated(3));
+  REQUIRE(plain.handover);
+  CHECK(*plain.handover == Handover{"best", 5, 3600, HandoverSource::taxels, true});
+  CHECK_FALSE(nlohmann::json::parse(plain.canonical_json).contains("hand_over"));
+  CHECK_FALSE(test::plan_of(repeated(2)).handover);
+  const Plan declined = test::plan_of(repeated(3, ", \"hand_over\": false"));
+  CHECK_FALSE(declined.handover);
+  CHECK(nlohmann::json::parse(declined.canonical_json)["hand_over"] == false);
+  CHECK_FALSE(test::plan_of(test::with(repeated(3), "\"denim\", \"silk\"", "\"denim\"")).handover);
+  RigLimits without_taxels = test::limits();
+  without_taxels.taxels = 0;
+  const CheckReport report = check_recipe(repeated(3), without_taxels);
+  REQUIRE(report.plan);
+  CHECK_FALSE(report.plan->handover);
+  refused(repeated(3, ", \"hand_over\": true"), "/hand_over");
+}
+
 TEST_CASE("A hand-over that could not learn is refused before anything moves") {
   refused(with_handover(R"({"learner": "forest"})"), "/hand_over/learner");
   refused(with_handover(R"({"groups": 1})"), "/hand_over/groups");

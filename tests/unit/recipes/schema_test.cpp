@@ -160,6 +160,8 @@ TEST_CASE("Schema and parser agree on what does not depend on a rig") {
        false},
       {reps, R"("repetitions": 2, "finally": {"on_stop": [{"do": "dance"}]})", false},
       {reps, "\"repetitions\": 6, \"hand_over\": {}", true},
+      {reps, "\"repetitions\": 6, \"hand_over\": false", true},
+      {reps, "\"repetitions\": 6, \"hand_over\": true", false},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"learner\": \"lda\", \"groups\": 3}", true},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"learner\": \"forest\"}", false},
       {reps, "\"repetitions\": 6, \"hand_over\": {\"from\": \"taxels\"}", true},

@@ -228,12 +228,18 @@ TEST_CASE("A hand-over is given up when it is told to, or when its time is over"
   CHECK(left_behind(campaign.out()).empty());
 }
 
-TEST_CASE("Only a recipe that says so is handed over, whatever has become of its file") {
-  const Recorded silent(nullptr);
-  const auto wanted = load_handover_spec(silent.out());
+TEST_CASE("A recipe says whether it is handed over, whatever has become of its file") {
+  const Recorded declined(false);
+  const auto wanted = load_handover_spec(declined.out());
   REQUIRE(wanted);
   CHECK_FALSE(*wanted);
-  CHECK_FALSE(run_handover(silent.out(), {}));
+  CHECK(run_handover(declined.out(), {}).error().code == Errc::not_found);
+  const Recorded silent(nullptr);
+  const auto by_default = load_handover_spec(silent.out());
+  REQUIRE(by_default);
+  REQUIRE(*by_default);
+  CHECK((*by_default)->by_default);
+  CHECK(result(silent.out()).models.size() == 1);
   const Recorded campaign;
   fs::remove(campaign.request.recipe);
   const auto requested = load_handover_spec(campaign.out());
