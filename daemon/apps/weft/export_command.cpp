@@ -31,7 +31,7 @@ struct FeaturesArgs {
 struct CampaignExportArgs {
   std::filesystem::path folder;
   std::string format = "hdf5";
-  std::string exploration;
+  std::string exploration, stream;
 };
 
 struct Unit {
@@ -158,21 +158,33 @@ void add_options(CLI::App& command, CampaignExportArgs& args) {
                   "folder export, with its digest in list.json")
       ->required()
       ->check(CLI::ExistingDirectory);
-  add_keyword(command, "--format", args.format, {"hdf5", "features-csv"},
-              "hdf5, a data set, or features-csv, the table of its features");
+  add_keyword(command, "--format", args.format, {"hdf5", "features-csv", "samples-csv"},
+              "hdf5, a data set, features-csv, the table of its features, or samples-csv, a table "
+              "of the samples of one stream");
+  const auto& streams = sample_stream_names();
+  add_keyword(command, "--stream", args.stream, {streams.begin(), streams.end()},
+              "with samples-csv: whose samples");
   command.add_option("--exploration", args.exploration,
                      "with features-csv: whose, where the campaign has several");
 }
 
 Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console) {
   const ExportFormat format = export_format_from(args.format).value_or(ExportFormat::hdf5);
-  if (format == ExportFormat::hdf5 && !args.exploration.empty())
+  if (format != ExportFormat::features_csv && !args.exploration.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "--exploration",
-                 .what = "a data set has all explorations",
+                 .what = "the file has all explorations",
                  .expected = "with --format features-csv",
                  .got = args.exploration});
-  const auto made = export_campaign(args.folder, {format, args.exploration});
+  const auto stream = sample_stream_from(args.stream);
+  if (stream.has_value() != (format == ExportFormat::samples_csv))
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--stream",
+                 .what = "a stream goes with --format samples-csv, and that needs one",
+                 .expected = joined(sample_stream_names()),
+                 .got = args.stream});
+  const auto made =
+      export_campaign(args.folder, {format, args.exploration, stream.value_or(Stream::taxel)});
   if (!made) return pass(made.error());
   const auto file = args.folder / export_folder_name / made->name;
   print(console, format_text(*made, file),

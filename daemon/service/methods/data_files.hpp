@@ -49,9 +49,10 @@ class DataFiles {
   }
 
   /// export_campaign() of a run's folder: seconds for hours of recording.
-  Result<ExportedFile> make_export(const std::filesystem::path& folder, ExportFormat format,
-                                   std::string exploration) const {
-    return export_campaign(folder, {format, std::move(exploration), stop_requested_});
+  Result<ExportedFile> make_export(const std::filesystem::path& folder,
+                                   ExportRequest request) const {
+    request.stop_requested = stop_requested_;
+    return export_campaign(folder, request);
   }
 
   /// What has been done so far.

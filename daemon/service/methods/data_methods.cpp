@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "daemon/base/text/format.hpp"
 #include "daemon/service/methods/data_files.hpp"
 #include "daemon/service/methods/helpers.hpp"
 #include "daemon/service/run_store/catalogue.hpp"
@@ -82,13 +83,12 @@ void verify_run(const Services& services, const Call& call, const Responder& res
                        });
 }
 
-Outcome exported(const DataFiles& files, const runs::StoredRun& run, ExportFormat format,
-                 const std::string& exploration) {
-  const auto made = files.make_export(run.folder, format, exploration);
+Outcome exported(const DataFiles& files, const runs::StoredRun& run, const ExportRequest& request) {
+  const auto made = files.make_export(run.folder, request);
   if (!made) return refused(made.error());
   const std::string name = std::string(export_folder_name) + "/" + made->name;
   return format_text({{"run", run.id()},
-                      {"format", to_string(format)},
+                      {"format", to_string(request.format)},
                       {"name", name},
                       {"bytes", made->bytes},
                       {"sha256", made->sha256},
@@ -99,22 +99,34 @@ Outcome exported(const DataFiles& files, const runs::StoredRun& run, ExportForma
                       {"trials_planned", made->planned}});
 }
 
-void export_run(const Services& services, const Call& call, const Responder& respond) {
-  const auto run = run_at_rest(services, call);
-  if (!run) return respond(refused(run.error()));
+/// Errors: invalid_argument.
+Result<ExportRequest> read_export_request(const Call& call) {
   const std::string wanted = call.params.value("format", "hdf5");
   const auto format = export_format_from(wanted);
   if (!format)
-    return respond(refused(
-        bad_param("format", "no such format", "hdf5 or features-csv", wanted.substr(0, 100))));
-  std::string exploration = call.params.value("exploration", "");
-  if (*format == ExportFormat::hdf5 && !exploration.empty())
-    return respond(refused(bad_param("exploration", "a data set has all explorations",
-                                     "with format features-csv", exploration.substr(0, 100))));
+    return pass(bad_param("format", "no such format", "hdf5, features-csv or samples-csv",
+                          wanted.substr(0, 100)));
+  ExportRequest out{.format = *format, .exploration = call.params.value("exploration", "")};
+  if (*format != ExportFormat::features_csv && !out.exploration.empty())
+    return pass(bad_param("exploration", "the file has all explorations",
+                          "with format features-csv", out.exploration.substr(0, 100)));
+  const std::string name = call.params.value("stream", "");
+  const auto stream = sample_stream_from(name);
+  if (stream) out.stream = *stream;
+  if (stream.has_value() != (*format == ExportFormat::samples_csv))
+    return pass(bad_param("stream", "a stream goes with format samples-csv, and that needs one",
+                          joined(sample_stream_names()), name.substr(0, 100)));
+  return out;
+}
+
+void export_run(const Services& services, const Call& call, const Responder& respond) {
+  const auto run = run_at_rest(services, call);
+  if (!run) return respond(refused(run.error()));
+  auto request = read_export_request(call);
+  if (!request) return respond(refused(request.error()));
   answer_in_background(services.file_background, respond,
-                       [files = services.files, stored = *run, format = *format,
-                        exploration = std::move(exploration)] {
-                         return exported(*files, stored, format, exploration);
+                       [files = services.files, stored = *run, request = std::move(*request)] {
+                         return exported(*files, stored, request);
                        });
 }
 
@@ -243,7 +255,10 @@ void add_export_methods(MethodGroup& group) {
       Role::operator_,
       {run_param,
        {"format", ParamType::text, false,
-        "hdf5, a data set (default), or features-csv, the table of its features"},
+        "hdf5, a data set (default), features-csv, the table of its features, or samples-csv, a "
+        "table of the samples of one stream"},
+       {"stream", ParamType::text, false,
+        "of samples: taxels, wrench, stages, acceleration or sound"},
        {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
       "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
       "trials_planned",

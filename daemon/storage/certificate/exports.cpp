@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "classifier/features/feature_matrix.hpp"
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* list_format = "weft-exports";
-constexpr std::array<std::string_view, 2> words{"hdf5", "features-csv"};
+constexpr std::array<std::string_view, 3> words{"hdf5", "samples-csv", "features-csv"};
 
 /// Which exploration's features are meant. Errors: invalid_argument, not_found.
 Result<std::string> find_exploration(const Dataset& dataset, const std::string& wanted) {
@@ -128,6 +129,80 @@ Status publish_listed(const fs::path& folder, const ExportedFile& made, AtomicFi
   return write_export_list(folder, *known);
 }
 
+tl::unexpected<Error> no_complete_trial(const fs::path& campaign) {
+  return fail({.code = Errc::not_found,
+               .where = campaign.string(),
+               .what = "no complete trial in the campaign"});
+}
+
+/// The file that was written in the place of an older one, and the list.
+Result<ExportedFile> publish_made(const fs::path& folder, const CampaignProgress& progress,
+                                  ExportedFile made, AtomicFile& file,
+                                  const StopRequested& stop_requested) {
+  const auto checksums = file_checksums(file.temporary(), stop_requested);
+  if (!checksums) return pass(checksums.error());
+  made.bytes = checksums->bytes;
+  made.sha256 = checksums->sha256;
+  made.planned = progress.planned;
+  made.done = progress.done;
+  if (Status ok = publish_listed(folder, made, file); !ok) return pass(ok.error());
+  return made;
+}
+
+/// A sample of a stage is 24 bytes on record and about 100 as text.
+constexpr std::uintmax_t text_per_byte = 5;
+
+Result<ExportedFile> export_samples(const fs::path& folder, const CampaignProgress& progress,
+                                    const ExportRequest& request) {
+  const fs::path campaign = folder / campaign_file_name;
+  if (progress.discarded)
+    return fail({.code = Errc::wrong_state,
+                 .where = campaign.string(),
+                 .what = "the campaign was discarded: nothing is made of it"});
+  if (progress.done == 0) return no_complete_trial(campaign);
+  if (Status made = make_export_folder(folder); !made) return pass(made.error());
+  const std::string stream(sample_stream_names()[static_cast<std::size_t>(request.stream)]);
+  ExportedFile made;
+  made.name = "samples-" + stream + ".csv";
+  AtomicFile file(folder / export_folder_name / made.name);
+  std::ofstream out(file.temporary(), std::ios::binary);
+  const auto written = write_samples_csv(campaign, request.stream, out, request.stop_requested);
+  if (!written) return pass(written.error());
+  out.close();
+  if (!out)
+    return fail({.code = Errc::io,
+                 .where = (folder / export_folder_name / made.name).string(),
+                 .what = "cannot write the table",
+                 .hint = "Make room on the disk"});
+  if (written->trials == 0) return no_complete_trial(campaign);
+  made.trials = written->trials;
+  made.dataset_sha256 = written->dataset_sha256;
+  made.bench = written->bench;
+  return publish_made(folder, progress, std::move(made), file, request.stop_requested);
+}
+
+Result<ExportedFile> export_dataset(const fs::path& folder, const CampaignProgress& progress,
+                                    const ExportRequest& request) {
+  const fs::path campaign = folder / campaign_file_name;
+  const auto dataset = load_campaign(campaign, {.stop_requested = request.stop_requested});
+  if (!dataset) return pass(dataset.error());
+  if (dataset->trials.empty()) return no_complete_trial(campaign);
+  if (Status made = make_export_folder(folder); !made) return pass(made.error());
+  const bool features = request.format == ExportFormat::features_csv;
+  const auto exploration =
+      features ? find_exploration(*dataset, request.exploration) : Result<std::string>("");
+  if (!exploration) return pass(exploration.error());
+  const std::string name = features ? "features-" + *exploration + ".csv" : dataset_file_name;
+  AtomicFile file(folder / export_folder_name / name);
+  auto made =
+      features ? write_as_features(*dataset, *exploration, file.temporary(), request.stop_requested)
+               : write_as_hdf5(*dataset, file.temporary(), request.stop_requested);
+  if (!made) return pass(made.error());
+  made->name = name;
+  made->bench = to_string(dataset->info.kind);
+  return publish_made(folder, progress, std::move(*made), file, request.stop_requested);
+}
+
 constexpr std::array<std::string_view, 5> export_states{"current", "outdated", "discarded",
                                                         "missing", "altered"};
 
@@ -177,37 +252,14 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportRequest
   const std::uintmax_t bytes = fs::file_size(campaign, error);
   if (error)
     return fail({.code = Errc::not_found, .where = campaign.string(), .what = "no campaign file"});
-  if (Status room = check_space(folder, bytes); !room) return pass(room.error());
+  const bool samples = request.format == ExportFormat::samples_csv;
+  if (Status room = check_space(folder, samples ? bytes * text_per_byte : bytes); !room)
+    return pass(room.error());
   if (Status whole = check_wal(campaign); !whole) return pass(whole.error(), folder.string());
   const auto progress = load_progress(campaign);
   if (!progress) return pass(progress.error());
-  const auto dataset = load_campaign(campaign, {.stop_requested = request.stop_requested});
-  if (!dataset) return pass(dataset.error());
-  if (dataset->trials.empty())
-    return fail({.code = Errc::not_found,
-                 .where = campaign.string(),
-                 .what = "no complete trial in the campaign"});
-  if (Status made = make_export_folder(folder); !made) return pass(made.error());
-  const bool features = request.format == ExportFormat::features_csv;
-  const auto exploration =
-      features ? find_exploration(*dataset, request.exploration) : Result<std::string>("");
-  if (!exploration) return pass(exploration.error());
-  const std::string name = features ? "features-" + *exploration + ".csv" : dataset_file_name;
-  AtomicFile file(folder / export_folder_name / name);
-  auto made =
-      features ? write_as_features(*dataset, *exploration, file.temporary(), request.stop_requested)
-               : write_as_hdf5(*dataset, file.temporary(), request.stop_requested);
-  if (!made) return pass(made.error());
-  const auto checksums = file_checksums(file.temporary(), request.stop_requested);
-  if (!checksums) return pass(checksums.error());
-  made->name = name;
-  made->bytes = checksums->bytes;
-  made->sha256 = checksums->sha256;
-  made->bench = to_string(dataset->info.kind);
-  made->planned = progress->planned;
-  made->done = progress->done;
-  if (Status ok = publish_listed(folder, *made, file); !ok) return pass(ok.error());
-  return made;
+  return samples ? export_samples(folder, *progress, request)
+                 : export_dataset(folder, *progress, request);
 }
 
 Result<std::vector<ExportedFile>> listed_exports(const fs::path& folder) {

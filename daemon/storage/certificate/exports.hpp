@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/base/file/read_file.hpp"
+#include "daemon/storage/certificate/samples_csv.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "protocols/base/result.hpp"
 
@@ -34,6 +35,7 @@ inline constexpr const char* export_list_name = "list.json";
 
 enum class ExportFormat : std::uint8_t {
   hdf5,         ///< the complete trials, as `weft dataset export` writes them
+  samples_csv,  ///< samples of one stream, see write_samples_csv()
   features_csv  ///< their features, as `weft fabric features` writes them
 };
 std::string_view to_string(ExportFormat format);
@@ -52,14 +54,15 @@ struct ExportedFile {
 
 struct ExportRequest {
   ExportFormat format = ExportFormat::hdf5;
-  std::string exploration;  ///< of features: needed where the campaign has several
+  std::string exploration;        ///< of features: needed where the campaign has several
+  Stream stream = Stream::taxel;  ///< of samples
   StopRequested stop_requested = {};
 };
 
 /// Of the campaign file in `folder`, which nobody writes to; takes the place of an older export of
 /// that name. Errors: load_campaign()'s, also for a discarded campaign; not_found, without a
-/// complete trial or such an exploration; invalid_argument, for features of several explorations;
-/// io, also where the disk has no room.
+/// complete trial, such an exploration or stream; invalid_argument, for features of several
+/// explorations; io, also where the disk has no room.
 Result<ExportedFile> export_campaign(const std::filesystem::path& folder,
                                      const ExportRequest& request);
 

@@ -1,5 +1,7 @@
 #include "daemon/storage/dataset/dataset.hpp"
 
+#include "daemon/storage/dataset/dataset_hasher.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -289,30 +291,41 @@ DatasetDigest compute_digest(const Dataset& dataset) {
   return *compute_digest(dataset, {});  // nothing else stops it
 }
 
+DatasetHasher::DatasetHasher(const DatasetInfo& info, std::uint64_t trials) {
+  hash_.text("weft dataset 1\n");
+  hash_.sized_text(to_string(info.kind));
+  hash_.number(static_cast<std::uint32_t>(info.axes.size()));
+  for (const Axis& axis : info.axes) {
+    hash_.sized_text(axis.name);
+    hash_.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
+  }
+  if (!info.factors.empty()) {
+    hash_.text("weft factors 1\n");
+    hash_.number(static_cast<std::uint32_t>(info.factors.size()));
+    for (const std::string& factor : info.factors) hash_.sized_text(factor);
+  }
+  add_group_values(hash_, info.group_columns);
+  hash_.number(trials);
+}
+
+std::string DatasetHasher::add(const classifier::Trial& trial, const TrialRecord& record) {
+  const Sha256Digest digest = trial_digest(trial, record);
+  hash_.update(digest);
+  return to_hex(digest);
+}
+
+std::string DatasetHasher::finish() {
+  return to_hex(hash_.finish());
+}
+
 Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested) {
   DatasetDigest digest;
-  Sha256 hash;
-  hash.text("weft dataset 1\n");
-  hash.sized_text(to_string(dataset.info.kind));
-  hash.number(static_cast<std::uint32_t>(dataset.info.axes.size()));
-  for (const Axis& axis : dataset.info.axes) {
-    hash.sized_text(axis.name);
-    hash.number(static_cast<std::uint8_t>(axis.rotary ? 1 : 0));
-  }
-  if (!dataset.info.factors.empty()) {
-    hash.text("weft factors 1\n");
-    hash.number(static_cast<std::uint32_t>(dataset.info.factors.size()));
-    for (const std::string& factor : dataset.info.factors) hash.sized_text(factor);
-  }
-  add_group_values(hash, dataset.info.group_columns);
-  hash.number(static_cast<std::uint64_t>(dataset.trials.size()));
+  DatasetHasher hasher(dataset.info, dataset.trials.size());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     if (stop_requested && stop_requested()) return pass(stopped_early("digests"));
-    const Sha256Digest trial = trial_digest(dataset.trials[i], dataset.records[i]);
-    hash.update(trial);
-    digest.trial_sha256.push_back(to_hex(trial));
+    digest.trial_sha256.push_back(hasher.add(dataset.trials[i], dataset.records[i]));
   }
-  digest.dataset_sha256 = to_hex(hash.finish());
+  digest.dataset_sha256 = hasher.finish();
   return digest;
 }
 

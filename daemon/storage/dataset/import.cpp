@@ -259,14 +259,6 @@ Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvTable> cs
   return dataset;
 }
 
-/// RFC 4180: quotes where the text would break the line apart.
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
 /// As printf's %.17g, which gives back the same double, but whatever the locale.
 void append_number(std::string& text, double value) {
   std::array<char, 32> digits{};
@@ -277,6 +269,13 @@ void append_number(std::string& text, double value) {
 }
 
 }  // namespace
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
 
 Result<Dataset> import_fabricslide(const std::filesystem::path& folder, std::string_view filter,
                                    FabricslideGroup group, double rate_hz) {
@@ -354,12 +353,12 @@ Status export_features_csv(const std::filesystem::path& path,
   if (auto fine = classifier::check(features); !fine)
     return pass(std::move(fine).error(), path.string());
   std::string text = "file,label,group";
-  for (const std::string& name : factors.names) text += "," + quoted(name);
-  for (const std::string& name : features.names) text += "," + quoted(name);
+  for (const std::string& name : factors.names) text += "," + csv_field(name);
+  for (const std::string& name : features.names) text += "," + csv_field(name);
   text += '\n';
   for (std::size_t i = 0; i < features.size(); ++i) {
-    text += quoted(features.files[i]) + "," + quoted(features.labels[i]) + "," +
-            quoted(features.groups[i]);
+    text += csv_field(features.files[i]) + "," + csv_field(features.labels[i]) + "," +
+            csv_field(features.groups[i]);
     const auto add = [&text](double value) {
       text += ',';
       append_number(text, value);

@@ -70,4 +70,7 @@ Status export_features_csv(const std::filesystem::path& path,
                            const classifier::FeatureMatrix& features,
                            const FactorColumns& factors = {});
 
+/// RFC 4180: in quotes where the text would break the line apart.
+std::string csv_field(const std::string& text);
+
 }  // namespace weft::daemon

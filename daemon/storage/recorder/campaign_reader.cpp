@@ -10,6 +10,7 @@
 #include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recorder/schema.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
+#include "daemon/storage/recorder/trial_reader.hpp"
 #include "drivers/api/sample.hpp"
 #include "protocols/base/bytes.hpp"
 
@@ -218,38 +219,40 @@ Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
 class ChunkReader {
  public:
   static Result<ChunkReader> prepare(sqlite::Database& database, std::size_t taxels,
-                                     const DatasetInfo& info) {
+                                     const DatasetInfo& info, Stream last) {
     auto query = database.prepare(
         "SELECT stream, number, rows, lost_before, crc32, data FROM chunk WHERE trial = ? "
-        "ORDER BY stream, number");
+        "AND stream <= ? ORDER BY stream, number");
     if (!query) return pass(std::move(query).error());
-    return ChunkReader(std::move(*query),
+    return ChunkReader(std::move(*query), last,
                        {taxels, 6, info.axes.size(), info.acceleration.readings * acceleration_axes,
                         std::size_t{info.sound.readings}});
   }
 
   Status read(std::int64_t trial_id, classifier::Trial& trial, TrialRecord& record) {
     std::array<std::int64_t, stream_count> expected_number{};
-    return query_.bind_all(trial_id).each([&](const sqlite::Statement& row) -> Status {
-      const std::int64_t stream = row.integer(0);
-      if (stream < 0 || stream >= std::int64_t{stream_count})
-        return fail({.code = Errc::corrupt, .what = "a chunk of an unknown stream"});
-      const std::string where =
-          std::string(to_string(static_cast<Stream>(stream))) + " chunk " + row.text(1);
-      if (row.integer(1) != expected_number[static_cast<std::size_t>(stream)]++)
-        return fail(
-            {.code = Errc::corrupt, .where = where, .what = "a chunk before this one is missing"});
-      auto done = decode(static_cast<Stream>(stream), trial, record);
-      if (!done) return pass(std::move(done).error(), where);
-      return {};
-    });
+    return query_.bind_all(trial_id, static_cast<std::int64_t>(last_))
+        .each([&](const sqlite::Statement& row) -> Status {
+          const std::int64_t stream = row.integer(0);
+          if (stream < 0 || stream >= std::int64_t{stream_count})
+            return fail({.code = Errc::corrupt, .what = "a chunk of an unknown stream"});
+          const std::string where =
+              std::string(to_string(static_cast<Stream>(stream))) + " chunk " + row.text(1);
+          if (row.integer(1) != expected_number[static_cast<std::size_t>(stream)]++)
+            return fail({.code = Errc::corrupt,
+                         .where = where,
+                         .what = "a chunk before this one is missing"});
+          auto done = decode(static_cast<Stream>(stream), trial, record);
+          if (!done) return pass(std::move(done).error(), where);
+          return {};
+        });
   }
 
  private:
   using Widths = std::array<std::size_t, stream_count>;  ///< by Stream
 
-  ChunkReader(sqlite::Statement query, const Widths& widths)
-      : query_(std::move(query)), widths_(widths) {}
+  ChunkReader(sqlite::Statement query, Stream last, const Widths& widths)
+      : query_(std::move(query)), last_(last), widths_(widths) {}
 
   Status decode(Stream stream, classifier::Trial& trial, TrialRecord& record) {
     const ByteView data = query_.blob(5);
@@ -290,12 +293,30 @@ class ChunkReader {
   }
 
   sqlite::Statement query_;
+  Stream last_;
   Widths widths_;
 };
 
-Status read_trials(sqlite::Database& database, const CampaignLoadOptions& options,
-                   std::size_t taxels, Dataset& dataset) {
-  auto chunks = ChunkReader::prepare(database, taxels, dataset.info);
+/// Every attempt, or the complete ones alone.
+struct WantedTrials : AttemptSelection {
+  bool all_outcomes = true;
+};
+
+/// Samples of the attempt, or how many taxel frames were lost.
+Status read_samples(sqlite::Database& database, const WantedTrials& wanted, std::int64_t id,
+                    ChunkReader& chunks, classifier::Trial& trial, TrialRecord& record) {
+  if (wanted.has_samples) return chunks.read(id, trial, record);
+  auto query =
+      database.prepare("SELECT sum(lost_before) FROM chunk WHERE trial = ? AND stream = 0");
+  if (!query) return pass(std::move(query).error());
+  return query->bind_all(id).each([&](const sqlite::Statement& row) {
+    record.lost_samples = static_cast<std::uint32_t>(row.integer(0));
+  });
+}
+
+Status read_trials(sqlite::Database& database, const WantedTrials& options, std::size_t taxels,
+                   Dataset& dataset) {
+  auto chunks = ChunkReader::prepare(database, taxels, dataset.info, options.last_stream);
   if (!chunks) return pass(std::move(chunks).error());
   auto factors = read_factor_values(database, dataset.info);
   if (!factors) return pass(std::move(factors).error());
@@ -324,6 +345,7 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
                    .got = std::to_string(spec.factors.size())});
     if (record->outcome == TrialOutcome::ended_early) ++ended_early[{spec.label, spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) return {};
+    if (!options.name.empty() && trial_name(spec) != options.name) return {};
     if (options.stop_requested && options.stop_requested())
       return pass(stopped_early(trial_name(spec)));
     classifier::Trial trial;
@@ -331,30 +353,31 @@ Status read_trials(sqlite::Database& database, const CampaignLoadOptions& option
     trial.label = spec.label;
     trial.group = spec.group;
     trial.taxels = taxels;
-    auto done = chunks->read(row.integer(0), trial, *record);
+    auto done = read_samples(database, options, row.integer(0), *chunks, trial, *record);
     if (!done) return pass(std::move(done).error(), "trial " + trial.file);
     dataset.trials.push_back(std::move(trial));
     dataset.records.push_back(std::move(*record));
     return {};
   };
-  Status done = database.each(
+  auto rows = database.prepare(
       "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
-      "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt",
-      read_trial);
+      "outcome, force_rms_error_n, force_in_band_fraction FROM trial ORDER BY plan_index, attempt "
+      "LIMIT ? OFFSET ?");
+  if (!rows) return pass(std::move(rows).error());
+  Status done = rows->bind_all(static_cast<std::int64_t>(options.most),
+                               static_cast<std::int64_t>(options.from))
+                    .each(read_trial);
   for (const auto& [what, trials] : ended_early)
     dataset.info.ended_early.push_back({what.first, what.second, trials});
   return done;
 }
 
-}  // namespace
-
-Result<Dataset> load_campaign(const std::filesystem::path& path,
-                              const CampaignLoadOptions& options) {
+Result<Dataset> load_trials(const std::filesystem::path& path, const WantedTrials& wanted) {
   auto database = open_campaign(path);
   if (!database) return pass(std::move(database).error());
   const auto discarded = is_discarded(*database);
   if (!discarded) return pass(discarded.error(), path.string());
-  if (*discarded && !options.all_outcomes)
+  if (*discarded && !wanted.all_outcomes)
     return fail({.code = Errc::wrong_state,
                  .where = path,
                  .what = "the campaign was discarded: no data set is made of it"});
@@ -363,9 +386,22 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
   if (!taxels) return pass(std::move(taxels).error(), path.string());
   Status done = read_block_streams(*database, dataset.info);
   if (done) done = read_factor_names(*database, dataset.info);
-  if (done) done = read_trials(*database, options, *taxels, dataset);
+  if (done) done = read_trials(*database, wanted, *taxels, dataset);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
+}
+
+}  // namespace
+
+Result<Dataset> load_campaign(const std::filesystem::path& path,
+                              const CampaignLoadOptions& options) {
+  WantedTrials wanted{{.stop_requested = options.stop_requested}, options.all_outcomes};
+  return load_trials(path, wanted);
+}
+
+Result<Dataset> load_attempts(const std::filesystem::path& path,
+                              const AttemptSelection& selection) {
+  return load_trials(path, {selection});
 }
 
 Result<CampaignHeader> load_header(const std::filesystem::path& path) {
