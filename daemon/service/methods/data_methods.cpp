@@ -57,19 +57,6 @@ void files_of_run(const Services& services, const Call& call, const Responder& r
                        [files = services.files, view = *run] { return list_files(*files, view); });
 }
 
-/// A run that nobody writes to. Errors: not_found, wrong_state.
-Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) {
-  const auto run = services.run_manager->get(run_of(call));
-  if (!run) return pass(run.error());
-  const runs::RunState state = run->machine.state;
-  if (state == runs::RunState::ended || state == runs::RunState::interrupted) return run->stored;
-  return fail({.code = Errc::wrong_state,
-               .where = "/params/run",
-               .what = "the run is not over",
-               .expected = "ended or interrupted",
-               .got = std::string(to_string(state))});
-}
-
 void verify_run(const Services& services, const Call& call, const Responder& respond) {
   const auto run = run_at_rest(services, call);
   if (!run) return respond(refused(run.error()));
@@ -311,6 +298,18 @@ void add_model_methods(MethodGroup& group) {
 }  // namespace
 
 json vote_json(const LiveVoteUpdate& vote) {
+Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) {
+  const auto run = services.run_manager->get(run_of(call));
+  if (!run) return pass(run.error());
+  const runs::RunState state = run->machine.state;
+  if (state == runs::RunState::ended || state == runs::RunState::interrupted) return run->stored;
+  return fail({.code = Errc::wrong_state,
+               .where = "/params/run",
+               .what = "the run is not over",
+               .expected = "ended or interrupted",
+               .got = std::string(to_string(state))});
+}
+
   // An array: a merge patch replaces it, so that no label of another model stays.
   json probability = nullptr;  // a model without aids knows none
   for (const auto& [label, share] : vote.probability)

@@ -341,6 +341,7 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_plan_methods(methods, services);
   add_sample_methods(methods, services);
   add_sim_methods(methods, services);
+  add_trial_methods(methods, services);
   add_subscription_methods(methods, services);
   add_token_methods(methods, services);
 }

@@ -172,6 +172,9 @@ Outcome runs_page(const Services& services, const Call& call, const char* name,
                   const std::function<json(const runs::RunView&)>& callback,
                   const std::vector<runs::RunState>& states = {});
 
+/// A run that nobody writes to: it has ended or was interrupted. Errors: not_found, wrong_state.
+Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call);
+
 /// A recipe of the folder by its name, with or without ".json".
 /// Errors: invalid_argument (not a plain name), not_found, with a did-you-mean.
 Result<std::filesystem::path> recipe_file(const Services& services, const std::string& name);

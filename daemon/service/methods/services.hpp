@@ -87,6 +87,7 @@ void add_run_methods(rpc::Methods& methods, const Services& services);
 void add_queue_methods(rpc::Methods& methods, const Services& services);
 void add_rig_methods(rpc::Methods& methods, const Services& services);
 void add_data_methods(rpc::Methods& methods, const Services& services);
+void add_trial_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
 void add_sample_methods(rpc::Methods& methods, const Services& services);
 void add_sim_methods(rpc::Methods& methods, const Services& services);
