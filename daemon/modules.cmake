@@ -36,6 +36,7 @@ weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/analysi
 weft_module(daemon/analysis/calibration USES daemon/storage/dataset daemon/pages/plot sim/plant SYSTEM Eigen3::Eigen)
 weft_module(daemon/analysis/design USES daemon/analysis/report daemon/analysis/tradeoff classifier/design)
 weft_module(daemon/analysis/imprint USES daemon/pages/plot daemon/storage/imprints sim/plant)
+weft_module(daemon/analysis/campaign_report USES daemon/analysis/design)
 weft_module(daemon/analysis/handover USES daemon/analysis/report daemon/analysis/tradeoff daemon/analysis/imprint)
 
 # service: the daemon over its API
@@ -46,20 +47,20 @@ weft_module(daemon/service/transport USES daemon/service/rpc daemon/service/web 
 weft_module(daemon/service/run_model USES daemon/campaign/orders)
 weft_module(daemon/service/run_store USES daemon/service/run_model daemon/campaign)
 weft_module(daemon/service/runs USES daemon/service/run_store)
-weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover)
+weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover daemon/analysis/campaign_report)
 weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
 weft_module(daemon/service/notify USES daemon/service/runs PRIVATE_SYSTEM PkgConfig::CURL PkgConfig::MOSQUITTO)
 weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/notify daemon/service/transport
             PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
-weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/design daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup)
+weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/campaign_report daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup)
 weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
     base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
     storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics campaign/setup pages/plot
-    analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/handover
+    analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/campaign_report analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
     service/handover service/methods service/notify service/daemon
     apps/weft apps/weft_rig)

@@ -182,7 +182,8 @@ def over_restarts(folder, daemon, client, slow, done):
     client = Client(daemon.socket)
     client.call("sub.open", topics=[f"run:{slow}"], mode="every")
     assert client.call("run.get", run=slow)["handover"]["state"] in ("waiting", "running")
-    assert client.call("run.get", run=done["run"])["handover"] == done["handover"]
+    kept = client.call("run.get", run=done["run"])
+    assert (kept["handover"], kept["result"]) == (done["handover"], done["result"]), kept
     client.call("handover.cancel", run=slow)
     assert client.call("run.wait", run=slow, hand_over=True)["handover"]["state"] == "cancelled"
     assert daemon.end() == 0

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "daemon/analysis/handover/train.hpp"
+#include "daemon/analysis/report/headline.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
@@ -211,6 +212,39 @@ class HandoverJob {
   std::vector<HandoverText> texts_;
 };
 
+Result<ordered_json> learn(const Dataset& data, const std::string& sha256,
+                           const recipes::Plan& plan, const HandoverHooks& hooks,
+                           const TimeLimit& allowed, std::vector<HandoverText>& texts) {
+  if (plan.handover->from == recipes::HandoverSource::imprints)
+    return run_imprint_handover(
+        data, sha256, *plan.handover, hooks, [&] { return allowed.stops(); }, texts);
+  HandoverJob job(data, sha256, plan, hooks, allowed);
+  if (Status ok = job.work(); !ok) return pass(ok.error());
+  texts = job.texts();
+  return job.evaluation();
+}
+
+/// The accuracies that are shown of the campaign, and its report, which has the same.
+Status add_report(const Dataset& data, const HandoverHooks& hooks, const TimeLimit& allowed,
+                  ordered_json& evaluation, std::vector<HandoverText>& texts) {
+  evaluation["results"] = ordered_json::array();
+  for (const Headline& headline : handover_headlines(handover_result_from(evaluation), data))
+    evaluation["results"].push_back(headline_json(headline));
+  if (hooks.report && !allowed.stops()) {
+    if (hooks.progress) hooks.progress({0, 1, "the campaign's report"});
+    auto report =
+        hooks.report(data, handover_result_from(evaluation), [&] { return allowed.stops(); });
+    if (!report) return pass(report.error());
+    for (HandoverText& file : *report) {
+      // An exploration's page may have its name.
+      std::erase_if(texts, [&](const HandoverText& other) { return other.name == file.name; });
+      texts.push_back(std::move(file));
+    }
+  }
+  if (allowed.stops()) return fail({.code = Errc::wrong_state, .what = "stopped"});
+  return {};
+}
+
 Result<HandoverResult> run_whole_handover(const fs::path& folder, const HandoverHooks& hooks) {
   const auto lock = FolderLock::take(folder);
   if (!lock) return pass(lock.error());
@@ -228,19 +262,12 @@ Result<HandoverResult> run_whole_handover(const fs::path& folder, const Handover
   const TimeLimit allowed(hooks, plan->handover->at_most_s);
   const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
   if (!data) return pass(allowed.limited(data.error()));
-  if (plan->handover->from == recipes::HandoverSource::imprints) {
-    std::vector<HandoverText> texts;
-    const auto result = run_imprint_handover(
-        *data, certificate->dataset_sha256, *plan->handover, hooks, [&] { return allowed.stops(); },
-        texts);
-    if (!result || allowed.stops())
-      return pass(allowed.limited(result ? Error{.code = Errc::wrong_state, .what = "stopped"}
-                                         : result.error()));
-    return write_handover(folder, *result, texts);
-  }
-  HandoverJob job(*data, certificate->dataset_sha256, *plan, hooks, allowed);
-  if (Status ok = job.work(); !ok) return pass(allowed.limited(ok.error()));
-  return write_handover(folder, job.evaluation(), job.texts());
+  std::vector<HandoverText> texts;
+  auto evaluation = learn(*data, certificate->dataset_sha256, *plan, hooks, allowed, texts);
+  if (!evaluation) return pass(allowed.limited(evaluation.error()));
+  if (Status ok = add_report(*data, hooks, allowed, *evaluation, texts); !ok)
+    return pass(allowed.limited(ok.error()));
+  return write_handover(folder, std::move(*evaluation), texts);
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 // campaign's certificate says was recorded takes part. See daemon/analysis/handover/README.md.
 
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
 #include "daemon/analysis/report/evaluate_campaign.hpp"
@@ -22,6 +24,11 @@ struct HandoverHooks {
   classifier::SecondsNow seconds_now =
       {};                   ///< without it no time is measured, and none is too long
   std::size_t threads = 0;  ///< 0: one per core; models do not depend on it
+  /// Further files of the hand-over, of the data set and what was reached; its error is the
+  /// hand-over's. `stop` and the recipe's time limit are the argument of the same name.
+  std::function<Result<std::vector<HandoverText>>(const Dataset&, const HandoverResult&,
+                                                  const StopRequested& stop)>
+      report = {};
 };
 
 /// What the recipe of the campaign in `folder` says of it, as recorded, whatever has become of the
@@ -33,7 +40,7 @@ Result<std::optional<recipes::Handover>> load_handover_spec(const std::filesyste
 /// and of this data set, is given back and nothing is done; another one is set aside.
 /// Errors: wrong_state, when the campaign is not complete, another process works in the folder, or
 /// it was stopped; timeout, past the recipe's `at_most_s`; corrupt, when the campaign is not what
-/// its certificate says; not_found, when the recipe wants none; the classifier's and the disk's.
+/// its certificate says; not_found, when the recipe has none; the classifier's and the disk's.
 Result<HandoverResult> run_handover(const std::filesystem::path& folder,
                                     const HandoverHooks& hooks);
 

@@ -43,6 +43,7 @@ classifier::TrainOptions train_options(const EvaluateOptions& options) {
   classifier::TrainOptions train;
   train.seed = options.seed;
   train.threads = options.threads;
+  train.stop = options.stop;
   return train;
 }
 

@@ -28,6 +28,7 @@ struct EvaluateOptions {
   /// Of the splits so many, at most, are tried with Learner::best too, which trains some hundred
   /// times as long; 0: none.
   std::size_t best_splits = 0;
+  std::function<bool()> stop = {};  ///< asked often, on several threads
 };
 
 /// What a choice by cross-validation comes to.

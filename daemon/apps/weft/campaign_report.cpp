@@ -1,22 +1,14 @@
 #include "daemon/apps/weft/campaign_report.hpp"
 
-#include <sys/utsname.h>
-
 #include <nlohmann/json.hpp>
 #include <ostream>
-#include <thread>
 
-#include "daemon/analysis/design/design_page.hpp"
 #include "daemon/analysis/handover/handover.hpp"
-#include "daemon/analysis/report/evaluate_campaign.hpp"
-#include "daemon/analysis/report/report.hpp"
 #include "daemon/apps/weft/quick_audit.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
+#include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/base/version/software_version.hpp"
-#include "daemon/storage/dataset/hdf5_file.hpp"
-#include "daemon/storage/imprints/imprint_dataset.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -25,32 +17,6 @@ EvaluationSink progress_to(Console& console) {
   return [&console](const EvaluationProgress& p) {
     console.err << "classify " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
   };
-}
-
-Result<std::vector<CampaignBeside>> evaluated_beside(
-    const std::vector<std::filesystem::path>& folders, const EvaluateOptions& options,
-    Console& console) {
-  std::vector<CampaignBeside> out;
-  for (const std::filesystem::path& folder : folders) {
-    auto dataset = read_hdf5(folder / dataset_file_name);
-    if (!dataset) return pass(dataset.error(), "--beside");
-    auto one = evaluate_beside(std::move(*dataset), options, progress_to(console));
-    if (!one) return pass(one.error(), "--beside " + folder.string());
-    out.push_back(std::move(*one));
-  }
-  return out;
-}
-
-/// `can_measure`: there are slides to be told apart. None, and why, where the classifier refuses.
-std::vector<Headline> headlines_of(const Dataset& dataset, const HandoverResult* handover,
-                                   bool can_measure, Console& console) {
-  if (handover != nullptr) return handover_headlines(*handover, dataset);
-  if (!can_measure) return {};
-  console.err << "classify: the headline, each group of repetitions left out in turn" << std::endl;
-  auto measured = measure_headlines(dataset);
-  if (measured) return std::move(*measured);
-  console.err << "weft: no headline: " << to_string(measured.error()) << std::endl;
-  return {};
 }
 
 std::string share_text(const HandoverShare& share) {
@@ -70,55 +36,23 @@ void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& be
       ->check(CLI::ExistingDirectory);
 }
 
-std::string machine_text() {
-  utsname system{};
-  std::string text = std::to_string(std::thread::hardware_concurrency()) + " threads";
-  if (uname(&system) == 0)
-    text += std::string(", ") + system.sysname + " " + system.release + " " + system.machine;
-  return text + ", compiler " + __VERSION__;
-}
-
-Result<CampaignReport> write_report(const CampaignSummary& summary, const Dataset& dataset,
-                                    const std::filesystem::path& html, std::size_t repeats,
-                                    const ReportExtras& extras, Console& console) {
-  EvaluateOptions options;
-  options.repeats = repeats;
-  if (!extras.beside.empty()) options.best_splits = 3;  // about 3 s a row of the demo on two cores
-  // What a live vote has left says nothing of all slides.
-  const bool selected = !dataset.info.ended_early.empty();
-  // Imprints have rules of their own: the hand-over's.
-  // So has a sweep: its cells are weighed against each other, see weft design analyse.
-  auto results =
-      selected || holds_imprints(dataset) || !dataset.info.factors.empty()
-          ? Result<std::vector<ExplorationResult>>()
-          : evaluate_campaign(dataset, options, steady_wall_seconds, progress_to(console));
-  CampaignReport report;
-  report.selected = selected;
-  report.html = html;
-  report.json = std::filesystem::path(html).replace_extension(".json");
-  if (!results) report.not_classified = results.error();
-  const std::vector<ExplorationResult> none;
-  const DesignParts design = selected || holds_imprints(dataset) || !results
-                                 ? DesignParts{}
-                                 : analyse_design(dataset, [&console](const std::string& what) {
-                                     console.err << "design: " << what << std::endl;
-                                   });
-  ReportInput input{summary,        dataset,           results ? *results : none,
-                    machine_text(), software_commit(), design};
-  const auto beside = evaluated_beside(extras.beside, options, console);
-  if (!beside) return pass(beside.error());
-  if (!beside->empty()) input.beside = &*beside;
-  input.headlines = headlines_of(dataset, extras.handover, results && !results->empty(), console);
-  input.verified = extras.verified;
-  input.tradeoff_html = extras.tradeoff_html;
-  if (extras.audit) {
-    console.err << "audit, in its quick form" << std::endl;
-    input.audit = audit_quickly(summary.dataset_file, dataset);
-  }
-  if (auto ok = write_report_html(input, report.html); !ok) return pass(ok.error());
-  if (auto ok = write_report_json(input, report.json); !ok) return pass(ok.error());
-  report.summary = summary_text(input);
-  return report;
+Result<WrittenReport> write_report(const CampaignSummary& summary, const Dataset& dataset,
+                                   const std::filesystem::path& html, ReportOptions options,
+                                   bool audit, Console& console) {
+  options.progress = progress_to(console);
+  options.note = [&console](const std::string& text) { console.err << text << std::endl; };
+  if (audit)
+    options.audit = [&] {
+      console.err << "audit, in its quick form" << std::endl;
+      return audit_quickly(summary.dataset_file, dataset);
+    };
+  auto report = make_report(summary, dataset, options);
+  if (!report) return pass(report.error());
+  WrittenReport out{std::move(*report), html,
+                    std::filesystem::path(html).replace_extension(".json")};
+  if (Status ok = write_text_file(out.html, out.report.html); !ok) return pass(ok.error());
+  if (Status ok = write_text_file(out.json, out.report.json); !ok) return pass(ok.error());
+  return out;
 }
 
 std::optional<RunHandover> handover_of_run(const CampaignSummary& summary,

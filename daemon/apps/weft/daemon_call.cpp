@@ -34,8 +34,21 @@ std::string format_handover(const json& reply) {
            (reply.value("error", json()).is_string() ? ": " + reply.value("error", "") : "");
   std::string words;
   for (const json& model : reply.value("models", json::array()))
-    words += "\n  handed over: " + model.value("model", "") + ", accuracy " +
-             percent(model.value("accuracy", 0.0), 1) + " % (" + reply.value("bench", "") + ")";
+    words += "\n  handed over: " + model.value("model", "") + " (" + reply.value("bench", "") + ")";
+  return words;
+}
+
+std::string format_result(const json& result) {
+  std::string words;
+  for (const json& one : result) {
+    const json ci95 = one.value("ci95", json::array({0.0, 1.0}));
+    words += "\n  accuracy of " + one.value("exploration", "") + ": " +
+             percent(one.value("accuracy", 0.0), 1) +
+             " % (95 %: " + percent(ci95.at(0).get<double>(), 1) + " to " +
+             percent(ci95.at(1).get<double>(), 1) + ") of " +
+             std::to_string(one.value("tested", 0)) + " " + one.value("unit", "") + ", " +
+             one.value("protocol", "");
+  }
   return words;
 }
 
@@ -70,6 +83,7 @@ std::string format_run(const json& run) {
             std::to_string(since.value("trials_planned", 0)) + " trials by now" +
             (since.value("complete", false) ? ", complete" : "") +
             ": its campaign was gone on with without the daemon";
+  line += format_result(run.value("result", json::array()));
   if (run.contains("handover")) line += format_handover(run.at("handover"));
   return line + "\n";
 }

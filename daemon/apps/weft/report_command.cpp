@@ -3,7 +3,6 @@
 #include <ostream>
 
 #include "daemon/analysis/report/report.hpp"
-#include "daemon/analysis/report/trace.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/commands.hpp"
@@ -32,71 +31,6 @@ struct ReportArgs {
   std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
   std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
 };
-
-bool out_of_plan(const CampaignSummary& summary) {
-  return summary.trials_complete < summary.trials_planned &&
-         summary.outcome != recipes::Outcome::interrupted;
-}
-
-/// Somebody ended it before its plan was done: the last order that does so counts.
-void apply_journal_order(const JournalEntry& entry, recipes::Outcome& outcome) {
-  if (entry.kind == "stop_requested") outcome = recipes::Outcome::aborted;
-  if (entry.kind != "order") return;
-  const auto payload = nlohmann::json::parse(entry.payload_json, nullptr, false);
-  const std::string order = payload.is_object() ? payload.value("order", "") : "";
-  if (order == "stop") outcome = recipes::Outcome::stopped;
-  if (order == "abort" || order == "halt") outcome = recipes::Outcome::aborted;
-}
-
-/// What the journal tells: who ended it, how it was simulated, and how long it took on the bench's
-/// clock.
-Status add_journal(const fs::path& campaign, CampaignSummary& summary) {
-  const auto journal = load_journal(campaign);
-  if (!journal) return pass(journal.error());
-  for (const JournalEntry& entry : *journal) {
-    summary.virtual_s = std::max(summary.virtual_s, to_seconds(entry.time));
-    if (out_of_plan(summary)) apply_journal_order(entry, summary.outcome);
-    if (entry.kind != "simulation") continue;
-    auto note = simulation_note_from(entry.payload_json);
-    if (!note) return pass(note.error(), campaign.string());
-    summary.simulation = std::move(*note);
-  }
-  return {};
-}
-
-void add_force(const Dataset& dataset, ForceTally& all) {
-  for (const FabricForce& fabric : force_by_fabric(dataset, force_targets(dataset.info))) {
-    all.samples += fabric.tally.samples;
-    all.in_band += fabric.tally.in_band;
-    all.sum_squares_n2 += fabric.tally.sum_squares_n2;
-    all.worst_n = std::max(all.worst_n, fabric.tally.worst_n);
-  }
-}
-
-/// Of the files. Whether somebody cleaned up and how the rig stands is not in them.
-Result<CampaignSummary> load_summary(const fs::path& folder, const VerifyReport& verified,
-                                     const Dataset& dataset) {
-  CampaignSummary out;
-  out.campaign_file = folder / campaign_file_name;
-  out.dataset_file = folder / dataset_file_name;
-  const auto history = load_history(out.campaign_file);
-  if (!history) return pass(history.error());
-  out.name = history->info.name;
-  out.bench = history->info.kind;
-  out.cleanup = recipes::Cleanup::skipped;
-  out.rig = recipes::RigFact::unknown;
-  out.trials_planned = history->progress.planned;
-  out.trials_complete = history->complete();
-  out.trials_ended_early = history->ended_early();
-  out.attempts_rejected = history->rejected();
-  out.dataset_sha256 = verified.dataset_sha256;
-  if (out.trials_complete < out.trials_planned)
-    out.outcome = verified.finished ? recipes::Outcome::failed : recipes::Outcome::interrupted;
-  if (Status ok = add_journal(out.campaign_file, out); !ok) return pass(ok.error());
-  out.level = out.simulation.level;
-  add_force(dataset, out.force);
-  return out;
-}
 
 constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
 
@@ -212,30 +146,34 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   const auto summary = load_summary(args.folder, *verified, *dataset);
   if (!summary) return pass(summary.error());
   const auto handover = usable_handover(args.folder, verified->dataset_sha256, console);
-  ReportExtras extras{&*verified, {}, handover ? &*handover : nullptr, args.beside};
+  ReportOptions options;
+  options.repeats = args.repeats;
+  options.verified = &*verified;
+  options.handover = handover ? &*handover : nullptr;
+  options.beside = args.beside;
   if (tradeoffs(args, *dataset)) {
     auto sections = tradeoff_sections(args, *summary, console);
     const bool is_whole = summary->outcome == recipes::Outcome::complete;
     if (!sections && is_whole) return pass(sections.error());
     if (sections)
-      extras.tradeoff_html = std::move(*sections);
+      options.tradeoff_html = std::move(*sections);
     else  // too few trials to split, perhaps
       console.err << "speed against accuracy is left out: " << to_string(sections.error()) << '\n';
   }
   const auto fidelity = fidelity_section(args, *summary);
   if (!fidelity) return pass(fidelity.error());
-  extras.tradeoff_html += *fidelity;
-  extras.audit = !args.no_audit;
-  const auto report = write_report(*summary, *dataset, args.out, args.repeats, extras, console);
-  if (!report) return pass(report.error());
-  if (report->not_classified)
-    console.err << "not classified: " << to_string(*report->not_classified) << std::endl;
+  options.tradeoff_html += *fidelity;
+  const auto written = write_report(*summary, *dataset, args.out, options, !args.no_audit, console);
+  if (!written) return pass(written.error());
+  if (const auto& why = written->report.not_classified)
+    console.err << "not classified: " << to_string(*why) << std::endl;
   nlohmann::json summary_json{{"command", "report"},
                               {"bench", to_string(summary->bench)},
-                              {"report_html", report->html.string()},
-                              {"report_json", report->json.string()},
+                              {"report_html", written->html.string()},
+                              {"report_json", written->json.string()},
                               {"verified", verify_json(*verified)}};
-  print(console, report->summary + "Report: " + report->html.string() + "\n", summary_json);
+  print(console, written->report.summary + "Report: " + written->html.string() + "\n",
+        summary_json);
   return verified->holds() ? exit_ok : exit_failure;
 }
 

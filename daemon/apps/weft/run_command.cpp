@@ -147,14 +147,16 @@ std::string summary_text(const CampaignSummary& s) {
   return out + simulation_text(s.simulation);
 }
 
-std::string report_text(const CampaignReport& report) {
-  return report.summary + "Report: " + report.html.string() + ", " + report.json.string() + "\n";
+std::string report_text(const WrittenReport& written) {
+  return written.report.summary + "Report: " + written.html.string() + ", " +
+         written.json.string() + "\n";
 }
 
-json report_json(const CampaignSummary& summary, const CampaignReport& report) {
+json report_json(const CampaignSummary& summary, const WrittenReport& written) {
+  const CampaignReport& report = written.report;
   json out = summary_json(summary);
-  out["report_html"] = report.html.string();
-  out["report_json"] = report.json.string();
+  out["report_html"] = written.html.string();
+  out["report_json"] = written.json.string();
   if (report.not_classified) out["not_classified"] = error_json(*report.not_classified);
   if (report.selected) out["selected"] = true;
   return out;
@@ -266,12 +268,15 @@ int unconcluded(const CampaignSummary& s, Console& console) {
 }
 
 /// The data set is given back before anything else is read.
-Result<CampaignReport> report_of(const RunArgs& args, const CampaignSummary& summary,
-                                 const HandoverResult* handover, Console& console) {
+Result<WrittenReport> report_of(const RunArgs& args, const CampaignSummary& summary,
+                                const HandoverResult* handover, Console& console) {
   const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
   if (!dataset) return pass(dataset.error());
-  return write_report(summary, *dataset, args.out / "report.html", args.repeats,
-                      {nullptr, {}, handover, args.beside}, console);
+  ReportOptions options;
+  options.repeats = args.repeats;
+  options.handover = handover;
+  options.beside = args.beside;
+  return write_report(summary, *dataset, args.out / "report.html", options, true, console);
 }
 
 /// Of a campaign that came to its end.
@@ -287,7 +292,8 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
   const int recorded = status_of(summary);
   if (is_promise_missed(summary.simulation))
     console.err << "weft: " << format_promise(summary.simulation) << '\n';
-  if (!args.evaluate && is_complete(summary) && summary.states_handover && !is_handover_done(args.out))
+  if (!args.evaluate && is_complete(summary) && summary.states_handover &&
+      !is_handover_done(args.out))
     console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
                    "was given; the same command with --resume in its place does it\n";
   if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
@@ -295,17 +301,18 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
     return recorded;
   }
   const auto result = handover_of_run(summary, args.out, console);
-  const Result<CampaignReport> report =
+  const Result<WrittenReport> written =
       report_of(args, summary, result && result->done ? &*result->done : nullptr, console);
-  if (!report) return pass(report.error());
+  if (!written) return pass(written.error());
+  const CampaignReport& report = written->report;
   if (!is_complete(summary))
     console.err << "weft: the campaign is not complete (" << format_incomplete(summary)
                 << "); the report is of the complete trials\n";
-  if (report->not_classified)
+  if (report.not_classified)
     console.err << "weft: the campaign was not classified, its data are kept in "
-                << summary.dataset_file.string() << ": " << to_string(*report->not_classified)
+                << summary.dataset_file.string() << ": " << to_string(*report.not_classified)
                 << '\n';
-  if (report->selected)
+  if (report.selected)
     console.err
         << "weft: the campaign was not classified: slides of it ended early, and the whole "
            "ones are those that the vote was unsure of; weft fabric evaluate does it all the "
@@ -313,16 +320,16 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
   if (result && result->failed)
     console.err << "weft: the campaign was not handed over, its data are kept in "
                 << summary.dataset_file.string() << ": " << to_string(*result->failed) << '\n';
-  json out = report_json(summary, *report);
+  json out = report_json(summary, *written);
   if (result) out["handover"] = json_of(*result);
   const double wall_s = steady_wall_seconds() - began_s;
   out["whole_run_wall_s"] = wall_s;
   if (const std::string whole = format_whole_run(summary.simulation, summary.virtual_s, wall_s);
       !whole.empty())
     console.err << "weft: " << whole << '\n';
-  print(console, report_text(*report) + (result ? format_text(*result) : ""), out);
+  print(console, report_text(*written) + (result ? format_text(*result) : ""), out);
   const bool lacks = result && result->failed && !result->by_default;
-  return report->not_classified || lacks ? exit_failure : recorded;
+  return report.not_classified || lacks ? exit_failure : recorded;
 }
 
 void add_options(CLI::App& command, RunArgs& args) {

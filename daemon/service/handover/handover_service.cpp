@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "daemon/analysis/campaign_report/campaign_report.hpp"
 #include "daemon/base/loop/threads.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 
@@ -17,6 +18,14 @@ constexpr std::size_t most_attempts = 2;
 /// Half of the machine: the other half is the next run's, whatever the scheduler thinks.
 std::size_t threads_in_background() {
   return std::max(1U, std::thread::hardware_concurrency() / 2);
+}
+
+ReportOptions report_options(const HandoverHooks& hooks, const StopRequested& stop) {
+  ReportOptions out;
+  out.threads = hooks.threads;
+  out.progress = hooks.progress;
+  out.stop = stop;
+  return out;
 }
 
 HandoverStatus status_of(HandoverState state, std::string_view by, std::size_t attempts = 0) {
@@ -198,6 +207,10 @@ void HandoverService::begin_next() {
     hooks.threads = threads_in_background();
     hooks.progress = [this, &id](const EvaluationProgress& progress) {
       context_.post([this, id, progress] { progressed(id, progress); });
+    };
+    hooks.report = [&](const Dataset& data, const HandoverResult& reached,
+                       const StopRequested& over) {
+      return report_texts(folder, data, reached, report_options(hooks, over));
     };
     const auto result = catch_as_error([&] { return run_handover(folder, hooks); }, "hand-over");
     give_back_free_memory();

@@ -24,6 +24,7 @@ json data_set_json(const runs::RunView& run) {
            {"outcome", stored.outcome}, {"dataset_sha256", digest_of(run)}};
   if (run.external_resume) one["campaign_since"] = run_json(run).at("campaign_since");
   if (run.handover) one["handover"] = to_string(run.handover->state);
+  one["result"] = result_json(run);
   return one;
 }
 
@@ -297,7 +298,6 @@ void add_model_methods(MethodGroup& group) {
 
 }  // namespace
 
-json vote_json(const LiveVoteUpdate& vote) {
 Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return pass(run.error());
@@ -310,6 +310,7 @@ Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) 
                .got = std::string(to_string(state))});
 }
 
+json vote_json(const LiveVoteUpdate& vote) {
   // An array: a merge patch replaces it, so that no label of another model stays.
   json probability = nullptr;  // a model without aids knows none
   for (const auto& [label, share] : vote.probability)
@@ -346,14 +347,22 @@ json handover_json(const HandoverStatus& fact) {
   }
   if (const json result = json::parse(fact.result_json, nullptr, false); result.is_object())
     out.update(result);
+  out.erase("results");  // the run has them
   return out;
+}
+
+json result_json(const runs::RunView& run) {
+  if (!run.handover) return nullptr;
+  const json result = json::parse(run.handover->result_json, nullptr, false);
+  return result.is_object() ? result.value("results", json()) : json();
 }
 
 void add_data_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group.read("data.list", "data sets of all runs, page by page, complete or not", page_params(),
              "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
-             "the file that is there now), campaign_since (as run.get), handover; next, "
+             "the file that is there now), campaign_since (as run.get), handover, result (as "
+             "run.get); next, "
              "null where there is no more",
              [](const Services& s, const Call& call) {
                return runs_page(s, call, "datasets", data_set_json);

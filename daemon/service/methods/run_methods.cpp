@@ -255,7 +255,9 @@ void add_run_reads(MethodGroup& group) {
              "when it is asked or when it will be; campaign_since, where its campaign was gone "
              "on with without the daemon (weft run --resume): what its folder holds by now, "
              "trials_done, trials_planned, complete, dataset_sha256; promise, where an accuracy of "
-             "the simulation was asked for: held",
+             "the simulation was asked for: held; result, the accuracy of each exploration (null: not "
+             "evaluated): exploration, learner, protocol, accuracy, ci95, tested, unit, labels, "
+             "not_tested, base_rate, chance",
              [](const Services& services, const Call& call) {
                return run_outcome(services.run_manager->get(run_of(call)));
              });
@@ -333,6 +335,7 @@ json run_json(const RunView& run) {
   if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
   if (!stored.promise.empty()) out["promise"] = {{"held", stored.promise == "held"}};
   if (run.handover) out["handover"] = handover_json(*run.handover);
+  out["result"] = result_json(run);
   if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
   if (run.external_resume)
     out["campaign_since"] = {{"trials_done", run.external_resume->trials_done},

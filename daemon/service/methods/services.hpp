@@ -121,6 +121,8 @@ server::Hub::Archive run_archive(const Services& services);
 nlohmann::json run_json(const runs::RunView& run);
 /// What "queue" events carry: the runs that wait, the next first.
 nlohmann::json queue_json(const runs::RunQueue& queue);
+/// The accuracies of a run, as headline_json() has them; null where it was not evaluated.
+nlohmann::json result_json(const runs::RunView& run);
 /// What a run says of its hand-over.
 nlohmann::json handover_json(const HandoverStatus& fact);
 /// What "vote:ID" events carry.

@@ -44,17 +44,20 @@ tl::unexpected<Error> altered(std::string where, std::string what, std::string r
                .got = std::move(found)});
 }
 
-HandoverModel model_from(const json& object) {
+template <class Json>
+HandoverModel model_from(const Json& object) {
   return {object.at("exploration"), object.at("model"),      object.at("sha256"),
           object.at("learner"),     object.at("trained"),    object.at("asked"),
           object.at("accuracy"),    object.at("ci95").at(0), object.at("ci95").at(1)};
 }
 
-HandoverShare share_from(const json& object) {
+template <class Json>
+HandoverShare share_from(const Json& object) {
   return {object.at("accuracy"), object.at("ci95").at(0), object.at("ci95").at(1)};
 }
 
-HandoverEvaluation evaluation_from(const json& object) {
+template <class Json>
+HandoverEvaluation evaluation_from(const Json& object) {
   return {object.at("exploration"),
           object.at("page"),
           object.at("learner"),
@@ -67,14 +70,6 @@ HandoverEvaluation evaluation_from(const json& object) {
 
 ordered_json share_json(const HandoverShare& share) {
   return {{"accuracy", share.share}, {"ci95", {share.ci95_low, share.ci95_high}}};
-}
-
-HandoverResult handover_result_from(const json& object) {
-  HandoverResult out{object.at("bench"), object.at("dataset_sha256"), {}, {}};
-  for (const json& model : object.at("models")) out.models.push_back(model_from(model));
-  for (const json& one : object.value("evaluations", json::array()))
-    out.evaluations.push_back(evaluation_from(one));
-  return out;
 }
 
 Result<json> read_evaluation(const fs::path& file) {
@@ -113,6 +108,16 @@ constexpr std::array<std::string_view, 6> state_names{"none", "waiting", "runnin
 
 }  // namespace
 
+HandoverResult handover_result_from(const ordered_json& evaluation) {
+  HandoverResult out{evaluation.at("bench"), evaluation.at("dataset_sha256"), {}, {}};
+  for (const auto& model : evaluation.at("models")) out.models.push_back(model_from(model));
+  for (const auto& one : evaluation.value("evaluations", ordered_json::array()))
+    out.evaluations.push_back(evaluation_from(one));
+  if (const auto results = evaluation.find("results"); results != evaluation.end())
+    out.results_json = json(*results).dump(-1, ' ', false, json::error_handler_t::replace);
+  return out;
+}
+
 ordered_json model_json(const HandoverModel& model) {
   return {{"exploration", model.exploration}, {"model", model.file},
           {"sha256", model.sha256},           {"learner", model.learner},
@@ -136,10 +141,13 @@ ordered_json handover_result_json(const HandoverResult& result) {
   for (const HandoverModel& model : result.models) models.push_back(model_json(model));
   for (const HandoverEvaluation& one : result.evaluations)
     evaluations.push_back(evaluation_line_json(one));
-  return {{"bench", result.bench},
-          {"dataset_sha256", result.dataset_sha256},
-          {"models", std::move(models)},
-          {"evaluations", std::move(evaluations)}};
+  ordered_json out{{"bench", result.bench},
+                   {"dataset_sha256", result.dataset_sha256},
+                   {"models", std::move(models)},
+                   {"evaluations", std::move(evaluations)}};
+  if (!result.results_json.empty())
+    out["results"] = ordered_json::parse(result.results_json, nullptr, false);
+  return out;
 }
 
 Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evaluation,
@@ -183,7 +191,7 @@ Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evalu
                    .got = error.message()});
   }
   if (Status ok = publish_folder(part, target); !ok) return pass(ok.error());
-  return handover_result_from(json::parse(plain));
+  return handover_result_from(whole);
 }
 
 Result<std::vector<FileChecksums>> listed_handover_files(const fs::path& folder) {
@@ -211,7 +219,7 @@ Result<std::optional<HandoverResult>> read_handover(const fs::path& folder) {
   try {
     for (const json& listed : evaluation->at("files"))
       if (Status ok = check_file(place, listed); !ok) return pass(ok.error());
-    return std::optional(handover_result_from(*evaluation));
+    return std::optional(handover_result_from(ordered_json(*evaluation)));
   } catch (const json::exception& e) {
     return not_evaluation(place, e.what());
   }

@@ -85,6 +85,9 @@ struct HandoverResult {
   std::string dataset_sha256;
   std::vector<HandoverModel> models;            ///< in the order of the explorations' first trials
   std::vector<HandoverEvaluation> evaluations;  ///< without a model, likewise
+  /// A list: of each exploration the accuracy that is shown, with its protocol; empty in older
+  /// files.
+  std::string results_json = {};
   bool operator==(const HandoverResult&) const = default;
 };
 
@@ -98,13 +101,17 @@ struct HandoverText {
 nlohmann::ordered_json model_json(const HandoverModel& model);
 /// {exploration, page, learner, window_s, recordings, materials, windows {accuracy, ci95}, slides}.
 nlohmann::ordered_json evaluation_line_json(const HandoverEvaluation& evaluation);
-/// {bench, dataset_sha256, models, evaluations}, as clients are told.
+/// {bench, dataset_sha256, models, evaluations} and, where they are known, results, as clients are
+/// told.
 nlohmann::ordered_json handover_result_json(const HandoverResult& result);
+
+/// Of evaluation.json. Throws nlohmann::json::exception where it is not one.
+HandoverResult handover_result_from(const nlohmann::ordered_json& evaluation);
 
 /// Writes `folder`/handover with `texts` and evaluation.json, whole or not at all; one that is
 /// there is set aside. `evaluation` needs bench, dataset_sha256 and models, and may have
-/// evaluations; the list of files and a digest of its own are added. Errors: io; range, where a
-/// text is larger than the 256 MiB that are read again.
+/// evaluations and results; the list of files and a digest of its own are added. Errors: io; range,
+/// where a text is larger than the 256 MiB that are read again.
 Result<HandoverResult> write_handover(const std::filesystem::path& folder,
                                       nlohmann::ordered_json evaluation,
                                       const std::vector<HandoverText>& texts);
