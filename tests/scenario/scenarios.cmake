@@ -272,7 +272,10 @@ add_test(NAME scenario_weftd_handover
 # Plans, differences of recipes, and a data set's files over HTTP.
 add_test(NAME scenario_weftd_data
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-set_tests_properties(scenario_weftd_handover scenario_weftd_data PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Results that people find: accuracy, report, tables of samples, trials, tags and notes.
+add_test(NAME scenario_weftd_trials
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_trials.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_weftd_handover scenario_weftd_data scenario_weftd_trials PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The list of runs damaged, lost and made again; many runs one after the other, thousands of them in the nightly preset.
 add_test(NAME scenario_weftd_catalogue

@@ -124,7 +124,7 @@ def fetched(web, client, folder, run):
     assert listed["run"] == run and listed["dataset_sha256"] == told["dataset_sha256"], (listed, told)
     files = {f["name"]: f for f in told["files"]}
     assert set(files) == {"certificate.json", "campaign.sqlite", "dataset.h5", "handover/M1.model", "handover/M1.html",
-                          "handover/evaluation.json"}, files
+                          "handover/evaluation.json", "handover/report.html", "handover/report.json"}, files
     for file in files.values():
         status, headers, body = web.get(file["path"])
         assert (status, len(body), headers["ETag"]) == (200, file["bytes"], f'"{file["sha256"]}"'), (file, status, len(body))
@@ -180,12 +180,10 @@ def certificate(web, client, run):
 
 
 def notes_and_figures(web, client, run):
-    said = client.call("run.annotate", run=run, text="the cloth was damp", idem="n1")
-    assert client.call("run.annotate", run=run, text="the cloth was damp", idem="n1") == said
+    client.call("run.annotate", run=run, note="the cloth was damp")
     (line,) = client.call("log.query", run=run, kind="note")["lines"]
-    assert (line["data"], line["t_us"]) == ({"text": "the cloth was damp"}, said["t_us"]), line
-    assert client.refused("run.annotate", run=run, text="")["data"]["where"] == "/params/text"
-    assert web.post("run.annotate", run=run, text="no")["error"]["data"]["kind"] == "access.role"
+    assert line["data"] == {"tags": [], "note": "the cloth was damp"}, line
+    assert web.post("run.annotate", run=run, note="no")["error"]["data"]["kind"] == "access.role"
     before, after = web.post("system.metrics")["result"], client.call("system.metrics")
     assert 0 < before["up_s"] <= after["up_s"] and after["runs"] == {"ended": 1} and after["queued"] == 0, after
     assert after["disk_free_bytes"] > 0 and after["leases"] == 1, after

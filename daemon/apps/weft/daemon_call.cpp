@@ -83,6 +83,9 @@ std::string format_run(const json& run) {
             std::to_string(since.value("trials_planned", 0)) + " trials by now" +
             (since.value("complete", false) ? ", complete" : "") +
             ": its campaign was gone on with without the daemon";
+  if (const json tags = run.value("tags", json::array()); !tags.empty())
+    line += "\n  tags: " + joined(tags.get<std::vector<std::string>>());
+  if (const std::string note = run.value("note", ""); !note.empty()) line += "\n  note: " + note;
   line += format_result(run.value("result", json::array()));
   if (run.contains("handover")) line += format_handover(run.at("handover"));
   return line + "\n";

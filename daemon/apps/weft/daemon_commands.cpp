@@ -44,6 +44,11 @@ struct RecoverArgs : ResumeArgs {
 struct LogArgs : RunOrderArgs {
   std::int64_t most = 100;
 };
+struct AnnotateArgs : SocketArgs {
+  std::string run;
+  std::optional<std::vector<std::string>> tags;
+  std::optional<std::string> note;
+};
 struct CallArgs : SocketArgs {
   std::string method;
   std::string params = "{}";
@@ -193,6 +198,12 @@ void add_options(CLI::App& command, RecoverArgs& args) {
       ->required()
       ->check(CLI::IsMember({"resume", "discard", "keep-partial"}));
   command.add_flag("--preview", args.preview, "what it would do; nothing happens");
+}
+void add_options(CLI::App& command, AnnotateArgs& args) {
+  add_options(command, static_cast<SocketArgs&>(args));
+  command.add_option("RUN", args.run, "its name, R-000318")->required();
+  command.add_option("--tag", args.tags, "a tag; repeat it for more; together they replace all");
+  command.add_option("--note", args.note, "text that replaces the note");
 }
 void add_options(CLI::App& command, LogArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
@@ -360,6 +371,18 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
   return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
+/// Sets what is given; an empty text clears it.
+Result<int> run_annotate(Client& daemon, const AnnotateArgs& args, Console& console) {
+  json params{{"run", args.run}};
+  if (args.tags) {
+    params["tags"] = json::array();
+    for (const std::string& tag : *args.tags)
+      if (!tag.empty()) params["tags"].push_back(tag);
+  }
+  if (args.note) params["note"] = *args.note;
+  return print_run(call(daemon, "run.annotate", params), console);
+}
+
 Result<int> run_log(Client& daemon, const LogArgs& args, Console& console) {
   const auto log = call(daemon, "log.tail", {{"run", args.run}, {"most", args.most}});
   if (!log) return pass(log.error());
@@ -409,6 +432,7 @@ void add_daemon_commands(const CommandGroup& weft) {
                                   return order(daemon, args, "run.abort", break_params(args),
                                                console);
                                 });
+  add_daemon_command(weft, "annotate", "set the tags or the note of a run", run_annotate);
   add_daemon_command(weft, "log", "the daemon's journal", run_log);
   weft.add<CallArgs>("call", "any method of the daemon's API", run_call);
 }

@@ -268,17 +268,18 @@ const std::vector<rpc::ParamSpec>& page_params() {
 
 Outcome runs_page(const Services& services, const Call& call, const char* name,
                   const std::function<json(const runs::RunView&)>& callback,
-                  const std::vector<runs::RunState>& states) {
+                  runs::RunFilter filter) {
   auto cursor = read_first(services, call);
   if (!cursor) return refused(cursor.error());
   const auto most = read_whole_number(call, {"most", most_runs, 1, most_runs, "how many runs"});
   if (!most) return refused(most.error());
   const auto newest_first = is_newest_first(call);
   if (!newest_first) return refused(newest_first.error());
+  filter.newest_first = *newest_first;
   ListPage reply(*most);
   json next;
   do {
-    const auto page = services.run_manager->page({states, *newest_first}, *cursor, *most);
+    const auto page = services.run_manager->page(filter, *cursor, *most);
     if (!page) return refused(page.error());
     *cursor = page->next;
     for (const runs::RunView& run : page->runs) {
@@ -340,8 +341,8 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_data_methods(methods, services);
   add_plan_methods(methods, services);
   add_sample_methods(methods, services);
-  add_sim_methods(methods, services);
   add_trial_methods(methods, services);
+  add_sim_methods(methods, services);
   add_subscription_methods(methods, services);
   add_token_methods(methods, services);
 }

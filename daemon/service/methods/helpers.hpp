@@ -166,11 +166,12 @@ class ListPage {
 
 /// "from", "most" and "order" of a list of runs, for run.list and data.list.
 const std::vector<rpc::ParamSpec>& page_params();
-/// {`name`: [...], next: the run that the next page begins with, or null}: of the runs in one of
-/// `states` (empty: any) for which `callback` does not return null. Errors: range, not_found.
+/// {`name`: [...], next: the run that the next page begins with, or null}: of the runs of
+/// `filter`, in the order of the request, for which `callback` does not return null. Errors: range,
+/// not_found.
 Outcome runs_page(const Services& services, const Call& call, const char* name,
                   const std::function<json(const runs::RunView&)>& callback,
-                  const std::vector<runs::RunState>& states = {});
+                  runs::RunFilter filter = {});
 
 /// A run that nobody writes to: it has ended or was interrupted. Errors: not_found, wrong_state.
 Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call);

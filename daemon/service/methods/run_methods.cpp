@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "daemon/service/methods/helpers.hpp"
 
@@ -117,6 +119,51 @@ Outcome pause(const Services& services, const Call& call) {
   return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
 }
 
+constexpr std::size_t most_tags = 16, most_tag_characters = 40, most_note_characters = 4000;
+
+/// That it is UTF-8 was checked with the request.
+Status check_text(std::string_view param, std::string_view text, std::size_t most) {
+  const auto characters = std::ranges::count_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
+  if (std::cmp_less_equal(characters, most)) return {};
+  return pass(bad_param(param, "the text is too long",
+                        "at most " + std::to_string(most) + " characters",
+                        std::to_string(characters)));
+}
+
+Result<std::vector<std::string>> read_tags(const json& list) {
+  if (list.size() > most_tags)
+    return pass(bad_param("tags", "too many tags", "at most " + std::to_string(most_tags),
+                          std::to_string(list.size())));
+  std::vector<std::string> out;
+  for (const json& tag : list) {
+    if (!tag.is_string() || tag.get_ref<const std::string&>().empty())
+      return pass(bad_param("tags", "a tag is a short text", "a list of texts",
+                            format_text(tag).substr(0, 100)));
+    out.push_back(tag.get<std::string>());
+    if (Status ok = check_text("tags", out.back(), most_tag_characters); !ok)
+      return pass(ok.error());
+  }
+  return out;
+}
+
+Outcome annotate(const Services& services, const Call& call) {
+  runs::Annotation wanted;
+  if (call.params.contains("tags")) {
+    auto tags = read_tags(call.params.at("tags"));
+    if (!tags) return refused(tags.error());
+    wanted.tags = std::move(*tags);
+  }
+  if (call.params.contains("note")) {
+    wanted.note = call.params.at("note").get<std::string>();
+    if (Status ok = check_text("note", *wanted.note, most_note_characters); !ok)
+      return refused(ok.error());
+  }
+  if (!wanted.tags && !wanted.note)
+    return refused(bad_param("note", "nothing is said", "tags, note or both", {}));
+  return run_outcome(services.run_manager->annotate(run_of(call), wanted, by(call.caller)));
+}
+
 Outcome list_runs(const Services& services, const Call& call) {
   const std::string wanted = call.params.value("state", "");
   std::vector<RunState> states;
@@ -125,26 +172,20 @@ Outcome list_runs(const Services& services, const Call& call) {
   if (!wanted.empty() && states.empty())
     return refused(
         bad_param("state", "no such state", "queued, running, ended, ...", wanted.substr(0, 100)));
-  return runs_page(services, call, "runs", run_json, states);
+  const std::string search = call.params.value("search", "");
+  if (const Status ok = check_text("search", search, most_tag_characters); !ok)
+    return refused(ok.error());
+  return runs_page(services, call, "runs", run_json, {states, false, search});
 }
 
 std::vector<rpc::ParamSpec> list_params() {
-  std::vector<rpc::ParamSpec> params{{"state", ParamType::text, false, "only those in this state"}};
+  std::vector<rpc::ParamSpec> params{
+      {"state", ParamType::text, false, "only those in this state"},
+      {"search", ParamType::text, false,
+       "only those in whose id, recipe, name, fabrics, tags, note or outcome it is, whatever the "
+       "case of its letters a to z; at most 40 characters"}};
   params.insert(params.end(), page_params().begin(), page_params().end());
   return params;
-}
-
-Outcome annotate(const Services& services, const Call& call) {
-  const std::string text = call.params.at("text").get<std::string>();
-  if (text.empty()) return refused(bad_param("text", "nothing is said", "a few words", {}));
-  const auto run = services.run_manager->get(run_of(call));
-  if (!run) return refused(run.error());
-  const std::int64_t t_us = services.utc_us();
-  if (const Status ok = services.log->append_journal(
-          t_us, run->stored.id(), "note", by(call.caller), format_text({{"text", text}}));
-      !ok)
-    return refused(ok.error());
-  return format_text({{"run", run->stored.id()}, {"t_us", t_us}, {"text", text}});
 }
 
 Outcome withdraw(const Services& services, const Call& call) {
@@ -242,25 +283,29 @@ void add_run_care(MethodGroup& group) {
       "the run, or will, trials_planned, trials_done, trials_left", recover);
   group.change(
       "run.annotate",
-      "a note about a run, of any time, for the journal (log.query, kind \"note\"); its data "
-      "stay as they are",
-      Role::operator_, {run_param, {"text", ParamType::text, true, "what was seen or done"}},
-      "run, t_us, text", annotate);
+      "sets the tags or the note of a run, of any time; its data stay as they are. In the journal "
+      "as kind \"note\"",
+      Role::operator_,
+      {run_param,
+       {"tags", ParamType::list, false, "all of them: at most 16 texts of 40 characters"},
+       {"note", ParamType::text, false, "at most 4000 characters", 4 * most_note_characters}},
+      "the run", annotate);
 }
 
 void add_run_reads(MethodGroup& group) {
-  group.read("run.get", "one run", {run_param},
-             "the run; submitted_by who put it in line, by who changed it last; attention is the "
-             "next human action (null: none), next_attention_us since "
-             "when it is asked or when it will be; campaign_since, where its campaign was gone "
-             "on with without the daemon (weft run --resume): what its folder holds by now, "
-             "trials_done, trials_planned, complete, dataset_sha256; promise, where an accuracy of "
-             "the simulation was asked for: held; result, the accuracy of each exploration (null: not "
-             "evaluated): exploration, learner, protocol, accuracy, ci95, tested, unit, labels, "
-             "not_tested, base_rate, chance",
-             [](const Services& services, const Call& call) {
-               return run_outcome(services.run_manager->get(run_of(call)));
-             });
+  group.read(
+      "run.get", "one run", {run_param},
+      "the run; submitted_by who put it in line, by who changed it last; attention is the "
+      "next human action (null: none), next_attention_us since "
+      "when it is asked or when it will be; campaign_since, where its campaign was gone "
+      "on with without the daemon (weft run --resume): what its folder holds by now, "
+      "trials_done, trials_planned, complete, dataset_sha256; promise, where an accuracy of "
+      "the simulation was asked for: held; result, the accuracy of each exploration (null: not "
+      "evaluated): exploration, learner, protocol, accuracy, ci95, tested, unit, labels, "
+      "not_tested, base_rate, chance",
+      [](const Services& services, const Call& call) {
+        return run_outcome(services.run_manager->get(run_of(call)));
+      });
   group.read("run.list", "the runs, page by page", list_params(),
              "runs, next (null where there is no more)", list_runs);
   group.read(
@@ -269,98 +314,7 @@ void add_run_reads(MethodGroup& group) {
       "the run", wait);
 }
 
-json operator_prompt_json(const runs::OperatorPrompt& operator_prompt) {
-  json out{{"text", operator_prompt.prompt.text},
-           {"people_s", operator_prompt.prompt.people_s},
-           {"trial", operator_prompt.prompt.trial},
-           {"asked", !operator_prompt.step.empty()},
-           {"step", nullptr}};
-  if (!operator_prompt.step.empty()) out["step"] = operator_prompt.step;
-  return out;
-}
-
 }  // namespace
-
-namespace {
-
-/// 0 of a run that is over; null where the time left is not known.
-json left_json(const RunView& run) {
-  if (run.is_over()) return 0;
-  return run.wall_left_s ? json(*run.wall_left_s) : json();
-}
-
-}  // namespace
-
-json run_json(const RunView& run) {
-  const runs::StoredRun& stored = run.stored;
-  json out{{"run", stored.id()},
-           {"state", to_string(run.machine.state)},
-           {"recipe", stored.recipe.stem().string()},
-           {"name", stored.name},
-           {"submitted_by", stored.by},
-           {"by", run.changed_by.empty() ? "auto:daemon" : run.changed_by},
-           {"created_us", stored.created_us},
-           {"folder", stored.folder.string()},
-           {"takes_rejected", run.attempts_rejected},
-           {"wall_left_s", left_json(run)},
-           {"next_attention_us", nullptr},
-           {"attention", nullptr}};
-  if (run.trials_planned > 0) {  // else nobody knows: it is from before that was kept
-    out["trials_done"] = run.trials_done;
-    out["trials_planned"] = run.trials_planned;
-  }
-  if (!stored.bench.empty()) out["bench"] = stored.bench;
-  if (stored.keep_going) out["keep_going"] = true;
-  if (stored.after != 0) out["after"] = runs::run_id(stored.after);
-  if (run.is_blocked) out["blocked"] = true;
-  if (run.pause_is_carried_over) out["pause_carried_over"] = true;
-  if (!stored.recipe_sha256.empty()) out["digest"] = "sha256:" + stored.recipe_sha256;
-  if (run.operator_prompt) {
-    if (run.operator_prompt->at_us) out["next_attention_us"] = *run.operator_prompt->at_us;
-    out["attention"] = operator_prompt_json(*run.operator_prompt);
-  }
-  if (!run.last_rejection.empty()) out["last_rejection"] = run.last_rejection;
-  if (run.moment)
-    out["at"] = {
-        {"trial", run.moment->trial},           {"step", recipes::to_string(run.moment->step)},
-        {"fabric", run.moment->fabric},         {"exploration", run.moment->exploration},
-        {"repetition", run.moment->repetition}, {"bench_s", run.moment->virtual_s}};
-  if (!stored.outcome.empty()) {
-    out["outcome"] = stored.outcome;
-    out["cleanup"] = stored.cleanup;
-    out["rig"] = stored.rig_fact;
-  }
-  if (!stored.recovered.empty()) out["recovered"] = stored.recovered;
-  if (!stored.error.empty()) out["error"] = stored.error;
-  if (!stored.dataset_error.empty()) out["dataset_error"] = stored.dataset_error;
-  if (!stored.promise.empty()) out["promise"] = {{"held", stored.promise == "held"}};
-  if (run.handover) out["handover"] = handover_json(*run.handover);
-  out["result"] = result_json(run);
-  if (!stored.dataset_sha256.empty()) out["dataset_sha256"] = stored.dataset_sha256;
-  if (run.external_resume)
-    out["campaign_since"] = {{"trials_done", run.external_resume->trials_done},
-                             {"trials_planned", run.external_resume->trials_planned},
-                             {"complete", run.external_resume->complete},
-                             {"dataset_sha256", run.external_resume->dataset_sha256}};
-  return out;
-}
-
-server::Hub::Archive run_archive(const Services& services) {
-  static constexpr std::string_view prefix = "run:";
-  return {.prefix = std::string(prefix),
-          .find = [s = &services](std::string_view topic) -> std::optional<json> {
-            if (!topic.starts_with(prefix)) return std::nullopt;
-            const auto run = s->run_manager->get(topic.substr(prefix.size()));
-            return run ? std::optional(run_json(*run)) : std::nullopt;
-          },
-          .count =
-              [s = &services] {
-                std::int64_t all = 0;
-                if (const auto counts = s->log->state_counts())
-                  for (const auto& [state, runs] : *counts) all += runs;
-                return static_cast<std::size_t>(all);
-              }};
-}
 
 void add_run_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);

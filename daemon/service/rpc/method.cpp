@@ -68,12 +68,12 @@ std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const 
                                 .what = "parameter of another type",
                                 .expected = std::string(row_of(param->type).schema),
                                 .got = value.type_name()});
-  if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text)
+  if (value.is_string() && value.get_ref<const std::string&>().size() > param->longest)
     return wrong("param.range",
                  {.code = Errc::range,
                   .where = where,
                   .what = "text too long",
-                  .expected = "at most " + std::to_string(longest_text) + " bytes",
+                  .expected = "at most " + std::to_string(param->longest) + " bytes",
                   .got = std::to_string(value.get_ref<const std::string&>().size()) + " bytes"});
   return std::nullopt;
 }

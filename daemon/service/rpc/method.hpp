@@ -31,11 +31,15 @@ enum class ParamType {
   id  ///< of a request: a text or a whole number; the last type
 };
 
+/// Texts are names, notes and reasons [bytes].
+constexpr std::size_t longest_text = 1000;
+
 struct ParamSpec {
   std::string_view name;
   ParamType type = ParamType::text;
   bool required = false;
   std::string_view summary;  ///< with the unit, where it has one
+  std::size_t longest = longest_text;
 };
 
 enum class Effect {
@@ -118,9 +122,6 @@ class Methods {
 
   std::map<std::string, Entry, std::less<>> entries_;
 };
-
-/// Texts are names, notes and reasons [bytes].
-constexpr std::size_t longest_text = 1000;
 
 /// Unknown names (with a did-you-mean), missing ones, wrong types, texts that are too long; the
 /// first problem.

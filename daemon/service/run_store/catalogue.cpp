@@ -32,6 +32,16 @@ fs::path recipe_path(const CataloguePaths& paths, const DatasetInfo& info) {
   return named;
 }
 
+/// With spaces between; empty where that cannot be read.
+std::string fabrics_of(const std::string& recipe_json) {
+  const auto recipe = nlohmann::json::parse(recipe_json, nullptr, false);
+  const auto fabrics = recipe.is_object() ? recipe.value("fabrics", nlohmann::json()) : recipe;
+  std::vector<std::string> names;
+  for (const auto& fabric : fabrics)
+    if (fabric.is_string()) names.push_back(fabric);
+  return joined(names, " ");
+}
+
 /// What a person added to the name of the run's folder; the whole name of any other folder.
 std::string name_of(const fs::path& folder) {
   const std::string name = folder.filename();
@@ -244,6 +254,7 @@ Result<FoundRun> load_found_run(const fs::path& folder, const CataloguePaths& pa
   run.dataset_sha256 = certified_dataset(folder);
   add_end(*progress, *kept_partial, run);
   found.recipe = {info.recipe_sha256, info.recipe_json};
+  run.fabrics = fabrics_of(info.recipe_json);
   return found;
 }
 

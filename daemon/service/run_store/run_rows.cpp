@@ -27,7 +27,8 @@ CREATE TABLE IF NOT EXISTS run (
   bench_outcome TEXT NOT NULL DEFAULT '', bench_error TEXT NOT NULL DEFAULT '',
   disk_bytes INTEGER NOT NULL DEFAULT 0, keep_going INTEGER NOT NULL DEFAULT 0,
   had_ended INTEGER NOT NULL DEFAULT 0, user TEXT NOT NULL DEFAULT '',
-  after_run INTEGER NOT NULL DEFAULT 0, promise TEXT NOT NULL DEFAULT ''
+  after_run INTEGER NOT NULL DEFAULT 0, promise TEXT NOT NULL DEFAULT '',
+  fabrics TEXT NOT NULL DEFAULT '', tags TEXT NOT NULL DEFAULT '', note TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -63,7 +64,7 @@ struct LaterColumn {
 };
 constexpr std::string_view as_text = "TEXT NOT NULL DEFAULT ''",
                            as_count = "INTEGER NOT NULL DEFAULT 0";
-constexpr std::array<LaterColumn, 24> later_columns{{{"run", "resume", as_count},
+constexpr std::array<LaterColumn, 27> later_columns{{{"run", "resume", as_count},
                                                      {"run", "recovered", as_text},
                                                      {"run", "bench", as_text},
                                                      {"run", "trials_done", "INTEGER"},
@@ -79,6 +80,9 @@ constexpr std::array<LaterColumn, 24> later_columns{{{"run", "resume", as_count}
                                                      {"run", "user", as_text},
                                                      {"run", "after_run", as_count},
                                                      {"run", "promise", as_text},
+                                                     {"run", "fabrics", as_text},
+                                                     {"run", "tags", as_text},
+                                                     {"run", "note", as_text},
                                                      {"rig", "left_by", as_text},
                                                      {"rig", "acknowledged", as_count},
                                                      {"rig", "latch", as_text},
@@ -93,13 +97,13 @@ constexpr std::string_view read_sql =
     "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
     "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
     "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes, "
-    "keep_going, had_ended, user, after_run, promise FROM run ORDER BY number";
+    "keep_going, had_ended, user, after_run, promise, fabrics, tags, note FROM run ORDER BY number";
 constexpr std::string_view write_sql =
     "INSERT INTO run (number, recipe, rig, folder, seed, name, by, created_us, state, outcome, "
     "cleanup, rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, "
     "trials_planned, recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, "
-    "disk_bytes, keep_going, had_ended, user, after_run, promise) VALUES "
-    "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
+    "disk_bytes, keep_going, had_ended, user, after_run, promise, fabrics, tags, note) VALUES "
+    "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
     "ON CONFLICT(number) DO UPDATE SET folder=excluded.folder, state=excluded.state, "
     "outcome=excluded.outcome, cleanup=excluded.cleanup, rig_fact=excluded.rig_fact, "
     "error=excluded.error, dataset_sha256=excluded.dataset_sha256, resume=excluded.resume, "
@@ -109,7 +113,7 @@ constexpr std::string_view write_sql =
     "bench_error=excluded.bench_error, disk_bytes=excluded.disk_bytes, "
     "had_ended=excluded.had_ended, user=excluded.user, seed=excluded.seed, "
     "name=excluded.name, keep_going=excluded.keep_going, after_run=excluded.after_run, "
-    "promise=excluded.promise";
+    "promise=excluded.promise, fabrics=excluded.fabrics, tags=excluded.tags, note=excluded.note";
 
 /// The columns in the order of both statements.
 template <class Run>
@@ -119,7 +123,7 @@ auto columns_of(Run& run) {
                   run.dataset_sha256, run.resume, run.recovered, run.bench, run.trials_done,
                   run.trials_planned, run.recipe_sha256, run.dataset_error, run.rig_untaken,
                   run.bench_outcome, run.bench_error, run.disk_bytes, run.keep_going, run.had_ended,
-                  run.user, run.after, run.promise);
+                  run.user, run.after, run.promise, run.fabrics, run.tags, run.note);
 }
 
 constexpr auto column_count = static_cast<std::ptrdiff_t>(
@@ -139,6 +143,10 @@ struct RowReader {
   }
   void read(std::string& to) { to = row.text(column++); }
   void read(std::filesystem::path& to) { to = row.text(column++); }
+  void read(std::vector<std::string>& to) {
+    const auto list = nlohmann::json::parse(row.text(column++), nullptr, false);
+    if (list.is_array()) to = list.get<std::vector<std::string>>();
+  }
   void read(std::optional<std::int64_t>& to) {
     if (!row.is_null(column)) to = row.integer(column);
     ++column;
@@ -179,6 +187,8 @@ auto to_sql(const Field& field) {
     return to_string(field);
   else if constexpr (std::is_same_v<Field, std::filesystem::path>)
     return field.string();
+  else if constexpr (std::is_same_v<Field, std::vector<std::string>>)
+    return field.empty() ? std::string() : nlohmann::json(field).dump();
   else if constexpr (std::is_same_v<Field, std::optional<std::uint64_t>>)  // more than SQLite has
     return field ? std::to_string(*field) : std::string();
   else
@@ -240,6 +250,12 @@ Result<std::vector<StoredRun>> RunStore::runs() {
   return collect(*rows);
 }
 
+// The recipe is its file's name without ".json".
+constexpr std::string_view is_found_sql =
+    "(?4 = '' OR instr(lower(printf('R-%06d', number) || char(10) || replace(replace(recipe, "
+    "rtrim(recipe, replace(recipe, '/', '')), ''), '.json', '') || char(10) || name || char(10) || "
+    "fabrics || char(10) || tags || char(10) || note || char(10) || outcome), lower(?4)) > 0)";
+
 Result<RunPage> RunStore::runs(const RunFilter& filter, std::optional<std::int64_t> cursor,
                                std::size_t limit) {
   std::string states;
@@ -247,12 +263,14 @@ Result<RunPage> RunStore::runs(const RunFilter& filter, std::optional<std::int64
   if (!states.empty()) states += ' ';
   const std::string_view order = filter.newest_first ? "number <= ?1 ORDER BY number DESC LIMIT ?3"
                                                      : "number >= ?1 ORDER BY number LIMIT ?3";
-  auto rows = prepare_runs(
-      std::string("WHERE (?2 = '' OR instr(?2, ' ' || state || ' ') > 0) AND ").append(order));
+  auto rows = prepare_runs(std::string("WHERE (?2 = '' OR instr(?2, ' ' || state || ' ') > 0) AND ")
+                               .append(is_found_sql)
+                               .append(" AND ")
+                               .append(order));
   if (!rows) return pass(rows.error());
   const std::int64_t first =
       cursor.value_or(filter.newest_first ? std::numeric_limits<std::int64_t>::max() : 0);
-  auto found = collect(rows->bind_all(first, states, limit + 1));
+  auto found = collect(rows->bind_all(first, states, limit + 1, filter.search));
   if (!found) return pass(found.error());
   RunPage page{std::move(*found), {}};
   if (page.runs.size() <= limit) return page;

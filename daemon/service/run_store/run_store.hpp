@@ -53,9 +53,12 @@ struct StoredRun : RunFacts {
   std::string recovered;
   /// It is under way, and has not taken the rig yet: its death would leave that as it was.
   bool rig_untaken = false;
-  bool keep_going = false;  ///< the queue goes on after it, see EndedRun
-  std::int64_t after = 0;   ///< it begins once this run has ended complete; 0: none
-  bool had_ended = false;   ///< it had ended when a person resumed it; else it was interrupted
+  bool keep_going = false;             ///< the queue goes on after it, see EndedRun
+  std::int64_t after = 0;              ///< it begins once this run has ended complete; 0: none
+  std::string fabrics = {};            ///< of its recipe, with spaces between; for a search
+  std::vector<std::string> tags = {};  ///< a person's
+  std::string note = {};               ///< a person's
+  bool had_ended = false;  ///< it had ended when a person resumed it; else it was interrupted
 
   [[nodiscard]] std::string id() const { return run_id(number); }
   RunFacts& facts() { return *this; }
@@ -99,6 +102,9 @@ struct RunChange {
 struct RunFilter {
   std::vector<RunState> states = {};  ///< empty: any
   bool newest_first = false;
+  /// Contained in its name R-000318, recipe, name, fabrics, tags, note or outcome; the case of
+  /// ASCII letters does not matter. Empty: any.
+  std::string search = {};
 };
 struct RunPage {
   std::vector<StoredRun> runs;

@@ -239,6 +239,7 @@ StoredRun RunManager::stored_run(const RunRequest& wanted, const Checked& checke
   run.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
   run.folder = wanted.folder.empty() ? folder_for(run) : wanted.folder;
   run.disk_bytes = disk_forecast(checked->plan);
+  run.fabrics = joined(checked->plan.fabrics, " ");
   return run;
 }
 

@@ -57,6 +57,12 @@ struct UnlockRequest {
 
 /// Errors: invalid_argument, for a name that is no plain part of a folder's name.
 Status check_name(const std::string& name);
+/// What changes; the other stays.
+struct Annotation {
+  std::optional<std::vector<std::string>> tags = {};
+  std::optional<std::string> note = {};
+};
+
 /// What a person asked for, for the journal.
 nlohmann::json submission_of(const StoredRun& run);
 /// What to check for RunManager::submit(), on any thread: a recipe that plans a million trials
@@ -125,6 +131,10 @@ class RunManager final : private RunReports {
   /// wrong_state; those of the check; io, where that cannot be written.
   Result<RunView> recover(std::string_view id, const RecoverRequest& wanted,
                           const Checked& checked);
+
+  /// What a person says of a run; its data stay as they are. Errors: not_found; io, where that
+  /// cannot be written.
+  Result<RunView> annotate(std::string_view id, const Annotation& wanted, std::string_view by);
 
   [[nodiscard]] const RunQueue& queue() const { return queue_; }
   /// Errors: not_found; wrong_state, also where the run would follow itself; invalid_argument,

@@ -1,6 +1,7 @@
 // Which runs are in memory; the others are read from the store when somebody asks for them.
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
@@ -61,6 +62,24 @@ Result<RunManager::Page> RunManager::page(const RunFilter& filter,
     out.runs.push_back(known != nullptr ? shown(*known) : shown(*make_run(run)));
   }
   return out;
+}
+
+Result<RunView> RunManager::annotate(std::string_view id, const Annotation& wanted,
+                                     std::string_view by) {
+  const auto run = find(id);
+  if (!run) return pass(run.error());
+  StoredRun annotated = (*run)->to_store();
+  annotated.tags = wanted.tags.value_or(annotated.tags);
+  annotated.note = wanted.note.value_or(annotated.note);
+  const nlohmann::json payload{{"tags", annotated.tags}, {"note", annotated.note}};
+  if (Status ok = store_.commit(
+          {.runs = {annotated}, .journal = {line(annotated.id(), "note", by, payload)}});
+      !ok)
+    return pass(ok.error());
+  (*run)->stored.tags = annotated.tags;
+  (*run)->stored.note = annotated.note;
+  notify(**run, by);
+  return shown(**run);
 }
 
 std::vector<RunView> RunManager::loaded() const {

@@ -44,19 +44,21 @@ class DataMethods:
         """
         return self._call("data.certificate", {"run": run, "from": from_, "most": most})
 
-    def export(self, *, run: str, format: Optional[str] = None, exploration: Optional[str] = None,
+    def export(self, *, run: str, format: Optional[str] = None, stream: Optional[str] = None, exploration: Optional[str] = None,
                idem: Optional[str] = None) -> JsonObject:
         """Makes a file of the complete trials of a run that is over, also of one that was interrupted; it is had by GET of
         `path` over HTTP.
 
         run: its name, "R-000318"
-        format: hdf5, a data set (default), or features-csv, the table of its features
+        format: hdf5, a data set (default), features-csv, the table of its features, or samples-csv, a table of the samples of
+            one stream
+        stream: of samples: taxels, wrench, stages, acceleration or sound
         exploration: whose features, where the campaign has several
         idem: key of this change: asked again, the first answer comes
         Result: run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, trials_planned. Least role: operator.
         Changes something.
         """
-        return self._call("data.export", {"run": run, "format": format, "exploration": exploration, "idem": idem})
+        return self._call("data.export", {"run": run, "format": format, "stream": stream, "exploration": exploration, "idem": idem})
 
     def get(self, *, run: str) -> JsonObject:
         """The files of a run that has ended; bytes are had by GET of `path` over HTTP, with Range, the digest as ETag.
@@ -84,9 +86,35 @@ class DataMethods:
         most: runs, 1000 at most, and no more than 1 MiB
         order: oldest (default) or newest first
         Result: datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of the file that is there now),
-        campaign_since (as run.get), handover; next, null where there is no more. Least role: observer.
+        campaign_since (as run.get), handover, result (as run.get); next, null where there is no more. Least role: observer.
         """
         return self._call("data.list", {"from": from_, "most": most, "order": order})
+
+    def trial(self, *, run: str, trial: str, points: Optional[int] = None) -> JsonObject:
+        """The curves of one trial of a run that is over, reduced for a picture: least and greatest value in each point, null
+        where samples are missing.
+
+        run: its name, "R-000318"
+        trial: its name, as data.trials has it
+        points: of a curve at most, 1200; 10 to 5000
+        Result: run, trial, bench, label, exploration, repetition, attempt, outcome, begin_s (on the bench's clock; other
+        times are from there), phases: phase, begin_s, end_s; target: phase, force_N, band_N; force: t_s, fx_N, fy_N, fz_N
+        (each min, max); stages: t_s, x_mm ... ry_deg likewise; taxels: mean_S_counts, mean_M_counts, t_s, counts (of at most
+        300 frames). Least role: observer.
+        """
+        return self._call("data.trial", {"run": run, "trial": trial, "points": points})
+
+    def trials(self, *, run: str, from_: Optional[int] = None, most: Optional[int] = None) -> JsonObject:
+        """Every attempt at a trial of a run that is over, page by page, in the order of the plan.
+
+        run: its name, "R-000318"
+        from_: the first attempt that is told, 0
+        most: attempts, 50; at most 200
+        Result: run, bench, trials: trial (its name), index (of the plan), attempt, label, exploration, repetition, piece,
+        mounting, patch, outcome, reason (why it was rejected or failed), lost_frames, force_rms_error_N, force_worst_error_N,
+        force_in_band_share, while the force was held, rest: weight_N, before_N, after_N; next. Least role: observer.
+        """
+        return self._call("data.trials", {"run": run, "from": from_, "most": most})
 
     def verify(self, *, run: str) -> JsonObject:
         """Whether a run's campaign file, data set and hand-over are what was recorded, byte by byte.
@@ -574,15 +602,17 @@ class RunMethods:
         """
         return self._call("run.abort", {"run": run, "break_lease": break_lease, "idem": idem})
 
-    def annotate(self, *, run: str, text: str, idem: Optional[str] = None) -> JsonObject:
-        """A note about a run, of any time, for the journal (log.query, kind "note"); its data stay as they are.
+    def annotate(self, *, run: str, tags: Optional[List[Any]] = None, note: Optional[str] = None,
+                 idem: Optional[str] = None) -> JsonObject:
+        """Sets the tags or the note of a run, of any time; its data stay as they are. In the journal as kind "note".
 
         run: its name, "R-000318"
-        text: what was seen or done
+        tags: all of them: at most 16 texts of 40 characters
+        note: at most 4000 characters
         idem: key of this change: asked again, the first answer comes
-        Result: run, t_us, text. Least role: operator. Changes something.
+        Result: the run. Least role: operator. Changes something.
         """
-        return self._call("run.annotate", {"run": run, "text": text, "idem": idem})
+        return self._call("run.annotate", {"run": run, "tags": tags, "note": note, "idem": idem})
 
     def confirm(self, *, run: str, step: str, break_lease: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
         """A person has done what the run waits for, as its "attention" says; it goes on.
@@ -602,21 +632,25 @@ class RunMethods:
         Result: the run; submitted_by who put it in line, by who changed it last; attention is the next human action (null:
         none), next_attention_us since when it is asked or when it will be; campaign_since, where its campaign was gone on
         with without the daemon (weft run --resume): what its folder holds by now, trials_done, trials_planned, complete,
-        dataset_sha256; promise, where an accuracy of the simulation was asked for: held. Least role: observer.
+        dataset_sha256; promise, where an accuracy of the simulation was asked for: held; result, the accuracy of each
+        exploration (null: not evaluated): exploration, learner, protocol, accuracy, ci95, tested, unit, labels, not_tested,
+        base_rate, chance. Least role: observer.
         """
         return self._call("run.get", {"run": run})
 
-    def list(self, *, state: Optional[str] = None, from_: Optional[str] = None, most: Optional[int] = None,
-             order: Optional[str] = None) -> JsonObject:
+    def list(self, *, state: Optional[str] = None, search: Optional[str] = None, from_: Optional[str] = None,
+             most: Optional[int] = None, order: Optional[str] = None) -> JsonObject:
         """The runs, page by page.
 
         state: only those in this state
+        search: only those in whose id, recipe, name, fabrics, tags, note or outcome it is, whatever the case of its letters a
+            to z; at most 40 characters
         from_: this run on: next of the page before
         most: runs, 1000 at most, and no more than 1 MiB
         order: oldest (default) or newest first
         Result: runs, next (null where there is no more). Least role: observer.
         """
-        return self._call("run.list", {"state": state, "from": from_, "most": most, "order": order})
+        return self._call("run.list", {"state": state, "search": search, "from": from_, "most": most, "order": order})
 
     def pause(self, *, run: str, at: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
         """Holds before the next repetition, or now: then that repetition is run again; where no repetition is left, the queue is
