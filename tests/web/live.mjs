@@ -25,9 +25,11 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#run-step', /sliding/);
   await says(page, '#pads-range', /^0 to 300 counts above the mean of phase S$/);
   const pressed = sum(await pads_now(page));
-  await says(page, '#run-step', /transfer|descending|touch|retract|lift|approach/);
-  const up = sum(await pads_now(page));
-  assert.ok(pressed > 500 && pressed > 4 * Math.abs(up), `pressed ${pressed}, up ${up} counts above rest`);
+  assert.ok(pressed > 16 * 100, `pressed: ${pressed} counts above rest`);
+  await page.waitForFunction((least) => {
+    const values = document.querySelector('#pads').getAttribute('aria-label').split(': ')[1].split(', ').map(Number);
+    return Math.abs(values.reduce((total, one) => total + one, 0)) < least;
+  }, pressed / 4);
   await page.check('#pads-raw');
   await says(page, '#pads-range', /raw/);
   assert.ok(sum(await pads_now(page)) > 16 * 3000, 'raw counts');
