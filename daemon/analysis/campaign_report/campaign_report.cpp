@@ -151,10 +151,10 @@ Result<CampaignReport> make_report(const CampaignSummary& summary, const Dataset
   report.selected = !dataset.info.ended_early.empty();
   if (!results) report.not_classified = results.error();
   const bool has_design = !report.selected && !holds_imprints(dataset) && results;
+  const auto say = [&](const std::string& what) { note(options, "design: " + what); };
   const DesignParts design =
-      has_design ? analyse_design(
-                       dataset, [&](const std::string& what) { note(options, "design: " + what); })
-                 : DesignParts{};
+      has_design ? analyse_design(dataset, say, options.threads, options.stop) : DesignParts{};
+  if (options.stop && options.stop()) return pass(stopped_early("the report"));
   const std::vector<ExplorationResult> none;
   ReportInput input{summary,        dataset,           results ? *results : none,
                     machine_text(), software_commit(), design};

@@ -38,12 +38,15 @@ std::size_t repetitions_of(const std::vector<classifier::Trial>& trials) {
 }
 
 Result<RepetitionStudy> run_study(const Dataset& dataset, const std::string& exploration,
-                                  const std::vector<classifier::Trial>& trials) {
-  const auto features = classifier::build_feature_matrix(trials);
+                                  const std::vector<classifier::Trial>& trials, std::size_t threads,
+                                  const std::function<bool()>& stop) {
+  const auto features = classifier::build_feature_matrix(trials, {}, threads);
   if (!features) return pass(features.error());
   design::CurveOptions options;
   options.draws = reported_draws;
   options.most_points = reported_points;
+  options.threads = threads;
+  options.stop = stop;
   auto curve = design::learning_curve(by_repetition(*features, dataset, {}), options);
   if (!curve) return pass(curve.error());
   design::ForecastOptions wanted;
@@ -137,7 +140,8 @@ ordered_json or_null(const std::optional<Value>& value) {
 }  // namespace
 
 DesignParts analyse_design(const Dataset& dataset,
-                           const std::function<void(const std::string&)>& progress) {
+                           const std::function<void(const std::string&)>& progress,
+                           std::size_t threads, const std::function<bool()>& stop) {
   if (!dataset.info.factors.empty()) {
     progress("the cells of the sweep");
     auto parts = sweep_parts(dataset);
@@ -151,7 +155,7 @@ DesignParts analyse_design(const Dataset& dataset,
     const auto trials = complete_trials(dataset, exploration);
     if (repetitions_of(trials) < least_reported_repetitions) continue;
     progress("learning curve of " + exploration);
-    const auto study = run_study(dataset, exploration, trials);
+    const auto study = run_study(dataset, exploration, trials, threads, stop);
     if (study) {
       out.html += design_section(*study);
       list.push_back(design_json(*study));

@@ -52,8 +52,10 @@ inline constexpr std::size_t least_reported_repetitions = 6;
 /// Of a sweep its analysis; of another campaign the learning curve of each exploration with enough
 /// repetitions, foretold for twice as many. Nothing where neither is there, or where it cannot be
 /// worked out: `progress` is then told why. Whole trials only: not for what a live vote has left.
+/// `threads` (0: one per core) and `stop`, asked often, are of the learning curves.
 DesignParts analyse_design(const Dataset& dataset,
-                           const std::function<void(const std::string&)>& progress);
+                           const std::function<void(const std::string&)>& progress,
+                           std::size_t threads = 0, const std::function<bool()>& stop = {});
 
 // Analyses of sweeps and studies of repetitions for programs.
 

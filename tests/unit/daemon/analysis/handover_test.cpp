@@ -228,6 +228,35 @@ TEST_CASE("A hand-over is given up when it is told to, or when its time is over"
   CHECK(left_behind(campaign.out()).empty());
 }
 
+TEST_CASE("The report is written with the hand-over or neither is; both have one accuracy") {
+  const Recorded campaign;
+  HandoverHooks hooks;
+  hooks.report = [](const Dataset&, const HandoverResult&,
+                    const StopRequested&) -> Result<std::vector<HandoverText>> {
+    return fail({.code = Errc::io, .what = "no room"});
+  };
+  CHECK(run_handover(campaign.out(), hooks).error().code == Errc::io);
+  CHECK(left_behind(campaign.out()).empty());
+  std::string told;
+  hooks.report = [&told](const Dataset& data, const HandoverResult& reached, const StopRequested&) {
+    told = reached.results_json + std::to_string(data.trials.size());
+    return Result<std::vector<HandoverText>>(std::vector<HandoverText>{{"report.html", "<p>"}});
+  };
+  const HandoverResult done = result(campaign.out(), hooks);
+  CHECK(campaign.text("report.html") == "<p>");
+  const auto files = listed_handover_files(campaign.out());
+  REQUIRE(files);
+  CHECK(std::ranges::count(*files, "report.html", &FileChecksums::name) == 1);
+  CHECK(told == done.results_json + "16");
+  const json results = json::parse(done.results_json);
+  REQUIRE(results.size() == done.models.size());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    CHECK(results[i]["accuracy"] == done.models[i].accuracy);
+    CHECK(results[i]["tested"] == done.models[i].requested);
+    CHECK(results[i]["labels"] == 2);
+  }
+}
+
 TEST_CASE("A recipe says whether it is handed over, whatever has become of its file") {
   const Recorded declined(false);
   const auto wanted = load_handover_spec(declined.out());
