@@ -39,7 +39,7 @@ async function edit(daemon, page) {
 }
 
 await with_daemon(async (daemon, open) => {
-  const page = await open(daemon.link());
+  const page = await open(daemon.link(daemon.http, '--role', 'engineer'));
   await connected(page);
   await see(page, 'start');
   await says(page, '#recipes', /Fits this rig.*plain\s*Two fabrics, four times each\..*Does not fit this rig.*broken.*tweed/);

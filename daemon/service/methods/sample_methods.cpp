@@ -46,7 +46,8 @@ void publish(server::Hub& hub, const LiveFrame& frame, std::string_view run, std
   if (frame.wrench) notify("stream:force", force_json(frame));
   if (frame.joints)
     notify("stream:stages", {{"position_mm", of_axes(*frame.joints, true, mm_per_m)},
-                             {"angle_deg", of_axes(*frame.joints, false, deg_per_rad)}});
+                             {"angle_deg", of_axes(*frame.joints, false, deg_per_rad)},
+                             {"phase", phase_json(frame)}});
   if (!frame.taxels.empty())
     notify("stream:taxels", {{"counts", frame.taxels}, {"rest_counts", rest_json(frame)}});
 }

@@ -42,12 +42,14 @@ export function spans_of(rows) {
   const spans = [];
   let last = null;
   for (const row of rows) {
+    if (row.phase === undefined) continue; // only where stages were, in another daemon's words
     const goes_on = last !== null && row.bench_s - last.to_s <= joined_s;
     if (goes_on) last.to_s = row.bench_s;
-    if (!goes_on || row.phase !== last.phase || row.force_n !== last.force_n) {
-      last = { phase: row.phase, force_n: row.force_n, force_band_n: row.force_band_n, from_s: row.bench_s, to_s: row.bench_s };
+    if (!goes_on || row.phase !== last.phase) {
+      last = { phase: row.phase, from_s: row.bench_s, to_s: row.bench_s };
       spans.push(last);
     }
+    if (row.force_n) Object.assign(last, { force_n: row.force_n, force_band_n: row.force_band_n });
   }
   return spans.filter((span) => span.phase);
 }
@@ -84,7 +86,7 @@ class Chart {
   #data() {
     const { columns, scale } = this.kind;
     const shown = columns.map((_, at) => !this.#is_fixed(at));
-    const blank = columns.map(() => null);
+    const blank = columns.map(() => NaN); // parts the line; null: of another topic, told a moment before or after
     const out = [];
     let last_s = null;
     for (const row of this.#rows) {
@@ -92,7 +94,7 @@ class Chart {
       last_s = row.bench_s;
       out.push([row.bench_s, ...columns.map((name, at) => (typeof row[name] === 'number' && shown[at] ? row[name] * scale : null))]);
     }
-    return out.length ? out : [[0, ...blank]];
+    return out.length ? out : [[0, ...columns.map(() => null)]];
   }
 
   #begin() {
@@ -101,6 +103,7 @@ class Chart {
       labels: ['bench', ...this.kind.names],
       colors: this.kind.looks.map(({ ink }) => colour(ink)),
       series: Object.fromEntries(this.kind.names.map((name, at) => [name, { strokePattern: this.kind.looks[at].dash, strokeWidth: this.kind.looks[at].width }])),
+      connectSeparatedPoints: true,
       legend: 'never',
       axisLabelFontSize: 11,
       gridLineColor: colour('grid'),
@@ -138,7 +141,7 @@ class Chart {
   }
 
   #set_point(context, graph, { force_n, force_band_n }, from, to) {
-    if (!force_n) return;
+    if (!force_n) return; // none is regulated
     const [top, middle, bottom] = [force_n + force_band_n, force_n, force_n - force_band_n].map((value) => graph.toDomYCoord(value));
     context.fillStyle = colour('band');
     context.fillRect(from, top, to - from, Math.max(bottom - top, 1));
@@ -165,7 +168,7 @@ class Chart {
     let low = Infinity;
     let high = -Infinity;
     const take = (value) => {
-      if (typeof value !== 'number') return;
+      if (!Number.isFinite(value)) return;
       low = Math.min(low, value);
       high = Math.max(high, value);
     };
@@ -206,7 +209,7 @@ class Chart {
   }
 
   #say() {
-    const row = this.samples.rows.at(-1);
+    const row = this.samples.rows.findLast((one) => typeof one[this.kind.columns[0]] === 'number');
     this.figures.forEach((figure, at) => {
       figure.parentElement.hidden = this.#is_fixed(at);
       const value = row?.[this.kind.columns[at]];

@@ -2,20 +2,21 @@
 // bytes come with the token, like any file; nothing in it runs.
 import { el } from './dom.js';
 
-const never = 'script, link, iframe, object, embed, base, meta, form';
+const never = 'script, style, link, iframe, object, embed, base, meta, form';
 
 /** Shows `html` in `box`. */
 export function show_report(box, html) {
-  const read = new DOMParser().parseFromString(html, 'text/html');
+  const styles = []; // taken out before it is parsed: the page's policy refuses them as elements
+  const bare = html.replace(/<style[^>]*>(?:<!\[CDATA\[)?([\s\S]*?)(?:\]\]>)?<\/style>/g, (_, text) => { styles.push(text); return ''; });
+  const read = new DOMParser().parseFromString(bare, 'text/html');
   for (const unwanted of read.querySelectorAll(never)) unwanted.remove();
   const host = el('div', { class: 'report', tabindex: '0', role: 'region', 'aria-label': read.title || 'Report' });
   const root = host.attachShadow({ mode: 'open' });
-  root.adoptedStyleSheets = [...read.querySelectorAll('style')].map((style) => {
+  root.adoptedStyleSheets = styles.map((text) => {
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync(style.textContent.replaceAll(':root', ':host').replace(/\bbody\s*\{/g, '.report-body{'));
+    sheet.replaceSync(text.replaceAll(':root', ':host').replace(/\bbody\s*\{/g, '.report-body{'));
     return sheet;
   });
-  for (const style of read.querySelectorAll('style')) style.remove();
   const body = el('div', { class: 'report-body' });
   body.append(...document.importNode(read.body, true).childNodes);
   root.append(body);

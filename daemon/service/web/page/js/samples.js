@@ -66,6 +66,7 @@ export class Samples {
 
   #stages(delta) {
     const row = this.#row(delta.bench_s);
+    row.phase = delta.phase ?? null;
     for (const axis of axis_names) row[`${axis}_mm`] = delta.position_mm?.[axis] ?? null;
   }
 
