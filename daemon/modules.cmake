@@ -28,14 +28,15 @@ weft_module(daemon/campaign/setup USES daemon/campaign/diagnostics drivers/ati_d
 
 # pages: SVG and HTML
 weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
+weft_module(daemon/pages/document USES daemon/pages/plot SYSTEM nlohmann_json::nlohmann_json)
 
 # analysis: what is computed and shown about data that exist
-weft_module(daemon/analysis/report USES daemon/storage/imprints daemon/campaign daemon/pages/plot)
-weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/analysis/report daemon/pages/plot daemon/storage/recordings classifier/live recipes
+weft_module(daemon/analysis/report USES daemon/storage/imprints daemon/campaign daemon/pages/document)
+weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/analysis/report daemon/pages/document daemon/storage/recordings classifier/live recipes
             sim/devices)
-weft_module(daemon/analysis/calibration USES daemon/storage/dataset daemon/pages/plot sim/plant SYSTEM Eigen3::Eigen)
+weft_module(daemon/analysis/calibration USES daemon/storage/dataset daemon/pages/document sim/plant SYSTEM Eigen3::Eigen)
 weft_module(daemon/analysis/design USES daemon/analysis/report daemon/analysis/tradeoff classifier/design)
-weft_module(daemon/analysis/imprint USES daemon/pages/plot daemon/storage/imprints sim/plant)
+weft_module(daemon/analysis/imprint USES daemon/pages/document daemon/storage/imprints sim/plant)
 weft_module(daemon/analysis/campaign_report USES daemon/analysis/design)
 weft_module(daemon/analysis/handover USES daemon/analysis/report daemon/analysis/tradeoff daemon/analysis/imprint)
 
@@ -59,7 +60,7 @@ weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
     base/file base/text base/version base/loop hardware/link hardware/plugins hardware/rig
-    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics campaign/setup pages/plot
+    storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics campaign/setup pages/plot pages/document
     analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/campaign_report analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
     service/handover service/methods service/notify service/daemon

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "daemon/base/text/format.hpp"
 #include "daemon/campaign/error_check.hpp"
 #include "sim/plant/bounds.hpp"
 #include "sim/plant/fidelity/forecast.hpp"
@@ -13,7 +14,7 @@ using sim::printed;
 
 std::string format_mn(double force_n) {
   if (!std::isfinite(force_n)) return "no finite force";
-  return printed("%.3g mN", force_n * 1e3);
+  return significant(force_n * 1e3) + " mN";
 }
 
 std::string format_place(const SimulationPromise& promise) {

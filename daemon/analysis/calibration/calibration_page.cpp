@@ -5,7 +5,7 @@
 
 #include "daemon/analysis/calibration/calibration_pictures.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon::calibration {
 namespace {
@@ -15,10 +15,6 @@ constexpr std::string_view page_title = "Calibration of the simulation";
 /// Recordings may be simulated themselves.
 std::string sides_badge(const CalibrationSource& source) {
   return "recorded: " + bench_badge(source.bench) + ", beside " + simulated_badge();
-}
-
-std::string section_html(std::string_view title, const std::string& html) {
-  return "<section>\n<h2>" + escape(title) + "</h2>\n" + html + "</section>\n";
 }
 
 std::string interval_html(double low, double high) {
@@ -52,18 +48,18 @@ std::string_view explanation_of(Standing standing) {
 }
 
 /// Each standing with the number of parameters that have it.
-std::string standings_html(const CalibrationResult& result) {
-  std::string out = "<dl>\n";
+Blocks standings(const CalibrationResult& result) {
+  std::vector<std::pair<std::string, std::string>> out;
   for (const Standing standing : all_standings) {
     const auto count =
         std::ranges::count(result.parameters, standing, &CalibratedParameter::standing);
-    out += definition(std::to_string(count) + " " + std::string(words_of(standing)),
-                      explanation_of(standing));
+    out.emplace_back(std::to_string(count) + " " + std::string(words_of(standing)),
+                     explanation_of(standing));
   }
-  return out + "</dl>\n";
+  return definitions(out);
 }
 
-std::string parameter_table(const CalibrationResult& result) {
+Blocks parameter_table(const CalibrationResult& result) {
   HtmlTable table({"parameter", "cloth", "standing", "estimate before", "value", "bounds, because"},
                   3);
   for (const CalibratedParameter& p : result.parameters)
@@ -71,7 +67,7 @@ std::string parameter_table(const CalibrationResult& result) {
                general(p.parameter.start), general(p.value) + interval_html(p.low, p.high),
                general(p.parameter.low) + " to " + general(p.parameter.high) + ": " +
                    escape(p.parameter.reason)});
-  return figure(standings_html(result) + table.finish(),
+  return figure(standings(result) + table.finish(),
                 "Parameters of the simulation, with intervals of 95 %.", simulated_badge());
 }
 
@@ -80,7 +76,7 @@ std::string inside_text(const ComparedStatistic& s) {
   return *s.after >= s.low && *s.after <= s.high ? "inside" : "OUTSIDE";
 }
 
-std::string statistic_table(const CalibrationResult& result, const CalibrationSource& source) {
+Blocks statistic_table(const CalibrationResult& result, const CalibrationSource& source) {
   HtmlTable table({"statistic", "cloth", "used", "recorded", "SIMULATED before", "SIMULATED after",
                    "after, in the interval"},
                   3);
@@ -104,34 +100,34 @@ std::string band_html(const HeldOutStatistic& s) {
          general(from_scale(s.high, s.real.scale));
 }
 
-std::string held_out_section(const CalibrationResult& result, const CalibrationSource& source) {
+Blocks held_out_section(const CalibrationResult& result, const CalibrationSource& source) {
   if (!result.held_out.is_checked()) return {};
   HtmlTable table({"statistic", "cloth", "held out", "95 % of SIMULATED sets", "inside"}, 2);
   for (const HeldOutStatistic& s : result.held_out.statistics)
     table.row({escape(s.real.name), escape(s.real.cloth), general(s.real.shown), band_html(s),
                s.is_inside ? "inside" : "OUTSIDE"});
-  return section_html("Held-out check",
-                      figure(table.finish(),
-                             "Recordings that were not fitted, and the range of the same strokes "
-                             "simulated with other seeds.",
-                             sides_badge(source)));
+  return section("Held-out check",
+                 figure(table.finish(),
+                        "Recordings that were not fitted, and the range of the same strokes "
+                        "simulated with other seeds.",
+                        sides_badge(source)));
 }
 
-std::string list_of(std::string_view title, const std::vector<std::string>& sentences) {
+Blocks list_of(std::string_view title, const std::vector<std::string>& sentences) {
   if (sentences.empty()) return {};
-  std::string out = "<ul>\n";
-  for (const std::string& sentence : sentences) out += "<li>" + escape(sentence) + "</li>\n";
-  return section_html(title, out + "</ul>\n");
+  std::vector<std::string> items;
+  for (const std::string& sentence : sentences) items.push_back(escape(sentence));
+  return section(std::string(title), bullet_list(items));
 }
 
-std::string verdict_html(const HeldOutCheck& check) {
-  if (!check.is_checked())
-    return "<div class=\"note alarm\"><p>Not checked. " + escape(check.why_not) + "</p></div>\n";
-  return "<div class=\"note" + std::string(check.passes() ? "" : " alarm") + "\"><p>" +
-         (check.passes() ? "Passes" : "Does not pass") + ": " + std::to_string(check.inside) +
-         " of " + std::to_string(check.statistics.size()) +
-         " statistics of recordings that were not fitted lie where 95 % of the simulated ones do. "
-         "At least 80 % have to.</p></div>\n";
+Blocks verdict(const HeldOutCheck& check) {
+  if (!check.is_checked()) return alarm("Not checked. " + escape(check.why_not));
+  const std::string text =
+      std::string(check.passes() ? "Passes" : "Does not pass") + ": " +
+      std::to_string(check.inside) + " of " + std::to_string(check.statistics.size()) +
+      " statistics of recordings that were not fitted lie where 95 % of the simulated ones do. "
+      "At least 80 % have to.";
+  return check.passes() ? note(text) : alarm(text);
 }
 
 std::string held_out_text(const CalibrationResult& result, const CalibrationSource& source) {
@@ -157,47 +153,48 @@ std::string software_text(const CalibrationSource& source) {
          ", NLopt " + source.nlopt;
 }
 
-std::string provenance_html(const CalibrationResult& result, const CalibrationSource& source) {
-  const std::string facts =
-      "<dl>\n" + definition("cloths", fitted_text(result)) + definition("command", source.command) +
-      definition("files", joined(source.files)) +
-      definition("data sets", joined(source.dataset_sha256)) +
-      definition("held out", held_out_text(result, source)) +
-      definition("strokes", strokes_text(result)) +
-      definition("seed", std::to_string(result.seed)) +
-      definition("sum of squares", general(result.cost_before) + " before, " +
-                                       general(result.cost_after) + " after, over " +
-                                       std::to_string(result.targets) + " statistics") +
-      definition("evaluations", std::to_string(result.evaluations)) +
-      definition("software", software_text(source)) + "</dl>\n";
+Blocks provenance(const CalibrationResult& result, const CalibrationSource& source) {
+  const Blocks facts = definitions(
+      {{"cloths", fitted_text(result)},
+       {"command", source.command},
+       {"files", joined(source.files)},
+       {"data sets", joined(source.dataset_sha256)},
+       {"held out", held_out_text(result, source)},
+       {"strokes", strokes_text(result)},
+       {"seed", std::to_string(result.seed)},
+       {"sum of squares", general(result.cost_before) + " before, " + general(result.cost_after) +
+                              " after, over " + std::to_string(result.targets) + " statistics"},
+       {"evaluations", std::to_string(result.evaluations)},
+       {"software", software_text(source)}});
   return figure(facts, "What was fitted, and how.", sides_badge(source));
 }
 
 constexpr std::string_view not_computed_html =
-    "<p>The intraclass correlation of features is not computed here, because it needs the "
+    "The intraclass correlation of features is not computed here, because it needs the "
     "classifier. The accuracy of a classifier is not computed either: <code>weft fabric "
     "evaluate</code> "
     "trains and tests on the groups of a data set. A calibration that passes makes signals alike "
     "and promises no accuracy. <code>docs/howto/calibrate-the-simulation.md</code> explains this "
-    "page.</p>\n";
+    "page.";
 
 }  // namespace
 
-std::string calibration_html(const CalibrationResult& result, const CalibrationSource& source) {
-  return page_around(
-      page_title,
-      "<header>" + simulated_badge() + "\n<h1>" + std::string(page_title) +
-          "</h1>\n<p>Parameters of the simulation, fitted to statistics of recorded signals. No "
-          "accuracy of a classifier was used.</p>\n</header>\n" +
-          verdict_html(result.held_out) + provenance_html(result, source) +
-          section_html("Signals", "<div class=\"pair\">\n" +
-                                      calibration_pictures(result, sides_badge(source)) +
-                                      "</div>\n") +
-          section_html("Statistics", statistic_table(result, source)) +
-          section_html("Parameters", parameter_table(result)) + held_out_section(result, source) +
-          list_of("Parameters that the recordings do not separate", result.blind_directions) +
-          list_of("Remarks", result.remarks) +
-          section_html("What is not computed here", std::string(not_computed_html)));
+Document calibration_document(const CalibrationResult& result, const CalibrationSource& source) {
+  Document out{"calibration", std::string(page_title),
+               std::string(bench_text(BenchKind::simulated))};
+  out.lead_html =
+      "Parameters of the simulation, fitted to statistics of recorded signals. No accuracy of a "
+      "classifier was used.";
+  out.result = verdict(result.held_out);
+  out.pictures =
+      section("Signals", side_by_side(calibration_pictures(result, sides_badge(source))));
+  out.tables = section("Statistics", statistic_table(result, source)) +
+               section("Parameters", parameter_table(result)) + held_out_section(result, source) +
+               list_of("Parameters that the recordings do not separate", result.blind_directions) +
+               list_of("Remarks", result.remarks);
+  out.method = paragraph(std::string(not_computed_html));
+  out.provenance = provenance(result, source);
+  return out;
 }
 
 }  // namespace weft::daemon::calibration

@@ -5,10 +5,10 @@
 
 #include "daemon/analysis/calibration/calibrate.hpp"
 #include "daemon/analysis/calibration/write_fabrics.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon::calibration {
 
-/// One file without scripts or outside resources. All that is simulated says so.
-std::string calibration_html(const CalibrationResult& result, const CalibrationSource& source);
+Document calibration_document(const CalibrationResult& result, const CalibrationSource& source);
 
 }  // namespace weft::daemon::calibration

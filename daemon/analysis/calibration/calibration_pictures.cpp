@@ -8,7 +8,7 @@
 
 #include "daemon/analysis/calibration/stroke_choice.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/plot/svg.hpp"
 
 namespace weft::daemon::calibration {
 namespace {
@@ -17,95 +17,35 @@ constexpr std::string_view band_name = "band_";
 constexpr std::size_t sides = 3;
 constexpr std::array<std::string_view, sides> side_names{"recorded", "SIMULATED, estimates",
                                                          "SIMULATED, calibrated"};
-constexpr std::array<std::string_view, sides> side_lines{"curve first", "curve limit",
-                                                         "curve second"};
+constexpr std::array<chart::Line, sides> side_lines{chart::Line::solid, chart::Line::dashed,
+                                                    chart::Line::solid};
 constexpr std::size_t histogram_bins = 10;
-constexpr double picture_width = 420, picture_height = 250;
-const svg::Box picture_area{62, 44, 346, 160};
-constexpr double key_step = 140, key_y = 16, title_y = 36;
 constexpr double side_step = 0.15;  // between the marks of one name, so that equal ones are seen
-
-/// The 95 % interval of a recorded value.
-struct Whisker {
-  double x, low, high;
-};
 
 /// Three lines on one pair of axes: recorded, simulated before and after.
 struct Picture {
   std::string title, x_title, y_title;
   bool is_log_x = false, is_log_y = false;
-  std::array<std::vector<svg::Point>, sides> lines{};
-  std::vector<Whisker> whiskers{};
+  std::array<std::vector<chart::Sample>, sides> lines{};
   std::vector<std::string> names{};  ///< of whole numbers along x; empty: a scale
 };
 
-svg::Range x_range_of(const Picture& picture) {
-  if (!picture.names.empty()) return {-0.5, static_cast<double>(picture.names.size()) - 0.5};
-  std::vector<double> values;
-  for (const auto& line : picture.lines)
-    for (const svg::Point& p : line) values.push_back(p.x);
-  return picture.is_log_x ? svg::log_range_of(values) : svg::find_range(values);
-}
-
-svg::Range y_range_of(const Picture& picture) {
-  std::vector<double> values;
-  for (const auto& line : picture.lines)
-    for (const svg::Point& p : line) values.push_back(p.y);
-  for (const Whisker& whisker : picture.whiskers) {
-    values.push_back(whisker.low);
-    values.push_back(whisker.high);
-  }
-  return picture.is_log_y ? svg::log_range_of(values) : svg::find_range(values);
-}
-
-void draw_x_axis(svg::Canvas& canvas, const svg::Axes& axes, const Picture& picture) {
-  if (picture.is_log_x) return axes.draw_log_x(canvas, picture.x_title, general);
-  if (picture.names.empty()) return axes.draw_x(canvas, picture.x_title, 5);
-  const double below = picture_area.y + picture_area.height + 14;
-  for (std::size_t i = 0; i < picture.names.size(); ++i)
-    canvas.text({axes.x(static_cast<double>(i)), below + (i % 2 == 0 ? 0 : 13)}, picture.names[i],
-                "tick", svg::Anchor::middle);
-}
-
-void draw_y_axis(svg::Canvas& canvas, const svg::Axes& axes, const Picture& picture) {
-  if (picture.is_log_y) return axes.draw_log_y(canvas, picture.y_title, general);
-  axes.draw_y(canvas, picture.y_title, 5);
-}
-
-void draw_keys(svg::Canvas& canvas) {
+chart::Plot plot_of(const Picture& picture) {
+  chart::Plot out{picture.title + ", recorded and SIMULATED before and after"};
+  out.width = 480;
+  out.panel_height = 190;
+  chart::Panel panel{picture.title};
+  panel.x = {.title = picture.x_title, .logarithmic = picture.is_log_x};
+  panel.x.names = picture.names;
+  panel.y = {.title = picture.y_title, .logarithmic = picture.is_log_y};
   for (std::size_t side = 0; side < sides; ++side) {
-    const double x = 12 + key_step * static_cast<double>(side);
-    draw_mark(canvas, {x, key_y - 4}, side);
-    canvas.text({x + 9, key_y}, side_names[side], "key");
+    chart::Series series{std::string(side_names[side]), side};
+    if (picture.names.empty()) series.line = side_lines[side];
+    series.points = picture.lines[side];
+    panel.series.push_back(std::move(series));
   }
-}
-
-/// A value that a logarithmic axis has no place for is not drawn.
-void draw_sides(svg::Canvas& canvas, const svg::Axes& axes, const Picture& picture) {
-  for (const Whisker& whisker : picture.whiskers)
-    canvas.line(axes.at(whisker.x, whisker.low), axes.at(whisker.x, whisker.high),
-                "whisker " + mark_class(0));
-  for (std::size_t side = 0; side < sides; ++side) {
-    std::vector<svg::Point> points;
-    for (const svg::Point& p : picture.lines[side]) points.push_back(axes.at(p.x, p.y));
-    if (picture.names.empty()) canvas.polyline(points, side_lines[side]);
-    for (const svg::Point& p : points)
-      if (std::isfinite(p.x) && std::isfinite(p.y)) draw_mark(canvas, p, side);
-  }
-}
-
-std::string svg_of(const Picture& picture) {
-  svg::Canvas canvas(picture_width, picture_height,
-                     picture.title + ", recorded and SIMULATED before and after");
-  draw_keys(canvas);
-  canvas.text({picture_area.x, title_y}, picture.title, "row-name");
-  svg::Axes axes(picture_area, x_range_of(picture), y_range_of(picture));
-  axes.x.logarithmic = picture.is_log_x;
-  axes.y.logarithmic = picture.is_log_y;
-  draw_x_axis(canvas, axes, picture);
-  draw_y_axis(canvas, axes, picture);
-  draw_sides(canvas, axes, picture);
-  return canvas.finish();
+  out.panels = {std::move(panel)};
+  return out;
 }
 
 std::array<const RecordingView*, sides> views_of(const CalibrationResult& result) {
@@ -120,8 +60,7 @@ double beside(double x, std::size_t side) {
 /// The three values of a statistic, each at its own x.
 void add_statistic(Picture& out, const ComparedStatistic& s, const std::array<double, sides>& x) {
   const Scale scale = s.real.scale;
-  out.lines[0].push_back({x[0], s.real.shown});
-  out.whiskers.push_back({x[0], from_scale(s.low, scale), from_scale(s.high, scale)});
+  out.lines[0].push_back({x[0], s.real.shown, from_scale(s.low, scale), from_scale(s.high, scale)});
   if (s.before) out.lines[1].push_back({x[1], from_scale(*s.before, scale)});
   if (s.after) out.lines[2].push_back({x[2], from_scale(*s.after, scale)});
 }
@@ -183,7 +122,8 @@ std::vector<double> stroke_modulations(const RecordingView& view) {
 }
 
 /// Middle of a bin, number of values in it; nothing where there are no values.
-std::vector<svg::Point> log_histogram(const std::vector<double>& values, const svg::Range& range) {
+std::vector<chart::Sample> log_histogram(const std::vector<double>& values,
+                                         const svg::Range& range) {
   if (values.empty()) return {};
   const double step = std::log(range.high / range.low) / histogram_bins;
   std::array<double, histogram_bins> counts{};
@@ -192,7 +132,7 @@ std::vector<svg::Point> log_histogram(const std::vector<double>& values, const s
     const double bin = std::clamp(std::log(value / range.low) / step, 0.0, histogram_bins - 1.0);
     ++counts[static_cast<std::size_t>(bin)];
   }
-  std::vector<svg::Point> out;
+  std::vector<chart::Sample> out;
   for (std::size_t b = 0; b < histogram_bins; ++b)
     out.push_back({range.low * std::exp(step * (static_cast<double>(b) + 0.5)), counts[b]});
   return out;
@@ -232,7 +172,7 @@ Picture repetition_picture(const CalibrationResult& result) {
 std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result) {
   std::vector<CalibrationPicture> out;
   const auto add = [&](const std::string& name, const Picture& picture, std::string_view caption) {
-    if (!picture.lines[0].empty()) out.push_back({name, svg_of(picture), std::string(caption)});
+    if (!picture.lines[0].empty()) out.push_back({name, plot_of(picture), std::string(caption)});
   };
   constexpr std::string_view all_strokes =
       "Recorded: all fitted strokes, the line is the 95 % interval. SIMULATED: a choice of them.";
@@ -248,10 +188,10 @@ std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result
   return out;
 }
 
-std::string calibration_pictures(const CalibrationResult& result, std::string_view badge_html) {
-  std::string out;
+Blocks calibration_pictures(const CalibrationResult& result, std::string_view badge_html) {
+  Blocks out;
   for (const CalibrationPicture& picture : draw_calibration(result))
-    out += figure(picture.svg, picture.caption, badge_html);
+    out += figure(weft::daemon::picture(picture.plot), picture.caption, badge_html);
   return out;
 }
 

@@ -7,17 +7,19 @@
 #include <vector>
 
 #include "daemon/analysis/calibration/calibrate.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon::calibration {
 
 struct CalibrationPicture {
   std::string name;  ///< "modulation", "spectrum-Denim": as labels are, so not always a file's
-  std::string svg, caption;
+  chart::Plot plot;
+  std::string caption;
 };
 /// A picture without any recorded value is left out.
 std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result);
 
-/// The same as <figure> elements, each with the badge in its caption.
-std::string calibration_pictures(const CalibrationResult& result, std::string_view badge_html);
+/// The same as figures, each with the badge in its caption.
+Blocks calibration_pictures(const CalibrationResult& result, std::string_view badge_html);
 
 }  // namespace weft::daemon::calibration

@@ -8,6 +8,7 @@
 
 #include "daemon/analysis/design/design_page.hpp"
 #include "daemon/analysis/report/trace.hpp"
+#include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/version/software_version.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
@@ -89,6 +90,32 @@ std::vector<Headline> headlines_of(const Dataset& dataset, bool can_measure,
   return {};
 }
 
+std::string_view text_of(const std::vector<HandoverText>& files, const std::string& name) {
+  const auto found = std::ranges::find(files, name, &HandoverText::name);
+  return found == files.end() ? std::string_view() : std::string_view(found->text);
+}
+
+/// Adds what the hand-over has of confusions; its pages of imprints, and of sound and vibration.
+/// The report stands without them.
+std::vector<Document> add_handover(const std::vector<HandoverText>& files,
+                                   std::vector<Headline>& headlines) {
+  if (const auto text = text_of(files, evaluation_file_name); !text.empty())
+    add_confusions(text, headlines);
+  std::vector<std::string> names{"imprints"};
+  for (const Headline& headline : headlines)
+    if (headline.exploration != names.front()) names.push_back(headline.exploration);
+  std::vector<Document> out;
+  for (const std::string& name : names) {
+    const auto record =
+        nlohmann::ordered_json::parse(text_of(files, name + ".json"), nullptr, false);
+    if (!record.is_object() || !record.contains("page")) continue;
+    auto document = document_from(record["page"]);
+    if (document && document->kind != "evaluation" && document->kind != "campaign")
+      out.push_back(std::move(*document));
+  }
+  return out;
+}
+
 EvaluateOptions evaluate_options(const ReportOptions& options) {
   EvaluateOptions out;
   out.repeats = options.repeats;
@@ -163,13 +190,28 @@ Result<CampaignReport> make_report(const CampaignSummary& summary, const Dataset
   if (!beside->empty()) input.beside = &*beside;
   input.headlines = headlines_of(dataset, results && !results->empty(), options);
   input.verified = options.verified;
-  input.tradeoff_html = options.tradeoff_html;
+  input.tradeoff = options.tradeoff;
+  input.fidelity = options.fidelity;
+  if (options.handover != nullptr)
+    input.documents = add_handover(options.handover_files, input.headlines);
   if (options.audit) input.audit = options.audit();
   if (Status ok = check(input); !ok) return pass(ok.error());
-  report.html = report_html(input);
-  report.json = report_json(input);
+  const Document document = report_document(input);
+  report.html = render(document);
+  report.json = record_with_page(report_record(input), document);
   report.summary = summary_text(input);
   return report;
+}
+
+std::vector<HandoverText> load_handover_files(const fs::path& folder) {
+  std::vector<HandoverText> out;
+  std::error_code unseen;
+  for (const auto& entry : fs::directory_iterator(folder / handover_folder_name, unseen)) {
+    if (entry.path().extension() != ".json") continue;
+    if (auto text = read_text_file(entry.path(), std::uintmax_t{1} << 28))
+      out.push_back({entry.path().filename().string(), std::move(*text)});
+  }
+  return out;
 }
 
 Result<std::vector<HandoverText>> report_texts(const fs::path& folder, const Dataset& dataset,

@@ -21,9 +21,12 @@ struct ReportOptions {
   std::size_t repeats = 30;                ///< random splits, beside the headline
   std::size_t threads = 0;                 ///< 0: one per core
   const VerifyReport* verified = nullptr;  ///< of a report that is made afterwards
-  std::string tradeoff_html = {};          ///< sections
+  Blocks tradeoff = {}, fidelity = {};     ///< sections
   /// Of the campaign: its headline is this one's; nullptr: measured for the report.
   const HandoverResult* handover = nullptr;
+  /// Of that hand-over: evaluation.json and the records of its pages, for confusion matrices and
+  /// for what was learnt from imprints, or from sound and vibration.
+  std::vector<HandoverText> handover_files = {};
   /// Folders of campaigns that differ in what a repetition is: rows beside this one's.
   std::vector<std::filesystem::path> beside = {};
   std::function<std::vector<AuditHeadline>()> audit = {};  ///< empty: left out
@@ -50,6 +53,9 @@ Result<CampaignReport> make_report(const CampaignSummary& summary, const Dataset
 /// the folder. Errors: those of its campaign file.
 Result<CampaignSummary> load_summary(const std::filesystem::path& folder,
                                      const VerifyReport& verified, const Dataset& dataset);
+
+/// Those files of the campaign in `folder`; what cannot be read is left out.
+std::vector<HandoverText> load_handover_files(const std::filesystem::path& folder);
 
 /// report.html and report.json of the folder's campaign. Errors: verify()'s, load_summary()'s,
 /// make_report()'s.

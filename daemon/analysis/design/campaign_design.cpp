@@ -24,7 +24,7 @@ Result<DesignParts> sweep_parts(const Dataset& dataset) {
   DesignParts out;
   ordered_json list = ordered_json::array();
   for (const SweepAnalysis& one : *analyses) {
-    out.html += design_section(one);
+    out.blocks += design_section(one);
     list.push_back(design_json(one));
   }
   out.json = ordered_json{{"sweeps", std::move(list)}}.dump();
@@ -157,7 +157,7 @@ DesignParts analyse_design(const Dataset& dataset,
     progress("learning curve of " + exploration);
     const auto study = run_study(dataset, exploration, trials, threads, stop);
     if (study) {
-      out.html += design_section(*study);
+      out.blocks += design_section(*study);
       list.push_back(design_json(*study));
     } else {
       progress("left out: " + to_string(study.error()));

@@ -1,6 +1,7 @@
 #include "daemon/analysis/design/design_page.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -11,91 +12,22 @@
 
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
-#include "daemon/pages/plot/svg.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
 
 struct GridCell {
-  double value = 0;     ///< decides the shade
-  std::string words;    ///< written in the cell
-  std::string second;   ///< and beneath it, smaller: the interval
-  bool marked = false;  ///< a diamond: the recommended one
+  double value = 0;    ///< decides the shade
+  std::string words;   ///< written in the cell
+  std::string second;  ///< and beneath it: the interval
 };
 
-struct GridMap {
-  std::string title;  ///< read out in the picture's place
-  std::string stamp;  ///< written into the picture: "SIMULATED"
-  std::string x_title, y_title;
-  std::vector<std::string> x, y;  ///< labels of columns and rows
-  /// [rows][columns]; nothing where the design has no such cell.
-  std::vector<std::vector<std::optional<GridCell>>> cells;
-};
-
-constexpr struct { double left = 62, top = 22, bottom = 40, right = 8; } margins;
-constexpr struct { double width = 96, height = 38; } cell_size;
-constexpr double lightest = 0.1, darkest = 0.95, light_on_dark = 0.72;
-
-struct Values {
-  double least = HUGE_VAL, most = -HUGE_VAL;
-  [[nodiscard]] double shade(double value) const {
-    return most > least ? lightest + (darkest - lightest) * (value - least) / (most - least)
-                        : (lightest + darkest) / 2;
-  }
-};
-
-Values values_of(const GridMap& map) {
-  Values out;
-  for (const auto& row : map.cells)
-    for (const auto& cell : row) {
-      if (!cell) continue;
-      out.least = std::min(out.least, cell->value);
-      out.most = std::max(out.most, cell->value);
-    }
-  return out;
-}
-
-void draw(svg::Canvas& canvas, const GridCell& cell, double shade, const svg::Box& box) {
-  canvas.rect(box, "cell-hit", shade);
-  const char* const on = shade > light_on_dark ? "cell-text on" : "cell-text";
-  const double middle = box.x + box.width / 2;
-  canvas.text({middle, box.y + 16}, cell.words, on, svg::Anchor::middle);
-  canvas.text({middle, box.y + 30}, cell.second, on, svg::Anchor::middle);
-  if (cell.marked) canvas.diamond({box.x + 9, box.y + 9}, 5, on);
-}
-
-/// <svg>: the darker the larger, from the least to the greatest value of the map; rows from below.
-std::string grid_map(const GridMap& map) {
-  const auto columns = static_cast<double>(map.x.size()), rows = static_cast<double>(map.y.size());
-  svg::Canvas canvas(margins.left + columns * cell_size.width + margins.right,
-                     margins.top + rows * cell_size.height + margins.bottom, map.title, "heat");
-  canvas.text({margins.left, 14}, map.stamp, "axis-title");
-  const Values values = values_of(map);
-  for (std::size_t r = 0; r < map.y.size(); ++r) {
-    const double y = margins.top + (rows - 1 - static_cast<double>(r)) * cell_size.height;
-    canvas.text({margins.left - 6, y + cell_size.height / 2 + 4}, map.y[r], "tick",
-                svg::Anchor::end);
-    for (std::size_t c = 0; c < map.x.size(); ++c) {
-      const svg::Box box{margins.left + static_cast<double>(c) * cell_size.width + 0.5, y + 0.5,
-                         cell_size.width - 1, cell_size.height - 1};
-      if (map.cells[r][c])
-        draw(canvas, *map.cells[r][c], values.shade(map.cells[r][c]->value), box);
-      else
-        canvas.rect(box, "cell-empty");
-    }
-  }
-  for (std::size_t c = 0; c < map.x.size(); ++c)
-    canvas.text({margins.left + (static_cast<double>(c) + 0.5) * cell_size.width,
-                 margins.top + rows * cell_size.height + 15},
-                map.x[c], "tick", svg::Anchor::middle);
-  canvas.text(
-      {margins.left + columns * cell_size.width / 2, margins.top + rows * cell_size.height + 32},
-      map.x_title, "axis-title", svg::Anchor::middle);
-  canvas.text({12, margins.top + rows * cell_size.height / 2}, map.y_title, "axis-title",
-              svg::Anchor::middle, true);
-  return canvas.finish();
+/// The darker the larger, from the least to the greatest value.
+double shade_of(double value, double least, double most) {
+  constexpr double lightest = 0.1, darkest = 0.95;
+  return most > least ? lightest + (darkest - lightest) * (value - least) / (most - least)
+                      : (lightest + darkest) / 2;
 }
 
 constexpr std::size_t most_maps = 12;
@@ -150,8 +82,10 @@ std::vector<Slice> slices(const SweepAnalysis& a, const std::vector<std::size_t>
 
 /// What a map shows of a cell.
 struct Quantity {
+  std::string short_title;
   const char* title;
   GridCell (*of)(const SweepAnalysis&, std::size_t);
+  bool less_is_better = false;
 };
 
 GridCell separability_of(const SweepAnalysis& a, std::size_t i) {
@@ -178,76 +112,100 @@ GridCell seconds_of(const SweepAnalysis& a, std::size_t i) {
   return grid_cell(a.cells[i].seconds, " s");
 }
 
-constexpr Quantity quantities[]{
-    {"separability of the fabrics, leaving each replicate out", separability_of},
-    {"texture signal over noise", snr_of},
-    {"share of values at an end of the taxels' range", saturated_of},
-    {"seconds on record per trial, median", seconds_of}};
+const std::array<Quantity, 4> quantities{
+    {{"separability", "separability of the fabrics, leaving each replicate out", separability_of},
+     {"signal over noise", "texture signal over noise", snr_of},
+     {"saturated", "share of values at an end of the taxels' range", saturated_of, true},
+     {"seconds", "seconds on record per trial, median", seconds_of, true}}};
 
-std::string map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary, const Slice& slice,
-                   const Quantity& quantity) {
+/// Rows from below: as on an axis.
+chart::Cells map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary,
+                    const Slice& slice, const Quantity& quantity) {
   const std::size_t y_factor = vary.empty() ? 0 : vary[0];
   const std::optional<std::size_t> x_factor =
       vary.size() > 1 ? std::optional(vary[1]) : std::nullopt;
   const std::vector<double> ys = values_of(a, y_factor), xs = values_of(a, x_factor);
-  GridMap map;
-  map.stamp = std::string(bench_text(a.bench)) + (slice.words.empty() ? "" : ", " + slice.words);
-  map.title = std::string(quantity.title) + ", " + map.stamp;
-  map.y_title = factor_title(a.factors[y_factor]);
-  map.x_title = x_factor ? factor_title(a.factors[*x_factor]) : "";
-  for (const double y : ys) map.y.push_back(general(factor_shown(a.factors[y_factor], y)));
+  chart::Cells out;
+  const std::string stamp(bench_text(a.bench));
+  out.title = quantity.short_title + ", " + stamp + (slice.words.empty() ? "" : ", " + slice.words);
+  out.words = std::string(quantity.title) + ", " + stamp;
+  out.y_title = factor_title(a.factors[y_factor]);
+  out.x_title = x_factor ? factor_title(a.factors[*x_factor]) : "";
+  for (std::size_t r = ys.size(); r-- > 0;)
+    out.rows.push_back(general(factor_shown(a.factors[y_factor], ys[r])));
   for (const double x : xs)
-    map.x.push_back(x_factor ? general(factor_shown(a.factors[*x_factor], x)) : "");
-  map.cells.assign(ys.size(), std::vector<std::optional<GridCell>>(xs.size()));
+    out.columns.push_back(x_factor ? general(factor_shown(a.factors[*x_factor], x)) : "");
+  double least = HUGE_VAL, most = -HUGE_VAL;
+  for (const std::size_t i : slice.cells) {
+    least = std::min(least, quantity.of(a, i).value);
+    most = std::max(most, quantity.of(a, i).value);
+  }
   for (const std::size_t i : slice.cells) {
     const std::vector<double>& factors = a.cells[i].factors;
-    GridCell cell = quantity.of(a, i);
-    cell.marked = i == a.choice.chosen;
-    map.cells[find_place(ys, factors[y_factor])]
-             [x_factor ? find_place(xs, factors[*x_factor]) : 0] = std::move(cell);
-  }
-  return "<div class=\"scroll\">" + grid_map(map) + "</div>\n";
-}
-
-std::string maps(const SweepAnalysis& a) {
-  const std::vector<std::size_t> vary = varied(a);
-  const std::vector<Slice> list = slices(a, vary);
-  std::string out;
-  for (const Quantity& quantity : quantities) {
-    std::string body;
-    for (std::size_t i = 0; i < std::min(list.size(), most_maps); ++i)
-      body += map_of(a, vary, list[i], quantity);
-    out += figure(body,
-                  std::string("Heat map of the ") + quantity.title +
-                      ", with 95 % intervals; the diamond marks the cell that the rule takes.",
-                  bench_badge(a.bench));
+    const GridCell cell = quantity.of(a, i);
+    out.cells.push_back({ys.size() - 1 - find_place(ys, factors[y_factor]),
+                         x_factor ? find_place(xs, factors[*x_factor]) : 0, cell.words, cell.second,
+                         shade_of(cell.value, least, most), chart::CellKind::hit,
+                         i == a.choice.chosen});
   }
   return out;
 }
 
-std::string front_figure(const SweepAnalysis& a) {
+/// "Best: 91.2 % at speed 5 mm/s, force 1 N".
+std::string verdict_of(const SweepAnalysis& a, const Quantity& quantity) {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < a.cells.size(); ++i) {
+    const double value = quantity.of(a, i).value, before = quantity.of(a, best).value;
+    if (quantity.less_is_better ? value < before : value > before) best = i;
+  }
+  return "Best: " + quantity.of(a, best).words + " at " + format_cell(a, best) +
+         "; chosen: " + quantity.of(a, a.choice.chosen).words + " at " +
+         format_cell(a, a.choice.chosen) + ".";
+}
+
+Blocks maps(const SweepAnalysis& a) {
+  const std::vector<std::size_t> vary = varied(a);
+  const std::vector<Slice> list = slices(a, vary);
+  Blocks out;
+  for (const Quantity& quantity : quantities) {
+    Blocks body = paragraph("<b>" + escape(verdict_of(a, quantity)) + "</b>");
+    for (std::size_t i = 0; i < std::min(list.size(), most_maps); ++i)
+      body += picture(map_of(a, vary, list[i], quantity));
+    out += figure(std::move(body),
+                  std::string("Heat map of the ") + quantity.title +
+                      ", with 95 % intervals; the diamond marks the cell that the rule takes.",
+                  bench_badge(a.bench));
+  }
+  return side_by_side(std::move(out));
+}
+
+Blocks front_figure(const SweepAnalysis& a) {
   const std::string stamp(bench_text(a.bench));
-  ScatterPanel panel{"", "seconds on record per trial", {}};
+  std::vector<chart::FamilySample> points;
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const auto& cell = a.choice.cells[i];
-    panel.points.push_back({a.cells[i].seconds.value, cell.figures.accuracy, cell.ci95.low,
-                            cell.ci95.high, 0, on_front(a, i), format_cell(a, i)});
+    const bool front = on_front(a, i);
+    points.push_back({0,
+                      {a.cells[i].seconds.value, cell.figures.accuracy * 100, cell.ci95.low * 100,
+                       cell.ci95.high * 100, front ? format_cell(a, i) : "", front}});
   }
-  const Scatter scatter{"Separability against seconds of a trial, " + stamp,
-                        "separability [%]",
-                        stamp,
-                        {"cell"},
-                        {std::move(panel)}};
+  chart::Plot plot{"Separability against seconds of a trial, " + stamp, stamp};
+  plot.panel_height = 300;
+  plot.front_name = "on the front: none is as accurate in less time";
+  plot.panels = {{{},
+                  {.title = "seconds on record per trial", .logarithmic = true},
+                  chart::percent_axis("separability [%]", points)}};
+  plot.panels.front().series = chart::series_of({"cell"}, points);
   return figure(
-      "<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n",
-      "Separability against the seconds of a trial: on the front no other cell tells more in "
+      picture(std::move(plot)),
+      "Separability against the seconds of a trial: on the front no other cell recognises more in "
       "the same time or as many in less; times within 5 % are the same. Where intervals "
       "overlap, the order may be chance.",
       bench_badge(a.bench));
 }
 
-std::string table(const SweepAnalysis& a) {
-  HtmlTable out({"cell", "trials", "told right %", "95 %", "signal over noise dB", "saturated %",
+Blocks table(const SweepAnalysis& a) {
+  HtmlTable out({"cell", "trials", "right %", "95 %", "signal over noise dB", "saturated %",
                  "seconds", "front", "chosen by % of other pilots"});
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const SweepCell& cell = a.cells[i];
@@ -262,71 +220,83 @@ std::string table(const SweepAnalysis& a) {
   return out.finish();
 }
 
-std::string simulated_html(BenchKind kind) {
+Blocks simulated_note(BenchKind kind) {
   if (kind != BenchKind::simulated) return {};
-  return "<div class=\"note\"><p><b>SIMULATED.</b> The plant model made these data; no cloth was "
-         "touched. What is best on it need not be best on cloth.</p></div>\n";
+  return paragraph(
+      "<b>SIMULATED.</b> The plant model made these data; no cloth was touched. What is best on it "
+      "need not be best on cloth.");
 }
 
 /// Each cell that is left out, and why.
-std::string left_out_list(const SweepAnalysis& a) {
+Blocks left_out_list(const SweepAnalysis& a) {
   std::istringstream lines(format_left_out(a));
-  std::string items;
-  for (std::string line; std::getline(lines, line);) items += "<p>" + escape(line) + "</p>\n";
-  return items.empty() ? items : "<div class=\"note\">" + items + "</div>\n";
+  Blocks out;
+  for (std::string line; std::getline(lines, line);) out += note(escape(line));
+  return out;
 }
 
-ScatterPanel curve_panel(const RepetitionStudy& study) {
-  ScatterPanel panel{"", "repetitions", {}, {}, true};
+chart::Plot curve_plot(const RepetitionStudy& study) {
+  const std::string stamp(bench_text(study.bench));
+  std::vector<chart::FamilySample> points;
   for (const auto& p : study.curve.points)
-    panel.points.push_back(
-        {static_cast<double>(p.repetitions), p.accuracy, p.ci95.low, p.ci95.high, 0, false, ""});
+    points.push_back({0,
+                      {static_cast<double>(p.repetitions), p.accuracy * 100, p.ci95.low * 100,
+                       p.ci95.high * 100}});
   const auto& f = study.forecast;
-  panel.points.push_back(
-      {static_cast<double>(f.predict), f.accuracy, f.ci95.low, f.ci95.high, 1, false, "expected"});
-  panel.lines = {{f.wanted, "wanted " + percent(f.wanted) + " %"}};
-  return panel;
+  points.push_back({1,
+                    {static_cast<double>(f.predict), f.accuracy * 100, f.ci95.low * 100,
+                     f.ci95.high * 100, "expected"}});
+  chart::Plot out{"Accuracy against repetitions, " + stamp, stamp};
+  out.panels = {{{},
+                 {.title = "repetitions", .logarithmic = true},
+                 chart::percent_axis("accuracy [%]", points)}};
+  out.panels.front().series = chart::series_of({"measured", "expected"}, points);
+  chart::Axis& y = out.panels.front().y;
+  y.low = std::min(y.low, f.wanted * 100 - 2);
+  y.high = std::max(y.high, f.wanted * 100 + 3);
+  out.panels.front().limits = {{f.wanted * 100, "target " + percent(f.wanted, 0) + " %"}};
+  return out;
 }
 
 }  // namespace
 
-std::string design_section(const SweepAnalysis& a) {
-  return "<section>\n<h2>Which setting: " + escape(a.exploration) + " " + bench_badge(a.bench) +
-         "</h2>\n" + simulated_html(a.bench) + "<p>" + escape(recommendation(a)) + "</p>\n" +
-         left_out_list(a) + "<p>" + std::to_string(a.cells.size()) + " cells, " +
-         std::to_string(a.fabrics.size()) + " fabrics (" + escape(joined(a.fabrics)) + "), " +
-         std::to_string(a.replicates) + " replicates; learner " + escape(a.learner) +
-         "; textures of " + general(a.band.shortest_m * 1e3) + " to " +
-         general(a.band.longest_m * 1e3) + " mm. Definitions: docs/design.md.</p>\n" + maps(a) +
-         front_figure(a) + figure(table(a), "All cells.", bench_badge(a.bench)) + "</section>\n";
+Blocks design_section(const SweepAnalysis& a) {
+  const std::string facts = std::to_string(a.cells.size()) + " cells, " +
+                            std::to_string(a.fabrics.size()) + " fabrics (" +
+                            escape(joined(a.fabrics)) + "), " + std::to_string(a.replicates) +
+                            " replicates; learner " + escape(a.learner) + "; textures of " +
+                            general(a.band.shortest_m * 1e3) + " to " +
+                            general(a.band.longest_m * 1e3) + " mm. Definitions: docs/design.md.";
+  return section("Which setting: " + a.exploration,
+                 paragraph("<b>" + escape(recommendation(a)) + "</b> " + bench_badge(a.bench)) +
+                     left_out_list(a) + maps(a) + front_figure(a) +
+                     figure(table(a), "All cells.", bench_badge(a.bench)) + paragraph(facts) +
+                     simulated_note(a.bench));
 }
 
-std::string design_section(const RepetitionStudy& study) {
-  const std::string stamp(bench_text(study.bench));
-  const Scatter scatter{"Accuracy against repetitions, " + stamp,
-                        "accuracy [%]",
-                        stamp,
-                        {"measured", "expected"},
-                        {curve_panel(study)}};
+Blocks design_section(const RepetitionStudy& study) {
   const std::string of = study.exploration.empty() ? "" : ": " + study.exploration;
-  return "<section>\n<h2>How many repetitions" + escape(of) + " " + bench_badge(study.bench) +
-         "</h2>\n" + simulated_html(study.bench) + "<p>" + escape(format_repetition_study(study)) +
-         "</p>\n" +
-         figure("<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n",
-                "Learning curve, learner " + escape(study.learner) +
-                    ": each repetition left out in turn, each size drawn " +
-                    std::to_string(study.curve.draws) +
-                    (study.curve.draws == 1 ? " time" : " times") +
-                    "; bars are 95 % intervals over the repetitions. Expected: an inverse power "
-                    "law; its bar is the interval of what "
-                    "such a campaign would measure, not of its true accuracy.",
-                bench_badge(study.bench)) +
-         "</section>\n";
+  return section(
+      "How many repetitions" + of,
+      paragraph(escape(format_repetition_study(study)) + " " + bench_badge(study.bench)) +
+          figure(picture(curve_plot(study)),
+                 "Learning curve, learner " + escape(study.learner) +
+                     ": each repetition left out in turn, each size drawn " +
+                     std::to_string(study.curve.draws) +
+                     (study.curve.draws == 1 ? " time" : " times") +
+                     "; bars are 95 % intervals over the repetitions. Expected: an inverse power "
+                     "law; its bar is the interval of what such a campaign would measure, not of "
+                     "its true accuracy." +
+                     (study.bench == BenchKind::simulated
+                          ? " The plant model made these data; no cloth was touched."
+                          : ""),
+                 bench_badge(study.bench)));
 }
 
-std::string design_page(std::string_view title, BenchKind bench, std::string_view sections_html) {
-  return page_around(title, "<header>" + bench_badge(bench) + "\n<h1>" + escape(title) +
-                                "</h1></header>\n" + std::string(sections_html));
+Document design_document(std::string_view title, BenchKind bench, Blocks sections) {
+  Document out{"design", std::string(title), std::string(bench_text(bench))};
+  out.result = std::move(sections);
+  return out;
 }
 
 }  // namespace weft::daemon

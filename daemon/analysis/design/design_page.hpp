@@ -68,11 +68,11 @@ inline bool on_front(const SweepAnalysis& analysis, std::size_t cell) {
 }
 
 /// Recommendation, heat maps of two factors at a time, Pareto front, table of all cells.
-std::string design_section(const SweepAnalysis& analysis);
+Blocks design_section(const SweepAnalysis& analysis);
 /// Learning curve with its forecast.
-std::string design_section(const RepetitionStudy& study);
+Blocks design_section(const RepetitionStudy& study);
 
-/// One file without scripts or outside resources around such sections.
-std::string design_page(std::string_view title, BenchKind bench, std::string_view sections_html);
+/// A page of such sections.
+Document design_document(std::string_view title, BenchKind bench, Blocks sections);
 
 }  // namespace weft::daemon

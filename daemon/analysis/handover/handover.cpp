@@ -173,14 +173,13 @@ class HandoverJob {
         train_vibration(*set, *plan_->handover, *hooks_, options_.stop,
                         [&](const std::string& what) { announce_(exploration + ": " + what); });
     if (!training_result) return pass(training_result.error());
-    auto page = vibration_html(exploration, *set, *training_result);
+    const auto page = vibration_document(exploration, *set, *training_result);
     if (!page) return pass(page.error());
-    texts_.push_back({exploration + ".html", std::move(*page)});
-    evaluations_.push_back(evaluation_line_json(
-        make_evaluation(exploration, std::string(handover_folder_name) + "/" + texts_.back().name,
-                        *set, *training_result)));
+    evaluations_.push_back(evaluation_line_json(make_evaluation(
+        exploration, std::string(handover_folder_name) + "/" + exploration + ".html", *set,
+        *training_result)));
     explorations_[exploration] = vibration_json(*set, *training_result);
-    return {};
+    return add_page(exploration, explorations_[exploration], *page, texts_);
   }
 
   Status add(const std::string& exploration) {
@@ -195,9 +194,8 @@ class HandoverJob {
                                       training_result->material.trials.size(),
                                       training_result->evaluation));
     explorations_[exploration] = training_json(*training_result);
-    texts_.push_back(
-        {exploration + ".html", training_html(data_->info, *plan_->handover, *training_result)});
-    return {};
+    return add_page(exploration, explorations_[exploration],
+                    training_document(data_->info, *plan_->handover, *training_result), texts_);
   }
 
   const Dataset* data_;
@@ -224,6 +222,14 @@ Result<ordered_json> learn(const Dataset& data, const std::string& sha256,
   return job.evaluation();
 }
 
+std::vector<HandoverText> records_of(const ordered_json& evaluation,
+                                     const std::vector<HandoverText>& texts) {
+  std::vector<HandoverText> out{{evaluation_file_name, evaluation.dump()}};
+  for (const HandoverText& file : texts)
+    if (file.name.ends_with(".json")) out.push_back(file);
+  return out;
+}
+
 /// The accuracies that are shown of the campaign, and its report, which has the same.
 Status add_report(const Dataset& data, const HandoverHooks& hooks, const TimeLimit& allowed,
                   ordered_json& evaluation, std::vector<HandoverText>& texts) {
@@ -233,7 +239,8 @@ Status add_report(const Dataset& data, const HandoverHooks& hooks, const TimeLim
   if (hooks.report && !allowed.stops()) {
     if (hooks.progress) hooks.progress({0, 1, "the campaign's report"});
     auto report =
-        hooks.report(data, handover_result_from(evaluation), [&] { return allowed.stops(); });
+        hooks.report(data, handover_result_from(evaluation), records_of(evaluation, texts),
+                     [&] { return allowed.stops(); });
     if (!report) return pass(report.error());
     for (HandoverText& file : *report) {
       // An exploration's page may have its name.

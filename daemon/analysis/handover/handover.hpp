@@ -24,9 +24,11 @@ struct HandoverHooks {
   classifier::SecondsNow seconds_now =
       {};                   ///< without it no time is measured, and none is too long
   std::size_t threads = 0;  ///< 0: one per core; models do not depend on it
-  /// Further files of the hand-over, of the data set and what was reached; its error is the
-  /// hand-over's. `stop` and the recipe's time limit are the argument of the same name.
+  /// Further files of the hand-over, of the data set, what was reached and the records so far
+  /// (evaluation.json and those of pages); its error is the hand-over's. `stop` and the recipe's
+  /// time limit are the argument of the same name.
   std::function<Result<std::vector<HandoverText>>(const Dataset&, const HandoverResult&,
+                                                  std::vector<HandoverText> records,
                                                   const StopRequested& stop)>
       report = {};
 };

@@ -259,6 +259,16 @@ Result<TrainingResult> train_exploration(const Dataset& dataset, const std::stri
       got->train_s};
 }
 
+Status add_page(const std::string& name, const ordered_json& record, const Document& document,
+                std::vector<HandoverText>& texts) {
+  std::string text = record_with_page(record, document);
+  auto page = page_of_record(text);
+  if (!page) return pass(page.error(), name);
+  texts.push_back({name + ".html", std::move(*page)});
+  texts.push_back({name + ".json", std::move(text)});
+  return {};
+}
+
 ordered_json training_json(const TrainingResult& training_result) {
   ordered_json out{{"trials", training_result.material.trials.size()},
                    {"features", training_result.features},
@@ -270,8 +280,8 @@ ordered_json training_json(const TrainingResult& training_result) {
   return out;
 }
 
-std::string training_html(const DatasetInfo& info, const recipes::Handover& wanted,
-                          const TrainingResult& training_result) {
+Document training_document(const DatasetInfo& info, const recipes::Handover& wanted,
+                           const TrainingResult& training_result) {
   const LearningMaterial& material = training_result.material;
   const std::vector<EvaluatedLearner> learners{
       {wanted.learner, training_result.evaluation,
@@ -299,7 +309,7 @@ std::string training_html(const DatasetInfo& info, const recipes::Handover& want
       learners,
       groups,
       {}};
-  return evaluation_html(page);
+  return evaluation_document(page);
 }
 
 Result<ordered_json> run_imprint_handover(const Dataset& data, const std::string& dataset_sha256,
@@ -314,8 +324,8 @@ Result<ordered_json> run_imprint_handover(const Dataset& data, const std::string
   const auto tables = measure_tables(data, options);
   if (!tables) return pass(tables.error());
   const ordered_json figures = tables_json(*tables);
-  texts.push_back({"imprints.html", tables_html(*tables)});
-  texts.push_back({"imprints.json", figures.dump(2) + "\n"});
+  if (Status ok = add_page("imprints", figures, tables_document(*tables), texts); !ok)
+    return pass(ok.error());
   ordered_json evaluation = handover_heading_json(data.info, dataset_sha256);
   evaluation["hand_over"] = {{"from", "imprints"}, {"at_most_s", wanted.at_most_s}};
   evaluation["meaning"] =

@@ -73,8 +73,8 @@ Result<TrainingResult> train_exploration(const Dataset& dataset, const std::stri
 /// What evaluation.json says of it.
 nlohmann::ordered_json training_json(const TrainingResult& training_result);
 /// The page of the same.
-std::string training_html(const DatasetInfo& info, const recipes::Handover& wanted,
-                          const TrainingResult& training_result);
+Document training_document(const DatasetInfo& info, const recipes::Handover& wanted,
+                           const TrainingResult& training_result);
 
 /// Phase M of the complete trials of one exploration, the group of each the one that its repetition
 /// is dealt into (`group_of` repetition i + 1, see recipes::repetition_groups()), "1" for the
@@ -109,8 +109,13 @@ HandoverEvaluation make_evaluation(const std::string& exploration, const std::st
 /// What evaluation.json says of it.
 nlohmann::ordered_json vibration_json(const RecordingSet& set,
                                       const VibrationTrainingResult& training_result);
-/// The page of the same: F-score against time, the paper's tables, confusion by material.
-Result<std::string> vibration_html(const std::string& exploration, const RecordingSet& set,
-                                   const VibrationTrainingResult& training_result);
+/// The page of the same: accuracy, confusion by material, macro F-score against time, the paper's
+/// tables.
+Result<Document> vibration_document(const std::string& exploration, const RecordingSet& set,
+                                    const VibrationTrainingResult& training_result);
+
+/// NAME.html and NAME.json, the record that it is drawn from. Errors: page_of_record()'s.
+Status add_page(const std::string& name, const nlohmann::ordered_json& record,
+                const Document& document, std::vector<HandoverText>& texts);
 
 }  // namespace weft::daemon

@@ -9,9 +9,8 @@
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/confusion.hpp"
 #include "daemon/pages/plot/interval_text.hpp"
-#include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -122,65 +121,62 @@ ordered_json learner_json(const VibroPoint& p) {
           {"train_s", p.result.train_s}};
 }
 
-std::string vibration_heading(const std::string& exploration, const RecordingSet& set,
-                              const VibrationTrainingResult& training_result) {
+Blocks vibration_result(const std::string& exploration, const RecordingSet& set,
+                        const VibrationTrainingResult& training_result) {
+  const vibro::CrossValidation& r = training_result.best.result;
+  const classifier::Confusion& confusion = r.confusion;
+  const double chance = 1.0 / static_cast<double>(training_result.materials.size());
+  const std::string badge = bench_badge(set.kind);
+  return section(
+      "Accuracy of sound and vibration",
+      paragraph("<b>" + escape(exploration) + ": accuracy " +
+                escape(format_share(r.voted_accuracy, r.voted_ci95)) +
+                "</b> of slides, by the most frequent answer of their windows; chance " +
+                percent(chance) + " %. " + badge) +
+          paragraph("Accuracy of single windows: " +
+                    escape(format_share(r.accuracy, r.accuracy_ci95)) + ".") +
+          figure(confusion_pictures(confusion,
+                                    "Windows of " + general(training_result.best.window_s) + " s"),
+                 "The chosen learner on repetitions left out, counts of windows. " +
+                     escape(worst_confusions(confusion, most_mistakes)),
+                 badge));
+}
+
+Blocks vibration_method(const RecordingSet& set, const VibrationTrainingResult& training_result) {
   const ChosenLearner& best = training_result.best;
-  const vibro::CrossValidation& r = best.result;
   std::vector<std::string> channels;
   for (const vibro::Channel& c : set.recordings.front().channels)
     channels.push_back(c.name + " " + general(c.rate_hz) + " Hz [" + c.unit + "]");
-  return "<header>" + bench_badge(set.kind) + "\n<h1>Sound and vibration of " + escape(set.name) +
-         ", " + escape(exploration) + "</h1>\n</header>\n<dl>" +
-         definition("data", std::to_string(set.recordings.size()) + " slides over " +
-                                std::to_string(training_result.materials.size()) +
-                                " textures, phase M") +
-         definition("channels", joined(channels)) +
-         definition("windows", thousands(best.windows) + " of " + general(best.window_s) +
-                                   " s, one every " + general(best.step_s) + " s, " +
-                                   std::to_string(best.columns) +
-                                   " features (WIDE, of which sets are chosen)") +
-         definition("split", "each of " + std::to_string(best.groups) +
-                                 " groups of repetitions left out in turn") +
-         definition("learner", "chosen without the group: " + joined(chosen_in_turn(r))) +
-         definition("windows right", format_share(r.accuracy, r.accuracy_ci95)) +
-         definition("slides right, by the most frequent answer of their windows",
-                    format_share(r.voted_accuracy, r.voted_ci95)) +
-         definition("macro F-score of windows", fixed(r.f_score, 3)) +
-         definition(
-             "chance",
-             percent(1.0 / static_cast<double>(training_result.materials.size()), 1) + " %") +
-         definition("model", "none is kept: this evaluates") + "</dl>\n";
-}
-
-std::string by_material(const RecordingSet& set, const ChosenLearner& best) {
-  const classifier::Confusion& confusion = best.result.confusion;
-  return "<section>\n<h2>Confusion by material</h2>\n" +
-         figure("<div class=\"scroll\">" +
-                    confusion_map(confusion, "Windows of " + general(best.window_s) + " s") +
-                    "</div>",
-                "The chosen learner on repetitions left out. " +
-                    escape(worst_confusions(confusion, most_mistakes)),
-                bench_badge(set.kind)) +
-         "</section>\n";
+  return definitions(
+      {{"data", std::to_string(set.recordings.size()) + " slides over " +
+                    std::to_string(training_result.materials.size()) + " textures, phase M"},
+       {"channels", joined(channels)},
+       {"windows", thousands(best.windows) + " of " + general(best.window_s) + " s, one every " +
+                       general(best.step_s) + " s, " + std::to_string(best.columns) +
+                       " features (WIDE, of which sets are chosen)"},
+       {"split",
+        "each of " + std::to_string(best.groups) + " groups of repetitions left out in turn"},
+       {"learner", "chosen without the group: " + joined(chosen_in_turn(best.result))},
+       {"macro F-score of windows", fixed(best.result.f_score, 3)},
+       {"model", "no model is saved; this page only evaluates"}});
 }
 
 // Both protocols of "every": pictures, tables, and what the paper had.
-Result<std::string> compared_learners(const RecordingSet& set, const VibroTradeoff& tradeoff) {
+Result<Blocks> compared_learners(const RecordingSet& set, const VibroTradeoff& tradeoff) {
   TradeoffReport report;
+  report.measure = "macro F-score";
   report.costs = classifier_costs();
   report.costs.back().title = "window [s]";
   report.costs.back().words = "window";
   for (const vibro::Protocol protocol : {vibro::Protocol::random, tradeoff.honest})
     report.sets.push_back(vibro_tradeoff_set(tradeoff, set, set.name, protocol));
-  report.tables_html = "<section>\n<h2>The paper's tables</h2>\n" +
-                       vibro_tables_html(tradeoff, bench_badge(set.kind)) + "</section>\n";
-  auto sections = tradeoff_sections_html(report);
+  auto sections = tradeoff_sections(report);
   if (!sections) return sections;
-  return "<section>\n<h2>F-score against time</h2>\n<p>The learners of the paper and ours by its "
-         "own features: SMMRPFFT, the mean over the channels, three principal components; accuracy "
-         "is the macro F-score. Windows at random are its protocol: how much of a test window "
-         "is in a training window too is measured below. Whole recordings share "
-         "nothing.</p>\n</section>\n" +
+  return section("Macro F-score against time",
+                 paragraph("The learners of the paper and ours by its own features: SMMRPFFT, the "
+                           "mean over the channels, three principal components. Windows at random "
+                           "are its protocol: how much of a test window is in a training window "
+                           "too is measured below. Whole recordings share nothing.")) +
          *sections;
 }
 
@@ -270,16 +266,20 @@ ordered_json vibration_json(const RecordingSet& set,
           {"points", points}};
 }
 
-Result<std::string> vibration_html(const std::string& exploration, const RecordingSet& set,
-                                   const VibrationTrainingResult& training_result) {
-  std::string out =
-      vibration_heading(exploration, set, training_result) + by_material(set, training_result.best);
+Result<Document> vibration_document(const std::string& exploration, const RecordingSet& set,
+                                    const VibrationTrainingResult& training_result) {
+  Document out{"vibration", "Sound and vibration of " + set.name + ", " + exploration,
+               std::string(bench_text(set.kind))};
+  out.result = vibration_result(exploration, set, training_result);
   if (!training_result.tradeoff.points.empty()) {
-    const auto compared = compared_learners(set, training_result.tradeoff);
-    if (!compared) return compared;
-    out += *compared;
+    auto compared = compared_learners(set, training_result.tradeoff);
+    if (!compared) return pass(compared.error());
+    out.pictures = std::move(*compared);
+    out.tables = section("The paper's tables",
+                         vibro_tables(training_result.tradeoff, bench_badge(set.kind)));
   }
-  return page_around("Sound and vibration of " + set.name, out);
+  out.method = vibration_method(set, training_result);
+  return out;
 }
 
 }  // namespace weft::daemon

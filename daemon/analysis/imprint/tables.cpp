@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <map>
 #include <optional>
 
 #include "classifier/base/parallel.hpp"
@@ -139,6 +142,29 @@ Status measure_set(const TableOptions& options, PreparedSet& one) {
   return {};
 }
 
+/// One scale for all, from the least to the largest value.
+chart::Maps draw_imprints(std::span<const ci::Imprint> imprints) {
+  constexpr std::size_t most = 42;
+  std::map<std::string, const ci::Imprint*> first_of;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const ci::Imprint& one : imprints) {
+    if (first_of.size() < most) first_of.try_emplace(one.object, &one);
+    const auto [least, largest] = std::ranges::minmax(one.image.data());
+    low = std::min(low, least);
+    high = std::max(high, largest);
+  }
+  chart::Maps out{"The first imprint of each object, darker where the array is pressed more"};
+  for (const auto& [object, one] : first_of) {
+    chart::Tile tile{object, one->label == object ? std::string() : one->label, one->image.cols()};
+    for (const double value : one->image.data()) {
+      const double level = high > low ? std::round(15 * (value - low) / (high - low)) : 0;
+      tile.levels += "0123456789abcdef"[static_cast<std::size_t>(level)];
+    }
+    out.tiles.push_back(std::move(tile));
+  }
+  return out;
+}
+
 struct EllisRow {
   ci::Experiment experiment;
   std::size_t full_13, brief_13;    // scales 1 & 3
@@ -217,6 +243,7 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
     out.files.push_back(one.file);
     out.labels.push_back(one.label);
   }
+  out.pictures = draw_imprints(*imprints);
   return out;
 }
 

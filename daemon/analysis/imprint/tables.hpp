@@ -15,6 +15,7 @@
 #include "classifier/imprint/imprint_set.hpp"
 #include "classifier/imprint/scale_features.hpp"
 #include "classifier/learners/linear_rule.hpp"
+#include "daemon/pages/document/document.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
@@ -75,6 +76,7 @@ struct ImprintTables {
   std::vector<FeatureSet> sets;
   std::vector<FeatureSet> partial_sets;    ///< steps and extrema alone: convergence only
   std::vector<std::string> files, labels;  ///< of the imprints
+  chart::Maps pictures;                    ///< the first imprint of each object, up to 42
 
   [[nodiscard]] const classifier::imprint::ExperimentOutcome& outcome(const FeatureSet& set,
                                                                       std::size_t experiment,
@@ -123,7 +125,7 @@ std::optional<PaperEntry> paper_entry(classifier::imprint::Experiment experiment
 std::string tables_note(const ImprintTables& tables);
 
 nlohmann::ordered_json tables_json(const ImprintTables& tables);
-/// A page with all tables.
-std::string tables_html(const ImprintTables& tables);
+/// The page: imprints, right and wrong answers by class, all tables.
+Document tables_document(const ImprintTables& tables);
 
 }  // namespace weft::daemon

@@ -1,14 +1,18 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "daemon/analysis/imprint/tables.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/confusion.hpp"
 
 namespace weft::daemon {
 namespace {
 
 namespace ci = classifier::imprint;
+
+constexpr std::string_view ellis_citation =
+    "Ellis: A Multiple-Scale Measure of Static Tactile Texture, 1986";
 using nlohmann::ordered_json;
 
 // Of experiments that never ask about some imprints.
@@ -76,6 +80,24 @@ ordered_json misclassified_json(const ImprintTables& tables) {
   return out;
 }
 
+constexpr std::string_view no_convergence_note =
+    "\u221E: no convergence, the perceptron still made errors on its training imprints after 1000 "
+    "rounds, so it answers nothing.";
+
+std::string_view meaning_of(ci::Experiment experiment) {
+  switch (experiment) {
+    case ci::Experiment::one_of_all:
+      return "each imprint in turn is left out and asked about";
+    case ci::Experiment::object_of_all:
+      return "all imprints of one object in turn are left out and asked about";
+    case ci::Experiment::one_of_class:
+      return "one imprint of every class at once is left out and asked about";
+    case ci::Experiment::object_of_class:
+      return "all imprints of one object of every class at once are left out and asked about";
+  }
+  return {};
+}
+
 std::vector<std::string> rules_head(const ImprintTables& tables, std::string first) {
   std::vector<std::string> out{std::move(first), "<span class=\"paper\">paper</span>"};
   for (const classifier::Learner rule : tables.options.rules)
@@ -83,23 +105,27 @@ std::vector<std::string> rules_head(const ImprintTables& tables, std::string fir
   return out;
 }
 
-std::string experiment_table(const ImprintTables& tables, std::size_t experiment, ci::Form form) {
-  HtmlTable table(rules_head(tables, "scales [taxels]"));
+// Both forms of the features and Laws' energies.
+Blocks experiment_table(const ImprintTables& tables, std::size_t experiment) {
+  std::vector<std::string> head = rules_head(tables, "scales [taxels]");
+  head.insert(head.begin() + 1, "features a scale");
+  HtmlTable table(head, 2);
   const ci::Experiment name = tables.options.experiments[experiment];
   for (const FeatureSet& set : tables.sets) {
-    if (set.sigmas.empty() ? form != ci::Form::full : set.form != form) continue;
-    std::vector<std::string> cells{escape(set.name()), escape(paper_text(name, set))};
+    std::vector<std::string> cells{escape(set.name()), escape(set.kind()),
+                                   escape(paper_text(name, set))};
     for (std::size_t r = 0; r < tables.options.rules.size(); ++r)
       cells.push_back(escape(cell_text(tables.outcome(set, experiment, r))));
     table.row(cells);
   }
   return figure(table.finish(),
-                std::string(to_string(form)) + " features a scale. " + escape(tables_note(tables)),
+                "<b>Experiment " + escape(to_string(name)) + "</b>: " + escape(meaning_of(name)) +
+                    ". " + escape(no_convergence_note),
                 bench_badge(tables.bench));
 }
 
 // Section 3.4.6: which features at which scales let a perceptron converge in 1/N.
-std::string convergence_table(const ImprintTables& tables) {
+Blocks convergence_table(const ImprintTables& tables) {
   std::vector<std::string> head{"features", "scales [taxels]",
                                 "<span class=\"paper\">paper</span>"};
   for (const classifier::Learner rule : convergence_rules) head.push_back(escape(to_string(rule)));
@@ -124,7 +150,7 @@ std::string convergence_table(const ImprintTables& tables) {
 }
 
 // Section 3.4.5: which imprints are taken for what.
-std::string misclassified_table(const ImprintTables& tables) {
+Blocks misclassified_table(const ImprintTables& tables) {
   constexpr std::size_t most_rows = 50;
   const std::vector<Misclassified> all = list_misclassified(tables);
   std::vector<std::string> head{"imprint", "class"};
@@ -148,9 +174,39 @@ std::string misclassified_table(const ImprintTables& tables) {
           " imprints were taken for another class by some rule "
           "that converged, on some features; " +
           (all.size() > most_rows ? "the first " + std::to_string(most_rows) + ", " : "") +
-          "most often first. Ellis 1986 found three of 24: SCREEN3-SOFT taken for a knit, "
+          "most often first. Ellis 1986 found three of 24: SCREEN3-SOFT predicted as a knit, "
           "KNIT2-HARD and RASP3-SOFT for a screen.",
       bench_badge(tables.bench));
+}
+
+/// Answers in 1/N by class, over all features and rules that converged.
+Blocks confusion_section(const ImprintTables& tables) {
+  const auto& experiments = tables.options.experiments;
+  const auto at = std::ranges::find(experiments, ci::Experiment::one_of_all);
+  if (at == experiments.end()) return {};
+  const auto e = static_cast<std::size_t>(at - experiments.begin());
+  const std::set<std::string> names(tables.labels.begin(), tables.labels.end());
+  classifier::Confusion all({names.begin(), names.end()});
+  const auto place = [&](const std::string& label) {
+    return static_cast<std::size_t>(std::ranges::find(all.labels, label) - all.labels.begin());
+  };
+  const std::size_t answers = count_answers(tables, e);
+  for (const std::string& label : tables.labels) all.at(place(label), place(label)) += answers;
+  for (const Misclassified& one : list_misclassified(tables))
+    for (const auto& [label, times] : one.taken_for[e]) {
+      const std::size_t truth = place(tables.labels[one.row]);
+      all.at(truth, truth) -= times;
+      all.at(truth, place(label)) += times;
+    }
+  if (answers == 0) return {};
+  const std::string title = "Answers in 1/N by class";
+  return section(
+      "Which class was it?",
+      figure(confusion_pictures(all, title),
+             "<b>" + title + "</b>: each imprint left out in turn, over the " +
+                 std::to_string(answers) + " sets of features and rules that converged. " +
+                 escape(worst_confusions(all, 3)),
+             bench_badge(tables.bench)));
 }
 
 }  // namespace
@@ -232,24 +288,34 @@ ordered_json tables_json(const ImprintTables& tables) {
           {"misclassified", misclassified_json(tables)}};
 }
 
-std::string tables_html(const ImprintTables& tables) {
-  std::string out = "<header>" + bench_badge(tables.bench) +
-                    "<h1>Static imprints: " + escape(tables.dataset) + "</h1></header>\n<dl>" +
-                    definition("data set", tables.sha256) +
-                    definition("imprints", std::to_string(tables.imprints)) +
-                    definition("objects", std::to_string(tables.objects)) +
-                    definition("classes", std::to_string(tables.classes)) + "</dl>\n";
-  for (std::size_t e = 0; e < tables.options.experiments.size(); ++e) {
-    out +=
-        "<section><h2>Experiment " + escape(to_string(tables.options.experiments[e])) + "</h2>\n";
-    for (const ci::Form form : {ci::Form::full, ci::Form::brief})
-      out += experiment_table(tables, e, form);
-    out += "</section>\n";
-  }
-  out += "<section><h2>Convergence</h2>\n" + convergence_table(tables) +
-         "</section>\n<section><h2>Misclassified imprints</h2>\n" + misclassified_table(tables) +
-         "</section>\n";
-  return page_around("Static imprints: " + tables.dataset, out);
+Document tables_document(const ImprintTables& tables) {
+  Document out{"imprints", "Static imprints: " + tables.dataset,
+               std::string(bench_text(tables.bench))};
+  out.lead_html = std::to_string(tables.imprints) + " imprints of " +
+                  std::to_string(tables.objects) + " objects in " + std::to_string(tables.classes) +
+                  " classes";
+  out.result = confusion_section(tables);
+  out.pictures = section("Imprints", figure(picture(tables.pictures),
+                                            "The first imprint of each object, its class below; "
+                                            "one scale for all, darker where pressed more.",
+                                            bench_badge(tables.bench)));
+  Blocks experiments = paragraph(escape(tables_note(tables)));
+  for (std::size_t e = 0; e < tables.options.experiments.size(); ++e)
+    experiments += experiment_table(tables, e);
+  out.tables =
+      section("Tables of Ellis 1986", std::move(experiments)) +
+      section("Convergence",
+              details("Which features let a perceptron converge", convergence_table(tables))) +
+      section("Misclassified imprints", details("Which imprints were predicted as another class",
+                                                misclassified_table(tables)));
+  std::vector<std::pair<std::string, std::string>> facts;
+  for (const ci::Experiment one : tables.options.experiments)
+    facts.emplace_back(to_string(one), meaning_of(one));
+  facts.emplace_back("\u221E", no_convergence_note);
+  facts.emplace_back("paper", ellis_citation);
+  out.method = definitions(facts);
+  out.provenance = definitions({{"data set", tables.dataset}, {"data set SHA-256", tables.sha256}});
+  return out;
 }
 
 }  // namespace weft::daemon

@@ -5,7 +5,7 @@
 
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -72,13 +72,13 @@ ordered_json headlines_json(std::span<const AuditHeadline> all, BenchKind bench)
           {"explorations", std::move(explorations)}};
 }
 
-std::string audit_section(const ReportInput& input) {
+Blocks audit_section(const ReportInput& input) {
   if (input.audit.empty()) return {};
-  std::string body;
+  Blocks body;
   for (const AuditHeadline& one : input.audit)
-    body += "<p>" + escape(format_headline(one, input.dataset.info.kind)) + "</p>\n";
-  return "<section>\n<h2>How much of it is not the material</h2>\n" +
-         figure(body, escape(quick_form_note(input.audit)), badge_html(input)) + "</section>\n";
+    body += paragraph(escape(format_headline(one, input.dataset.info.kind)));
+  return section("How much of it is not the material",
+                 figure(std::move(body), escape(quick_form_note(input.audit)), badge_html(input)));
 }
 
 }  // namespace weft::daemon

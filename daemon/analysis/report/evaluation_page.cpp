@@ -1,36 +1,20 @@
 #include "daemon/analysis/report/evaluation_page.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 #include <span>
 
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
-#include "daemon/pages/plot/svg.hpp"
+#include "daemon/pages/document/confusion.hpp"
 
 namespace weft::daemon {
 namespace {
 
 constexpr std::size_t cores_shown = 10;
 
-std::string section(std::string_view title, const std::string& body_html) {
-  return body_html.empty()
-             ? std::string()
-             : "<section>\n<h2>" + escape(title) + "</h2>\n" + body_html + "</section>\n";
-}
-
-std::string heading(const EvaluationPage& page) {
-  std::string out = "<header>" + report_badge(page.bench) + "\n<h1>Evaluation of " +
-                    escape(page.dataset) + "</h1>\n</header>\n<dl>";
-  for (const auto& [name, value] : page.facts)
-    out += "<dt>" + escape(name) + "</dt><dd>" + escape(value) + "</dd>\n";
-  return out + "</dl>\n";
-}
-
-std::string accuracy_table(const EvaluationPage& page) {
+Blocks accuracy_table(const EvaluationPage& page) {
   const bool without_level = std::ranges::any_of(
       page.learners, [](const EvaluatedLearner& one) { return one.level_removed.has_value(); });
   std::vector<std::string> head{"learner", "accuracy [%]", "95 % interval", "of all answers [%]",
@@ -62,7 +46,7 @@ std::string accuracy_table(const EvaluationPage& page) {
                 report_badge(page.bench));
 }
 
-std::string timing_table(const EvaluationPage& page) {
+Blocks timing_table(const EvaluationPage& page) {
   HtmlTable table({"learner", "training, choice and grid search included", "test of one trial"});
   for (const EvaluatedLearner& learner : page.learners)
     table.row({escape(learner.name), duration(learner.evaluation.train_s),
@@ -81,7 +65,7 @@ std::string timing_table(const EvaluationPage& page) {
                 report_badge(page.bench));
 }
 
-std::string core_table(const std::vector<CoreLine>& lines) {
+Blocks core_table(const std::vector<CoreLine>& lines) {
   HtmlTable table({"core", "first features", "features", "least p", "C", "gamma", "CV errors"}, 2);
   for (const CoreLine& line : shown_cores(lines, cores_shown)) {
     table.row(
@@ -94,7 +78,7 @@ std::string core_table(const std::vector<CoreLine>& lines) {
   return table.finish();
 }
 
-std::string core_figures(const EvaluationPage& page) {
+Blocks core_figures(const EvaluationPage& page) {
   for (const EvaluatedLearner& learner : page.learners) {
     const classifier::FabricModel* cores = learner.evaluation.trained.cores();
     if (cores == nullptr || cores->reduction() != classifier::Reduction::pvalue) continue;
@@ -109,27 +93,23 @@ std::string core_figures(const EvaluationPage& page) {
   return {};
 }
 
-std::string reliability_part(const EvaluatedLearner& learner, const EvaluationPage& page) {
-  if (!learner.evaluation.calibration) return {};
-  const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
-  const auto rows = reliability_rows(check);
+Blocks reliability_table(const EvaluatedLearner& learner) {
+  const auto rows = reliability_rows(*learner.evaluation.calibration);
   HtmlTable table(rows.front());
   for (const auto& row : std::span(rows).subspan(1)) table.row(row);
-  const std::string title = "Reliability of " + learner.name;
-  return figure(
-      "<div class=\"scroll\">" + reliability_figure(check, title) + "</div>\n" + table.finish(),
-      "<b>" + escape(title) + ".</b> " + thousands(check.reliability.trials) +
-          " answers on test trials of " + thousands(check.recordings) +
-          " recordings; nothing of it was learnt from them. Calibration error " +
-          escape(format_calibration(check)) +
-          ". On the dashed line probabilities mean what they say; below it they are too "
-          "bold. Intervals of bins: " +
-          escape(bin_methods(check)) +
-          "; of the error: " + escape(check.calibration_error_ci95.method) + ".",
-      report_badge(page.bench));
+  return paragraph("<b>" + escape(learner.name) + "</b>") + table.finish();
 }
 
-std::string curve_part(const EvaluationPage& page) {
+std::string reliability_line(const EvaluatedLearner& learner) {
+  const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
+  return "<b>Reliability of " + escape(learner.name) +
+         "</b>: " + thousands(check.reliability.trials) + " answers of " +
+         thousands(check.recordings) + " recordings, calibration error " +
+         escape(format_calibration(check)) + ". Intervals of bins: " + escape(bin_methods(check)) +
+         "; of the error: " + escape(check.calibration_error_ci95.method) + ".";
+}
+
+Blocks curve_part(const EvaluationPage& page) {
   if (page.curve.empty()) return {};
   std::vector<std::string> head{"trials of each label"};
   for (const CurveValue& value : page.curve.front().values) head.push_back(escape(value.learner));
@@ -140,14 +120,13 @@ std::string curve_part(const EvaluationPage& page) {
       row.push_back(percent(value.accuracy, 2) + " \u00B1 " + percent(value.deviation, 2));
     table.row(row);
   }
-  return figure(
-      "<div class=\"scroll\">" + learning_curve_figure(page.curve) + "</div>\n" + table.finish(),
-      "Accuracy [%] and deviation over " + std::to_string(page.curve.front().draws) +
-          " draws of training trials; the test parts stay the same.",
-      report_badge(page.bench));
+  return figure(picture(learning_curve(page.curve)) + table.finish(),
+                "Accuracy [%] and deviation over " + std::to_string(page.curve.front().draws) +
+                    " draws of training trials; the test parts stay the same.",
+                report_badge(page.bench));
 }
 
-std::string groups_part(const EvaluationPage& page) {
+Blocks groups_part(const EvaluationPage& page) {
   if (page.groups.empty()) return {};
   std::vector<std::string> head{"group left out", "test trials"};
   for (const EvaluatedLearner& learner : page.learners) head.push_back(escape(learner.name));
@@ -161,100 +140,98 @@ std::string groups_part(const EvaluationPage& page) {
                 report_badge(page.bench));
 }
 
-std::string confusion_part(const EvaluationPage& page) {
-  std::string out;
+Blocks confusion_part(const EvaluationPage& page) {
+  Blocks out;
   for (const EvaluatedLearner& learner : page.learners) {
     const classifier::Confusion& confusion = learner.evaluation.confusion;
     const std::string title = "Confusion, " + learner.name;
-    out += figure("<div class=\"scroll\">" + confusion_map(confusion, title) + "</div>\n",
+    out += figure(confusion_pictures(confusion, title),
                   "<b>" + escape(title) + ".</b> " + thousands(confusion.total()) + " answers. " +
                       escape(worst_confusions(confusion, 3)),
                   report_badge(page.bench));
   }
-  return out.empty() ? out : "<div class=\"pair\">\n" + out + "</div>\n";
+  return side_by_side(std::move(out));
 }
 
-using svg::Anchor;
-using svg::Axes;
-using svg::Canvas;
-
-constexpr double page_width = 560;
-
-void draw_counts(Canvas& canvas, const Axes& axes, const classifier::Reliability& figures) {
-  std::size_t most = 1;
-  for (const auto& bin : figures.bins) most = std::max(most, bin.count);
-  for (const auto& bin : figures.bins) {
-    const double share = static_cast<double>(bin.count) / static_cast<double>(most);
-    const double left = axes.x(bin.low) + 2, right = axes.x(bin.high) - 2;
-    const double top = axes.y(share);
-    canvas.rect({left, top, right - left, axes.y(0) - top}, "bar", 0.5);
-    if (bin.count > 0)
-      canvas.text({(left + right) / 2, top - 4}, std::to_string(bin.count), "tick", Anchor::middle);
+/// The accuracy of each learner in a line.
+Blocks accuracy_lines(const EvaluationPage& page) {
+  Blocks out;
+  for (const EvaluatedLearner& learner : page.learners) {
+    const auto& e = learner.evaluation;
+    out += paragraph("<b>" + escape(learner.name) + ": " + percent(e.accuracy) +
+                     " %</b> (95 %: " + percent(e.ci95.low) + " to " + percent(e.ci95.high) + ") " +
+                     report_badge(page.bench));
   }
+  return out;
 }
 
-void draw_bins(Canvas& canvas, const Axes& axes, const classifier::CalibrationCheck& check) {
+double least_accuracy(const std::vector<CurvePoint>& curve) {
+  double least = 1;
+  for (const CurvePoint& point : curve)
+    for (const CurveValue& value : point.values)
+      least = std::min(least, value.accuracy - value.deviation);
+  return std::max(0.0, std::floor(least * 20) / 20);
+}
+
+chart::Series curve_of(const std::vector<CurvePoint>& curve, std::size_t k) {
+  chart::Series out{curve.front().values[k].learner, k, chart::Line::solid};
+  for (const CurvePoint& point : curve) {
+    const CurveValue& value = point.values[k];
+    out.points.push_back({static_cast<double>(point.trials), value.accuracy * 100,
+                          (value.accuracy - value.deviation) * 100,
+                          std::min(1.0, value.accuracy + value.deviation) * 100});
+  }
+  return out;
+}
+
+/// Answers of each probability as bars, in the same panel below the diagonal.
+chart::Panel reliability_panel(const EvaluatedLearner& learner) {
+  const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
+  chart::Panel out{learner.name,
+                   {.title = "probability said", .low = 0, .high = 1},
+                   {.title = "share that was right", .low = 0, .high = 1}};
+  out.limits = {{.diagonal = true}};
+  std::size_t most = 1;
+  for (const auto& bin : check.reliability.bins) most = std::max(most, bin.count);
+  chart::Series right{{}, 1};
   for (std::size_t b = 0; b < check.bins.size(); ++b) {
     const classifier::ReliabilityBin& bin = check.reliability.bins[b];
     if (bin.count == 0) continue;
+    constexpr double tallest = 0.25;
+    const double share = static_cast<double>(bin.count) / static_cast<double>(most);
+    out.areas.push_back({bin.low, bin.high, 0, tallest * share, {}, true});
     const classifier::Interval& sure = check.bins[b].observed_ci95;
-    canvas.line(axes.at(bin.predicted, sure.low), axes.at(bin.predicted, sure.high), "interval");
-    canvas.circle(axes.at(bin.predicted, bin.observed), 4.5, "mark");
+    right.points.push_back({bin.predicted, bin.observed, sure.low, sure.high});
   }
-}
-
-svg::Range accuracy_range(const std::vector<CurvePoint>& curve) {
-  std::vector<double> values;
-  for (const CurvePoint& point : curve)
-    for (const CurveValue& value : point.values) {
-      values.push_back((value.accuracy - value.deviation) * 100);
-      values.push_back((value.accuracy + value.deviation) * 100);
-    }
-  svg::Range out = svg::find_range(values);
-  out.high = std::min(out.high, 100.5);
+  out.series = {std::move(right)};
   return out;
 }
 
-// The points of learner `k`, in pixels.
-std::vector<svg::Point> make_points(const Axes& axes, const std::vector<CurvePoint>& curve,
-                                    std::size_t k) {
-  std::vector<svg::Point> out;
-  for (const CurvePoint& point : curve)
-    out.push_back(axes.at(static_cast<double>(point.trials), point.values[k].accuracy * 100));
-  return out;
-}
-
-void draw_learner(Canvas& canvas, const Axes& axes, const std::vector<CurvePoint>& curve,
-                  std::size_t k) {
-  const std::vector<svg::Point> points = make_points(axes, curve, k);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const CurveValue& value = curve[i].values[k];
-    const double low = axes.y((value.accuracy - value.deviation) * 100);
-    const double high = axes.y(std::min(1.0, value.accuracy + value.deviation) * 100);
-    canvas.line({points[i].x, low}, {points[i].x, high}, "whisker " + mark_class(k));
-    if (i > 0) canvas.line(points[i - 1], points[i], "curve " + mark_class(k));
+Blocks reliability_section(const EvaluationPage& page) {
+  chart::Plot plot{
+      "Reliability of each learner: share that was right against the probability said"};
+  plot.columns = 3;
+  plot.width = 1000;
+  plot.panel_height = 190;
+  plot.shared_x = plot.shared_y = true;
+  Blocks tables;
+  std::vector<std::string> lines;
+  for (const EvaluatedLearner& learner : page.learners) {
+    if (!learner.evaluation.calibration) continue;
+    plot.panels.push_back(reliability_panel(learner));
+    tables += reliability_table(learner);
+    lines.push_back(reliability_line(learner));
   }
-  for (const svg::Point& point : points) draw_mark(canvas, point, k);
-}
-
-// Names one below the other, as near to where their lines end as their height allows.
-void draw_names(Canvas& canvas, const Axes& axes, const CurvePoint& last) {
-  constexpr double height = 15;
-  std::vector<double> y;
-  for (const CurveValue& value : last.values) y.push_back(axes.y(value.accuracy * 100));
-  std::vector<std::size_t> order(y.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return y[k]; });
-  for (std::size_t i = 1; i < order.size(); ++i)
-    y[order[i]] = std::max(y[order[i]], y[order[i - 1]] + height);
-  double bottom = axes.area.y + axes.area.height;
-  for (std::size_t i = order.size(); i-- > 0; bottom -= height)
-    y[order[i]] = bottom = std::min(y[order[i]], bottom);
-  const double x = axes.x(static_cast<double>(last.trials)) + 20;
-  for (std::size_t k = 0; k < y.size(); ++k) {
-    draw_mark(canvas, {x, y[k]}, k);
-    canvas.text({x + 10, y[k] + 4}, last.values[k].learner, "key");
-  }
+  if (plot.panels.empty()) return {};
+  plot.columns = std::min(plot.columns, plot.panels.size());
+  if (plot.columns == 1) plot.width = 560;
+  return section("What a probability is worth",
+                 figure(picture(std::move(plot)) + bullet_list(lines),
+                        "Answers on test trials; nothing of it was learnt from them. On the dashed "
+                        "line probabilities mean what they say; below it they are too bold. Bars "
+                        "at the foot: how many answers said it, the tallest the most.",
+                        report_badge(page.bench)) +
+                     details("As tables", std::move(tables)));
 }
 
 }  // namespace
@@ -296,49 +273,31 @@ std::string format_calibration(const classifier::CalibrationCheck& check) {
          fixed(check.reliability.brier, 3);
 }
 
-std::string evaluation_html(const EvaluationPage& page) {
-  std::string reliability;
-  for (const EvaluatedLearner& learner : page.learners)
-    reliability += reliability_part(learner, page);
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>" +
-         escape(page.dataset) + " (" + escape(to_string(page.bench)) +
-         ") \u2013 Weft evaluation</title>\n<style>" + std::string(style_sheet()) +
-         std::string(marks_style()) + "</style>\n</head>\n<body>\n<main>\n" + heading(page) +
-         section("How often it is right", accuracy_table(page)) +
-         section("Each group left out", groups_part(page)) +
-         section("What more training trials bring", curve_part(page)) +
-         section("What a probability is worth", reliability) +
-         section("What tells two fabrics apart", core_figures(page)) +
-         section("How long it takes", timing_table(page)) +
-         section("What is taken for what", confusion_part(page)) + "</main>\n</body>\n</html>\n";
+Document evaluation_document(const EvaluationPage& page) {
+  Document out{"evaluation", "Evaluation of " + page.dataset, std::string(bench_name(page.bench))};
+  out.result = section("How often it is right", accuracy_lines(page) + confusion_part(page));
+  out.pictures =
+      section("What more training trials bring", curve_part(page)) + reliability_section(page);
+  out.tables = section("Accuracy of each learner", accuracy_table(page)) +
+               section("Each group left out", groups_part(page)) +
+               section("What tells two fabrics apart", core_figures(page)) +
+               section("How long it takes", timing_table(page));
+  out.method = definitions(page.facts);
+  return out;
 }
 
-std::string reliability_figure(const classifier::CalibrationCheck& check, std::string_view title) {
-  Canvas canvas(page_width, 470, title, "plot narrow");
-  const Axes axes({60, 16, page_width - 84, 280}, {0, 1}, {0, 1});
-  axes.draw_x(canvas, "probability said", 10);
-  axes.draw_y(canvas, "share that was right", 5);
-  canvas.line(axes.at(0, 0), axes.at(1, 1), "limit");
-  draw_bins(canvas, axes, check);
-  const Axes counts({60, 370, page_width - 84, 80}, {0, 1}, {0, 1});
-  canvas.line(counts.at(0, 0), counts.at(1, 0), "axis");
-  canvas.text({60, 356}, "answers", "key");
-  draw_counts(canvas, counts, check.reliability);
-  return canvas.finish();
-}
-
-std::string learning_curve_figure(const std::vector<CurvePoint>& curve) {
-  if (curve.empty()) return {};
-  Canvas canvas(page_width, 330, "Accuracy against training trials of each label", "plot narrow");
-  const double last = static_cast<double>(curve.back().trials);
-  const Axes axes({60, 16, page_width - 170, 256}, {0, last * 1.04}, accuracy_range(curve));
-  axes.draw_x(canvas, "training trials of each label", 8);
-  axes.draw_y(canvas, "accuracy [%]", 6);
+chart::Plot learning_curve(const std::vector<CurvePoint>& curve) {
+  chart::Plot out{"Accuracy against training trials of each label"};
+  if (curve.empty()) return out;
+  out.width = 720;
+  chart::Panel panel{{},
+                     {.title = "training trials of each label", .low = 0},
+                     {.title = "accuracy [%]", .low = least_accuracy(curve) * 100, .high = 100.5}};
+  panel.x.high = static_cast<double>(curve.back().trials) * 1.04;
   for (std::size_t k = 0; k < curve.front().values.size(); ++k)
-    draw_learner(canvas, axes, curve, k);
-  draw_names(canvas, axes, curve.back());
-  return canvas.finish();
+    panel.series.push_back(curve_of(curve, k));
+  out.panels = {std::move(panel)};
+  return out;
 }
 
 }  // namespace weft::daemon

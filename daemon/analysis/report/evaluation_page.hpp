@@ -10,15 +10,10 @@
 #include <vector>
 
 #include "classifier/evaluate/evaluate.hpp"
+#include "daemon/pages/document/document.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
 namespace weft::daemon {
-
-// Pictures of an evaluation: what probabilities are worth, and what more training trials bring.
-
-/// Share of right answers against the probability they were given, with the intervals of the bins;
-/// the diagonal is perfect. Bars below: how many answers.
-std::string reliability_figure(const classifier::CalibrationCheck& check, std::string_view title);
 
 /// One learner at one number of training trials.
 struct CurveValue {
@@ -35,7 +30,7 @@ struct CurvePoint {
 
 /// Accuracy against training trials of each label; a line and a mark per learner, bars: deviation
 /// over the draws. `curve` by rising number of trials, all with the same learners.
-std::string learning_curve_figure(const std::vector<CurvePoint>& curve);
+chart::Plot learning_curve(const std::vector<CurvePoint>& curve);
 
 /// One learner of the evaluation.
 struct EvaluatedLearner {
@@ -64,8 +59,8 @@ struct EvaluationPage {
   const std::vector<CurvePoint>& curve;     ///< may be empty
 };
 
-/// One file without scripts or outside resources; every figure and table bears the bench's word.
-std::string evaluation_html(const EvaluationPage& page);
+/// Every figure and table bears the bench's word.
+Document evaluation_document(const EvaluationPage& page);
 
 /// Bins of a reliability as rows of plain text, below their heading: "0.9 to 1.0", answers, of so
 /// many recordings, said, right, interval.

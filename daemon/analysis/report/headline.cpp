@@ -94,10 +94,33 @@ Result<std::vector<Headline>> measure_exploration(const Dataset& dataset,
   for (const classifier::Split& split : splits)
     for (const std::size_t row : split.test) tested.push_back(matrix->labels[row]);
   add_balance(tested, out);
+  out.confusion = std::move(evaluation->confusion);
+  out.confusion_unit = out.unit;
   const std::set<std::string> all(matrix->labels.begin(), matrix->labels.end());
   std::ranges::set_difference(all, std::set<std::string>(tested.begin(), tested.end()),
                               std::back_inserter(out.not_tested));
   return std::vector{std::move(out)};
+}
+
+/// Nothing of lists that are no matrix of numbers.
+std::optional<classifier::Confusion> confusion_from(const ordered_json& labels,
+                                                    const ordered_json& count) {
+  const auto are_all = [](const ordered_json& list, auto is) {
+    return list.is_array() && std::ranges::all_of(list, is);
+  };
+  if (!are_all(labels, [](const ordered_json& one) { return one.is_string(); })) return {};
+  classifier::Confusion out(labels.get<std::vector<std::string>>());
+  const auto is_count = [](const ordered_json& one) { return one.is_number_unsigned(); };
+  const auto is_row = [&](const ordered_json& row) {
+    return row.size() == labels.size() && are_all(row, is_count);
+  };
+  const bool is_flat = count.size() == labels.size() * labels.size() && are_all(count, is_count);
+  if (!is_flat && (count.size() != labels.size() || !are_all(count, is_row))) return {};
+  out.count.clear();
+  for (const ordered_json& one : count)
+    for (const ordered_json& value : is_flat ? ordered_json::array({one}) : one)
+      out.count.push_back(value.get<std::size_t>());
+  return out;
 }
 
 ordered_json share_json(const HandoverShare& share) {
@@ -135,6 +158,24 @@ std::vector<Headline> handover_headlines(const HandoverResult& handover, const D
   for (Headline& headline : out)
     add_balance(labels_of_model(dataset, headline.exploration), headline);
   return out;
+}
+
+void add_confusions(std::string_view evaluation_json, std::vector<Headline>& headlines) {
+  const ordered_json json = ordered_json::parse(evaluation_json, nullptr, false);
+  const auto explorations = json.is_object() ? json.find("explorations") : json.end();
+  if (!json.is_object() || explorations == json.end()) return;
+  for (Headline& headline : headlines) {
+    if (!explorations->is_object() || !explorations->contains(headline.exploration)) continue;
+    const ordered_json& one = (*explorations)[headline.exploration];
+    const bool heard = one.contains("best");
+    headline.confusion = heard ? confusion_from(one["best"].value("labels", ordered_json()),
+                                                one["best"].value("confusion", ordered_json()))
+                         : one.contains("confusion")
+                             ? confusion_from(one["confusion"].value("labels", ordered_json()),
+                                              one["confusion"].value("count", ordered_json()))
+                             : std::nullopt;
+    headline.confusion_unit = heard ? "windows" : headline.unit;
+  }
 }
 
 Result<std::vector<Headline>> measure_headlines(const Dataset& dataset, std::size_t threads) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ struct Headline {
   std::size_t labels = 0;
   std::vector<std::string> not_tested = {};  ///< labels that no other group has
   double base_rate = 0;  ///< share of the most frequent label: what naming it always would give
+  /// Of the same answers, or of the windows they are made of; none: not known.
+  std::optional<classifier::Confusion> confusion = {};
+  std::string confusion_unit = {};  ///< "trials", "windows"
 };
 
 /// Rows of one group of repetitions test, all others train; a group without rows is no split.
@@ -36,6 +40,9 @@ std::vector<classifier::Split> splits_by_repetition(const std::vector<std::uint3
 
 /// One for each exploration that was handed over.
 std::vector<Headline> handover_headlines(const HandoverResult& handover, const Dataset& dataset);
+
+/// Adds what `evaluation_json`, the text of the hand-over's evaluation.json, has of confusions.
+void add_confusions(std::string_view evaluation_json, std::vector<Headline>& headlines);
 
 /// The same protocol where nothing was handed over: Learner::best, five groups of repetitions, each
 /// left out in turn. An exploration without two groups that share labels has no headline. Errors:

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {

@@ -16,6 +16,9 @@ inline constexpr std::string_view citation =
     "Khan, Khosravi, Denei, Maiolino, Kasprzak, Mastrogiovanni, Cannata: A Tactile-based Fabric "
     "Learning and Classification Architecture, 2016";
 
+inline constexpr std::string_view imprint_citation =
+    "Ellis: A Multiple-Scale Measure of Static Tactile Texture, 1986";
+
 /// Table IV; `all` from the text of section IV-B ("no threshold on the p-value is posed"), which
 /// gives M1 only. Shares, 0 to 1; negative: not printed.
 struct Accuracy {

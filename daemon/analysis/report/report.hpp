@@ -13,6 +13,7 @@
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/simulation.hpp"
+#include "daemon/pages/document/document.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/result.hpp"
@@ -21,7 +22,7 @@ namespace weft::daemon {
 
 /// Sections about the design of campaigns, made beforehand.
 struct DesignParts {
-  std::string html;  ///< whole sections
+  Blocks blocks;     ///< whole sections
   std::string json;  ///< an object or a list; empty: null
 };
 
@@ -37,11 +38,14 @@ struct ReportInput {
   /// Of a report made afterwards: what looking at the files found. Nobody counted anything then
   /// while the run went on.
   const VerifyReport* verified = nullptr;
-  std::string tradeoff_html = {};  ///< speed against accuracy, whole sections; may be empty
+  Blocks tradeoff = {};  ///< speed against accuracy, whole sections; may be empty
+  Blocks fidelity = {};  ///< what the plant's fidelity costs; may be empty
   /// Campaigns that differ in what a repetition is; may be empty.
   const std::vector<CampaignBeside>* beside = nullptr;
   std::vector<AuditHeadline> audit = {};  ///< of each exploration; empty: not asked for
   std::vector<Headline> headlines = {};   ///< of each exploration; may be empty
+  /// Of the hand-over: imprints, or sound and vibration. Its parts are shown with the campaign's.
+  std::vector<Document> documents = {};
 };
 
 /// Whether the part about the design is a learning curve; of a sweep it is of its cells.
@@ -56,11 +60,9 @@ std::string format_incomplete(const CampaignSummary& run);
 /// the word, so it must not be in doubt. All three writers ask first.
 Status check(const ReportInput& input);
 
-/// report.json. Keys: daemon/analysis/report/README.md. Written whole or not at all.
-Status write_report_json(const ReportInput& input, const std::filesystem::path& path);
-
-/// report.html: one file without scripts or outside resources. Written whole or not at all.
-Status write_report_html(const ReportInput& input, const std::filesystem::path& path);
+/// report.html and the record that it is drawn from, report.json: a name that ends in .html, the
+/// other beside it. Keys: daemon/analysis/report/README.md. Each is written whole or not at all.
+Status write_report_files(const ReportInput& input, const std::filesystem::path& html);
 
 /// The end of a demo on a terminal: plain text, at most 80 columns, ends with a newline.
 std::string summary_text(const ReportInput& input);
@@ -68,9 +70,9 @@ std::string summary_text(const ReportInput& input);
 /// Whether it is the text of a report.json, of this version or an older one.
 bool is_report_json(std::string_view text);
 
-/// The same two documents as text.
-std::string report_json(const ReportInput& input);
-std::string report_html(const ReportInput& input);
+/// What report.json holds beside the page, and the page.
+nlohmann::ordered_json report_record(const ReportInput& input);
+Document report_document(const ReportInput& input);
 
 /// One row for each of the input's campaigns, itself first.
 struct RepetitionRow {
@@ -116,20 +118,25 @@ double realtime_factor(const CampaignSummary& run);
 /// How the run went. "error" is the first problem's sentence, or null.
 nlohmann::ordered_json run_json(const CampaignSummary& run);
 
-// Parts of report.html, each a piece of markup.
+// Parts of the page.
 
 /// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN"; and so in a box.
 std::string_view bench_name(BenchKind kind);
 std::string report_badge(BenchKind kind);
 /// The badge, and "INCOMPLETE, 12 of 680 trials" where that is so.
 std::string badge_html(const ReportInput& input);
-std::string trace_section(const ReportInput& input);
-std::string accuracy_section(const ReportInput& input);
-std::string repetition_section(const ReportInput& input);
-std::string core_section(const ReportInput& input);
-std::string timing_section(const ReportInput& input);
-std::string audit_section(const ReportInput& input);
-std::string force_section(const ReportInput& input);
-std::string wall_time_section(const ReportInput& input);
+/// The headlines with their confusion matrices.
+Blocks headline_section(const ReportInput& input);
+Blocks accuracy_pictures(const ReportInput& input);
+Blocks accuracy_section(const ReportInput& input);
+/// Why the random splits are not the headline, and how they were made.
+Blocks accuracy_method(const ReportInput& input);
+Blocks trace_section(const ReportInput& input);
+Blocks repetition_section(const ReportInput& input);
+Blocks core_section(const ReportInput& input);
+Blocks timing_section(const ReportInput& input);
+Blocks audit_section(const ReportInput& input);
+Blocks force_section(const ReportInput& input);
+Blocks wall_time_section(const ReportInput& input);
 
 }  // namespace weft::daemon

@@ -1,8 +1,6 @@
 #include "daemon/analysis/report/report.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -53,16 +51,13 @@ ordered_json time_json(const WallTimeBreakdown& time) {
           {"error_check_s", time.error_check_s}};
 }
 
-std::string text(const char* format, double a, double b) {
-  std::array<char, 128> out{};
-  std::snprintf(out.data(), out.size(), format, a, b);
-  return out.data();
+std::string mn(double newtons) {
+  return significant(newtons * 1e3) + " mN";
 }
 
 std::string against(const SimulationError& error) {
-  return "error against " + error.worst.reference +
-         text(": max %.3g mN, rms %.3g mN", error.worst.force_max_n * 1e3,
-              error.worst.force_rms_n * 1e3);
+  return "error against " + error.worst.reference + ": max " + mn(error.worst.force_max_n) +
+         ", rms " + mn(error.worst.force_rms_n);
 }
 
 ordered_json result_json(const ExplorationResult& result) {
@@ -248,17 +243,15 @@ std::vector<std::string> error_lines(const SimulationNote& note) {
   std::vector<std::string> lines;
   for (const SimulationError& error : note.errors) {
     const sim::RunError& e = error.worst;
-    const std::string unsure = e.is_doubled ? "; two references differ by at most " +
-                                                  general(e.uncertainty_n * 1e3) + " mN"
-                                            : std::string();
-    const std::string pads =
-        e.pads ? text("; taxels max %.0f, rms %.2g counts", e.counts_max, e.counts_rms) : "";
+    const std::string unsure =
+        e.is_doubled ? "; two references differ by at most " + mn(e.uncertainty_n) : std::string();
+    const std::string pads = e.pads ? "; taxels max " + fixed(e.counts_max, 0) + ", rms " +
+                                          significant(e.counts_rms) + " counts"
+                                    : "";
     lines.push_back(against(error) + unsure + pads + " (" + std::to_string(error.trials) +
                     (error.trials == 1 ? " trial" : " trials") + " played again, worst on " +
-                    error.worst_fabric +
-                    text("). Touch-down and ramps, which are not recorded: max %.3g mN; without a "
-                         "force loop rms %.3g mN",
-                         e.anywhere_max_n * 1e3, e.unled_rms_n * 1e3));
+                    error.worst_fabric + "). Touch-down and ramps, which are not recorded: max " +
+                    mn(e.anywhere_max_n) + "; without a force loop rms " + mn(e.unled_rms_n));
   }
   return lines;
 }
@@ -276,8 +269,7 @@ bool has_learning_curve(const ReportInput& input) {
   return !input.design.json.empty() && input.dataset.info.factors.empty();
 }
 
-// Text of unknown origin may hold bytes that are not UTF-8: they become U+FFFD. NaN becomes null.
-std::string report_json(const ReportInput& input) {
+ordered_json report_record(const ReportInput& input) {
   ordered_json out;
   out["bench"] = to_string(input.dataset.info.kind);
   out.update(run_json(input.run));
@@ -302,7 +294,7 @@ std::string report_json(const ReportInput& input) {
          {"cleanup", "rig", "forecast_s", "wall_s", "realtime_factor", "time_shares"})
       out[unknown] = nullptr;
   add_provenance(input, out);
-  return out.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return out;
 }
 
 bool is_report_json(std::string_view text) {
@@ -311,9 +303,9 @@ bool is_report_json(std::string_view text) {
   return has("bench") && has("dataset_sha256") && has("results") && has("cores") && has("machine");
 }
 
-Status write_report_json(const ReportInput& input, const std::filesystem::path& path) {
+Status write_report_files(const ReportInput& input, const std::filesystem::path& html) {
   if (Status ok = check(input); !ok) return ok;
-  return write_text_file(path, report_json(input));
+  return write_page(html, report_record(input), report_document(input));
 }
 
 }  // namespace weft::daemon

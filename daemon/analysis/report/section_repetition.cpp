@@ -4,7 +4,7 @@
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -52,7 +52,7 @@ std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
   return out;
 }
 
-std::string repetition_section(const ReportInput& input) {
+Blocks repetition_section(const ReportInput& input) {
   const std::vector<RepetitionRow> rows = repetition_rows(input);
   if (rows.empty()) return {};
   HtmlTable table({"what is asked about", "exploration", "p-value selection [%]", "PCA [%]",
@@ -84,14 +84,15 @@ std::string repetition_section(const ReportInput& input) {
         " In the plant model a path that is retraced gives the same texture under each pad; a new "
         "patch has another part of the same texture; another piece also differs in stiffness, "
         "friction, thickness and roughness. The sensor and its rate are the same in all rows.";
-  return "<section>\n<h2>Accuracy by what is new in a test trial</h2>\n<p>" + text + "</p>\n" +
-         figure("<div class=\"scroll\">" + table.finish() + "</div>\n",
-                "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(all)) +
-                    "). Pieces and mountings of a campaign beside are left out in turn, the rest "
-                    "is split at random." +
-                    best_note(all),
-                badge_html(input)) +
-         "</section>\n";
+  return section(
+      "Accuracy by what is new in a test trial",
+      paragraph(text) +
+          figure(table.finish(),
+                 "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(all)) +
+                     "). Pieces and mountings of a campaign beside are left out in turn, the rest "
+                     "is split at random." +
+                     best_note(all),
+                 badge_html(input)));
 }
 
 }  // namespace weft::daemon

@@ -8,21 +8,14 @@
 #include "daemon/analysis/report/paper.hpp"
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
-#include "daemon/pages/plot/svg.hpp"
+#include "daemon/pages/document/confusion.hpp"
 
 namespace weft::daemon {
 namespace {
 
 using classifier::Reduction;
-using svg::Anchor;
-using svg::Axes;
-using svg::Canvas;
 
-constexpr double figure_width = 560;  // fits a phone without scrolling
-
-std::string accuracy_table(const std::vector<ExplorationResult>& results) {
+Blocks accuracy_table(const std::vector<ExplorationResult>& results) {
   HtmlTable table({"exploration", "p-value selection [%]", "PCA [%]", "all features [%]",
                    "labels shuffled [%]"});
   for (const ExplorationResult& result : results) {
@@ -84,7 +77,7 @@ std::string confounding_note(const ExplorationResult& result) {
 std::string format_method(const ReportInput& input, const ExplorationResult& result,
                           const classifier::Evaluation& e) {
   const std::size_t classes = e.confusion.classes();
-  std::string out = "<p>Each trial becomes " + thousands(result.features) +
+  std::string out = "Each trial becomes " + thousands(result.features) +
                     " features; one support vector machine per pair of fabrics (" +
                     thousands(classifier::pair_count(classes)) + " cores) votes. Mean over " +
                     format_split(e) + " of the trials into training and test part. ";
@@ -94,7 +87,7 @@ std::string format_method(const ReportInput& input, const ExplorationResult& res
     out += "With its labels in random order the same method gets " +
            percent(result.permuted_accuracy) + " %, where chance is " +
            percent(1.0 / static_cast<double>(classes)) + " %.";
-  return out + "</p>\n";
+  return out;
 }
 
 std::string table_caption(const std::vector<ExplorationResult>& results) {
@@ -109,11 +102,11 @@ std::string table_caption(const std::vector<ExplorationResult>& results) {
          "to them; the caption of Figure 9 ascribes both matrices to p-value selection.";
 }
 
-std::string confusion_figure(const ExplorationResult& result, const std::string& badge) {
+Blocks confusion_figure(const ExplorationResult& result, const std::string& badge) {
   const classifier::Evaluation* e = result.find(Reduction::pvalue);
   if (e == nullptr) return {};
   const std::string title = "Confusion matrix " + result.exploration + ", p-value selection";
-  return figure("<div class=\"scroll\">" + confusion_map(e->confusion, title) + "</div>\n",
+  return figure(confusion_pictures(e->confusion, title),
                 "<b>" + escape(title) + ".</b> " + thousands(e->confusion.total()) +
                     " test trials summed over " + format_split(*e) + ", " +
                     thousands(e->confusion.correct()) +
@@ -144,44 +137,23 @@ double accuracy_floor(const std::vector<ExplorationResult>& results) {
   return std::max(0.0, std::floor(least * 20 - 0.2) / 20);
 }
 
-void draw_accuracy(Canvas& canvas, const Axes& axes, double y, const classifier::Evaluation& e) {
-  const double low = axes.x(e.ci95.low * 100), high = axes.x(e.ci95.high * 100);
-  canvas.line({low, y}, {high, y}, "interval");
-  canvas.line({low, y - 4}, {low, y + 4}, "interval");
-  canvas.line({high, y - 4}, {high, y + 4}, "interval");
-  canvas.circle({axes.x(e.accuracy * 100), y}, 5, "mark");
-}
-
 /// Accuracy with its interval for each exploration and reduction; the paper's as hollow diamonds.
-std::string accuracy_figure(const std::vector<ExplorationResult>& results) {
-  std::size_t rows = 0;
-  for (const ExplorationResult& result : results) rows += result.reductions.size();
-  const double height =
-      26.0 * static_cast<double>(rows) + 10.0 * static_cast<double>(results.size());
-  Canvas canvas(figure_width, height + 86, "Accuracy by exploration and reduction", "plot narrow");
-  const Axes axes({150, 34, figure_width - 170, height}, {accuracy_floor(results) * 100, 100.5},
-                  {0, 1});
-  axes.draw_x(canvas, "accuracy [%]", 8);
-  double y = axes.area.y + 16;
-  for (const ExplorationResult& result : results) {
+chart::Rows accuracy_rows(const std::vector<ExplorationResult>& results) {
+  chart::Rows out{"Accuracy by exploration and reduction",
+                  {.title = "accuracy [%]", .low = accuracy_floor(results) * 100, .high = 100.5},
+                  "this run, with 95 % interval"};
+  if (!paper::accuracies_beside(results).empty())
+    out.mark_names = {"printed in the paper, real fabrics"};
+  for (const ExplorationResult& result : results)
     for (const ReductionResult& r : result.reductions) {
-      canvas.text({140, y + 4},
-                  result.exploration + "  " + std::string(reduction_text(r.reduction)), "row-name",
-                  Anchor::end);
       const double printed = paper_accuracy(result, r.reduction);
-      if (printed >= 0) canvas.diamond({axes.x(printed * 100), y}, 7, "paper-mark");
-      draw_accuracy(canvas, axes, y, r.evaluation);
-      y += 26;
+      const classifier::Evaluation& e = r.evaluation;
+      chart::Row row{result.exploration + "  " + std::string(reduction_text(r.reduction)),
+                     e.accuracy * 100, e.ci95.low * 100, e.ci95.high * 100};
+      if (printed >= 0) row.marks = {printed * 100};
+      out.rows.push_back(std::move(row));
     }
-    y += 10;
-  }
-  canvas.circle({20, 14}, 5, "mark");
-  canvas.text({31, 18}, "this run, with 95 % interval", "key");
-  if (!paper::accuracies_beside(results).empty()) {
-    canvas.diamond({236, 14}, 7, "paper-mark");
-    canvas.text({248, 18}, "printed in the paper, real fabrics", "key");
-  }
-  return canvas.finish();
+  return out;
 }
 
 constexpr std::size_t cores_beside_paper = 7;
@@ -202,7 +174,7 @@ std::string printed_inputs(const CoreLine& line) {
 }
 
 /// `beside`: the paper's figures of its three pairs too.
-std::string table_of_cores(const std::vector<CoreLine>& lines, bool beside) {
+Blocks table_of_cores(const std::vector<CoreLine>& lines, bool beside) {
   std::vector<std::string> head{"core", "top four features"};
   if (beside) head.push_back("<span class=\"paper\">paper, real fabrics</span>");
   head.push_back("features");
@@ -270,7 +242,7 @@ std::string printed_training(double paper::TrainingTime::*seconds) {
   return out;
 }
 
-std::string timing_table(const std::vector<ExplorationResult>& results) {
+Blocks timing_table(const std::vector<ExplorationResult>& results) {
   std::vector<std::string> head = {"step"};
   for (const ExplorationResult& result : results)
     head.push_back(escape(result.exploration) + ", this run");
@@ -318,47 +290,69 @@ std::string timing_caption(const std::vector<ExplorationResult>& results) {
          "from Table II, whose training time is that of M2 in Table IV.";
 }
 
-std::string headline_html(const ReportInput& input) {
-  std::string out;
-  for (const Headline& headline : input.headlines)
-    out += "<p class=\"headline\"><b>" + escape(headline_text(headline)) + ".</b> " +
-           badge_html(input) + "</p>\n";
-  return out;
-}
-
-std::string other_protocols_html(const ReportInput& input) {
-  std::string out = "<ul>\n";
-  for (const OtherProtocol& other : other_protocols(true, has_learning_curve(input)))
-    out += "<li>" + escape(std::string(other.text)) + "</li>\n";
-  return out + "</ul>\n";
+Blocks headline_confusion(const Headline& headline, const std::string& badge) {
+  if (!headline.confusion) return {};
+  const std::string title = "Confusion matrix " + headline.exploration;
+  return figure(confusion_pictures(*headline.confusion, title),
+                "<b>" + escape(title) + ".</b> " + thousands(headline.confusion->total()) +
+                    " answers (" + escape(headline.confusion_unit) + "), " +
+                    thousands(headline.confusion->correct()) + " correct, " +
+                    escape(headline.protocol) + ". " +
+                    escape(worst_confusions(*headline.confusion, 3)),
+                badge);
 }
 
 }  // namespace
 
-std::string accuracy_section(const ReportInput& input) {
-  if (input.results.empty() || input.results.front().reductions.empty())
-    return input.headlines.empty()
-               ? ""
-               : "<section>\n<h2>Which one was it?</h2>\n" + headline_html(input) + "</section>\n";
-  const std::string badge = badge_html(input);
-  const ExplorationResult& first = input.results.front();
-  const classifier::Evaluation& e = first.reductions.front().evaluation;
-  std::string out = "<section>\n<h2>Which fabric was it?</h2>\n" + headline_html(input) +
-                    "<details><summary>Other protocols</summary>\n" + other_protocols_html(input) +
-                    format_method(input, first, e);
-  out += figure("<div class=\"scroll\">" + accuracy_figure(input.results) + "</div>\n",
-                "Accuracy by exploration and by how the features of a core are reduced; lines: 95 "
-                "% interval (" +
-                    escape(e.ci95.method) + ").",
-                badge);
-  out += figure(accuracy_table(input.results), table_caption(input.results), badge);
-  out += "<div class=\"pair\">\n";
-  for (const ExplorationResult& result : input.results) out += confusion_figure(result, badge);
-  return out + "</div>\n</details>\n</section>\n";
+Blocks headline_section(const ReportInput& input) {
+  Blocks lines, matrices;
+  for (const Headline& headline : input.headlines) {
+    lines += paragraph("<b>" + escape(headline_text(headline)) + ".</b> " + badge_html(input));
+    matrices += headline_confusion(headline, badge_html(input));
+  }
+  if (matrices.empty())
+    for (const ExplorationResult& result : input.results)
+      matrices += confusion_figure(result, badge_html(input));
+  return section("Result", lines + side_by_side(matrices), "result");
 }
 
-std::string core_section(const ReportInput& input) {
-  std::string out;
+Blocks accuracy_pictures(const ReportInput& input) {
+  if (input.results.empty() || input.results.front().reductions.empty()) return {};
+  const classifier::Evaluation& e = input.results.front().reductions.front().evaluation;
+  Blocks matrices;
+  if (std::ranges::any_of(input.headlines,
+                          [](const Headline& h) { return h.confusion.has_value(); }))
+    for (const ExplorationResult& result : input.results)
+      matrices += confusion_figure(result, badge_html(input));
+  return section("Accuracy over random splits",
+                 figure(picture(accuracy_rows(input.results)),
+                        "Accuracy by exploration and by how the features of a core are reduced; "
+                        "lines: 95 % interval (" +
+                            escape(e.ci95.method) +
+                            "). <a href=\"#method\">Why it is not the "
+                            "headline</a>.",
+                        badge_html(input)) +
+                     details("Confusion matrices of the random splits", side_by_side(matrices)));
+}
+
+Blocks accuracy_section(const ReportInput& input) {
+  if (input.results.empty() || input.results.front().reductions.empty()) return {};
+  return section("Which fabric was it?", figure(accuracy_table(input.results),
+                                                table_caption(input.results), badge_html(input)));
+}
+
+Blocks accuracy_method(const ReportInput& input) {
+  if (input.results.empty() || input.results.front().reductions.empty()) return {};
+  const ExplorationResult& first = input.results.front();
+  std::vector<std::string> others;
+  for (const OtherProtocol& other : other_protocols(true, has_learning_curve(input)))
+    others.push_back(escape(other.text));
+  return bullet_list(others) +
+         paragraph(format_method(input, first, first.reductions.front().evaluation));
+}
+
+Blocks core_section(const ReportInput& input) {
+  Blocks out;
   for (const ExplorationResult& result : input.results) {
     const classifier::Evaluation* e = result.find(Reduction::pvalue);
     if (e == nullptr) continue;
@@ -372,15 +366,13 @@ std::string core_section(const ReportInput& input) {
                    " Lower indices name the feature and the pad, upper ones the phase.",
                badge_html(input));
   }
-  return out.empty() ? out
-                     : "<section>\n<h2>What tells two fabrics apart</h2>\n" + out + "</section>\n";
+  return section("What tells two fabrics apart", std::move(out));
 }
 
-std::string timing_section(const ReportInput& input) {
+Blocks timing_section(const ReportInput& input) {
   if (input.results.empty()) return {};
-  return "<section>\n<h2>How long it takes</h2>\n" +
-         figure(timing_table(input.results), timing_caption(input.results), badge_html(input)) +
-         "</section>\n";
+  return section("How long it takes", figure(timing_table(input.results),
+                                             timing_caption(input.results), badge_html(input)));
 }
 
 }  // namespace weft::daemon

@@ -5,142 +5,92 @@
 #include "daemon/analysis/report/report.hpp"
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
 
-using svg::Anchor;
-using svg::Axes;
-using svg::Canvas;
-using svg::Range;
+constexpr std::size_t most_pads = 64;  // beyond, a picture of each tells nothing
 
-constexpr double wide = 760;
-
-double end_of(const TrialTrace& trace) {
-  const double taxels_s = trace.phases.empty() ? 1 : trace.phases.back().end_s;
-  return trace.normal_n.t_s.empty() ? taxels_s : std::max(taxels_s, trace.normal_n.t_s.back());
+std::vector<chart::Span> spans_of(const TrialTrace& trace) {
+  std::vector<chart::Span> out;
+  for (const PhaseSpan& span : trace.phases)
+    out.push_back({span.begin_s, span.end_s, std::string(1, to_char(span.phase))});
+  return out;
 }
 
-std::string phase_class(Phase phase) {
-  return std::string("phase phase-") + to_char(phase);
+/// Four digits are more than a picture shows.
+double rounded(double value) {
+  if (value == 0 || !std::isfinite(value)) return value;
+  const double power = std::pow(10.0, 4 - std::ceil(std::log10(std::abs(value))));
+  return std::round(value * power) / power;
 }
 
-void shade_phases(Canvas& canvas, const Axes& axes, const std::vector<PhaseSpan>& phases) {
-  for (const PhaseSpan& span : phases) {
-    const double x = axes.x(span.begin_s), width = axes.x(span.end_s) - x;
-    canvas.rect({x, axes.area.y, width, axes.area.height}, phase_class(span.phase));
-  }
-}
-
-void name_phases(Canvas& canvas, const Axes& axes, const std::vector<PhaseSpan>& phases) {
-  for (const PhaseSpan& span : phases) {
-    const double x = (axes.x(span.begin_s) + axes.x(span.end_s)) / 2;
-    canvas.text({x, axes.area.y - 6}, std::string(1, to_char(span.phase)), "phase-name",
-                Anchor::middle);
-  }
-}
-
-std::vector<svg::Point> in_axes(const Axes& axes, const Curve& curve, std::size_t buckets) {
-  std::vector<svg::Point> points = thinned(curve, buckets);
-  for (svg::Point& p : points) p = axes.at(p.x, p.y);
-  return points;
-}
-
-void draw_target(Canvas& canvas, const Axes& axes, const TrialTrace& trace,
-                 const ForceTarget& target) {
-  for (const PhaseSpan& span : trace.phases) {
-    if (span.phase != Phase::motion && span.phase != Phase::press) continue;
-    const svg::Point corner = axes.at(span.begin_s, target.force_n + target.band_n);
-    const svg::Point opposite = axes.at(span.end_s, target.force_n - target.band_n);
-    canvas.rect({corner.x, corner.y, opposite.x - corner.x, opposite.y - corner.y}, "force-band");
-  }
-}
-
-// A mark of the key and its words; returns where the next may start.
-double key(Canvas& canvas, double x, double y, std::string_view words, std::string_view mark) {
-  canvas.rect({x, y - 7, 16, mark == "force-band" ? 8.0 : 3.0}, mark);
-  canvas.text({x + 21, y}, words, "key");
-  return x + 36 + 6.6 * static_cast<double>(words.size());
-}
-
-std::vector<double> force_values(const TrialTrace& trace, const std::optional<ForceTarget>& t) {
-  std::vector<double> values = {0};
-  values.insert(values.end(), trace.normal_n.value.begin(), trace.normal_n.value.end());
-  values.insert(values.end(), trace.tangential_n.value.begin(), trace.tangential_n.value.end());
-  if (t) values.push_back(t->force_n + t->band_n);
-  return values;
+chart::Series line_of(std::string name, std::size_t family, const Curve& curve, std::size_t buckets,
+                      chart::Line line) {
+  chart::Series out{std::move(name), family, line, false};
+  for (const TracePoint& p : thinned(curve, buckets))
+    out.points.push_back({rounded(p.x), rounded(p.y)});
+  return out;
 }
 
 /// Normal and tangential force over time, phases shaded, set point and band when known.
-std::string force_figure(const TrialTrace& trace, const std::optional<ForceTarget>& target) {
-  Canvas canvas(wide, 330, "Force over time of one trial, phases shaded", "plot");
-  const std::vector<double> values = force_values(trace, target);
-  Range y = svg::find_range(values, 0.06);
-  const Axes axes({58, 44, wide - 70, 236}, {0, end_of(trace)}, y);
-  shade_phases(canvas, axes, trace.phases);
-  axes.draw_x(canvas, "time [s]", 10);
-  axes.draw_y(canvas, "force [N]", 6);
-  name_phases(canvas, axes, trace.phases);
-  if (target) draw_target(canvas, axes, trace, *target);
-  canvas.polyline(in_axes(axes, trace.tangential_n, 500), "curve second");
-  canvas.polyline(in_axes(axes, trace.normal_n, 600), "curve first");
-  double x = key(canvas, 58, 16, "normal force", "key-first");
-  x = key(canvas, x, 16, "tangential force", "key-second");
-  if (target)
-    key(canvas, x, 16,
-        "set point " + fixed(target->force_n, 1) + " N, band \u00B1" + fixed(target->band_n, 2) +
-            " N",
-        "force-band");
-  return canvas.finish();
+chart::Plot force_plot(const TrialTrace& trace, const std::optional<ForceTarget>& target) {
+  chart::Panel panel{{}, {.title = "time [s]", .low = 0}, {.title = "force [N]"}, spans_of(trace)};
+  chart::Plot out{"Force over time of one trial, phases shaded"};
+  if (target) {
+    for (const PhaseSpan& span : trace.phases)
+      if (span.phase == Phase::motion || span.phase == Phase::press)
+        panel.areas.push_back({span.begin_s, span.end_s, target->force_n - target->band_n,
+                               target->force_n + target->band_n});
+    out.area_name = "set point " + fixed(target->force_n, 1) + " N, band \u00B1" +
+                    fixed(target->band_n, 2) + " N";
+  }
+  panel.series = {line_of("tangential force", 2, trace.tangential_n, 300, chart::Line::thin),
+                  line_of("normal force", 1, trace.normal_n, 400, chart::Line::solid)};
+  out.panels = {std::move(panel)};
+  return out;
 }
 
-/// Range of all pads together, so that the small pictures compare.
-svg::Range pad_range(const TrialTrace& trace) {
-  std::vector<double> values;
-  for (const Curve& pad : trace.pads)
-    values.insert(values.end(), pad.value.begin(), pad.value.end());
-  return svg::find_range(values);
-}
-
-/// One pad's counts over time, phases shaded. `pad` counts from 0.
-std::string pad_figure(const TrialTrace& trace, std::size_t pad, const svg::Range& range) {
-  const std::string name = "pad " + std::to_string(pad + 1);
-  Canvas canvas(240, 180, name + ": counts over time", "plot small");
-  const Axes axes({42, 32, 192, 104}, {0, end_of(trace)}, range);
-  shade_phases(canvas, axes, trace.phases);
-  axes.draw_x(canvas, "time [s]", 4);
-  axes.draw_y(canvas, "", 4);
-  name_phases(canvas, axes, trace.phases);
-  canvas.polyline(in_axes(axes, trace.pads[pad], 170), "curve first thin");
-  canvas.text({4, 12}, name, "pad-name");
-  canvas.text({52, 12}, "[counts]", "tick");
-  return canvas.finish();
+/// Counts of each pad over time on the same axes, four beside each other.
+chart::Plot pads_plot(const TrialTrace& trace) {
+  chart::Plot out{"Counts of each pad over time, phases shaded"};
+  out.columns = 4;
+  out.panel_height = 90;
+  out.width = 1000;
+  out.shared_x = out.shared_y = true;
+  for (std::size_t pad = 0; pad < trace.pads.size(); ++pad) {
+    chart::Panel panel{"pad " + std::to_string(pad + 1),
+                       {.title = "time [s]", .low = 0},
+                       {.title = "counts"},
+                       spans_of(trace)};
+    for (chart::Span& span : panel.spans)
+      if (pad >= out.columns) span.name.clear();
+    panel.series = {line_of({}, 1, trace.pads[pad], 90, chart::Line::thin)};
+    out.panels.push_back(std::move(panel));
+  }
+  return out;
 }
 
 /// RMS and worst force error of each fabric against the band.
-std::string fabric_force_figure(const std::vector<FabricForce>& fabrics,
-                                std::optional<double> band_n) {
-  const double row = 20, height = row * static_cast<double>(fabrics.size());
-  double most = band_n ? *band_n * 1.1 : 0;
-  for (const FabricForce& f : fabrics) most = std::max(most, f.tally.worst_n * 1.05);
-  Canvas canvas(wide, height + 82, "Force error in phase M by fabric", "plot");
-  const Axes axes({100, 34, wide - 120, height}, {0, most > 0 ? most : 1}, {0, 1});
-  axes.draw_x(canvas, "force error in phase M [N]", 8);
-  double y = axes.area.y;
-  for (const FabricForce& f : fabrics) {
-    canvas.text({92, y + 14}, f.fabric, "row-name", Anchor::end);
-    canvas.rect({axes.x(0), y + 4, axes.x(f.tally.rms_n()) - axes.x(0), row - 8}, "bar");
-    canvas.circle({axes.x(f.tally.worst_n), y + row / 2}, 4, "worst-mark");
-    y += row;
+chart::Rows fabric_forces(const std::vector<FabricForce>& fabrics, std::optional<double> band_n) {
+  chart::Rows out{"Force error in phase M by fabric",
+                  {.title = "force error in phase M [mN]", .low = 0},
+                  "RMS"};
+  out.mark_names = {"", "worst sample"};
+  out.bars = true;
+  out.width = 760;
+  if (band_n) {
+    out.limit = *band_n * 1e3;
+    out.limit_name = "edge of the band";
   }
-  if (band_n) canvas.line(axes.at(*band_n, 0), axes.at(*band_n, 1), "limit");
-  const double x = key(canvas, 100, 18, "RMS", "bar");
-  canvas.circle({x + 4, 14}, 4, "worst-mark");
-  canvas.text({x + 13, 18}, "worst sample", "key");
-  canvas.line({x + 120, 14}, {x + 140, 14}, "limit");
-  if (band_n) canvas.text({x + 146, 18}, "edge of the band", "key");
-  return canvas.finish();
+  for (const FabricForce& f : fabrics)
+    out.rows.push_back({f.fabric,
+                        rounded(f.tally.rms_n() * 1e3),
+                        chart::no_number,
+                        chart::no_number,
+                        {chart::no_number, rounded(f.tally.worst_n * 1e3)}});
+  return out;
 }
 
 struct Share {
@@ -159,21 +109,10 @@ std::vector<Share> wall_shares(const CampaignSummary& run) {
   return out;
 }
 
-std::string share_figure(const std::vector<Share>& shares) {
-  double total_s = 0;
-  for (const Share& share : shares) total_s += share.seconds;
-  Canvas canvas(wide, 44, "Where the wall time of the run went", "plot");
-  double x = 0;
-  for (std::size_t i = 0; i < shares.size() && total_s > 0; ++i) {
-    const double width = shares[i].seconds / total_s * wide;
-    const std::string number = std::to_string(i + 1);
-    canvas.rect({x, 6, std::max(0.0, width - 1), 32}, "share share-" + number);
-    if (width > 46)
-      canvas.text({x + width / 2, 27}, percent(shares[i].seconds / total_s, 0) + " %",
-                  "share-text share-text-" + number, Anchor::middle);
-    x += width;
-  }
-  return canvas.finish();
+chart::Shares share_chart(const std::vector<Share>& shares) {
+  chart::Shares out{"Where the wall time of the run went"};
+  for (const Share& share : shares) out.parts.emplace_back(share.name, share.seconds);
+  return out;
 }
 
 constexpr std::string_view phases_key =
@@ -195,13 +134,6 @@ std::string force_caption(const TrialRecord& record) {
   return out + ". " + std::string(phases_key);
 }
 
-std::string pad_pictures(const TrialTrace& trace) {
-  const svg::Range range = pad_range(trace);
-  std::string out = "<div class=\"pads\">\n";
-  for (std::size_t pad = 0; pad < trace.pads.size(); ++pad) out += pad_figure(trace, pad, range);
-  return out + "</div>\n";
-}
-
 std::vector<std::string> force_cells(const std::string& name, std::size_t trials,
                                      const ForceTally& tally,
                                      const std::optional<RestForces>& rest) {
@@ -211,14 +143,14 @@ std::vector<std::string> force_cells(const std::string& name, std::size_t trials
   return {name,
           thousands(trials),
           thousands(tally.samples),
-          fixed(tally.rms_n() * 1e3, 1),
-          fixed(tally.worst_n * 1e3, 0),
+          significant(tally.rms_n() * 1e3),
+          significant(tally.worst_n * 1e3),
           percent(in_band_share(tally), 2),
           newtons(&RestForces::before_n),
           newtons(&RestForces::after_n)};
 }
 
-std::string force_table(const ReportInput& input, const std::vector<FabricForce>& fabrics) {
+Blocks force_table(const ReportInput& input, const std::vector<FabricForce>& fabrics) {
   HtmlTable table({"fabric", "trials", "samples", "RMS error [mN]", "worst [mN]", "in band [%]",
                    "rest S [N]", "rest E [N]"});
   for (const FabricForce& f : fabrics)
@@ -239,7 +171,7 @@ std::string format_targets(const std::vector<ForceTarget>& targets) {
 
 }  // namespace
 
-std::string trace_section(const ReportInput& input) {
+Blocks trace_section(const ReportInput& input) {
   const Dataset& dataset = input.dataset;
   std::string exploration;
   for (const TrialRecord& record : dataset.records)
@@ -248,35 +180,33 @@ std::string trace_section(const ReportInput& input) {
   if (!chosen) return {};
   const TrialTrace trace = extract_trace(dataset, *chosen);
   const std::string badge = badge_html(input);
-  std::string out = "<section>\n<h2>One trial</h2>\n";
+  Blocks out;
   if (trace.record->wrench.samples() > 0) {
     const auto target = find_target(force_targets(dataset.info), trace.record->spec.exploration);
-    out += figure("<div class=\"scroll\">" + force_figure(trace, target) + "</div>\n",
-                  force_caption(*trace.record), badge);
+    out += figure(picture(force_plot(trace, target)), force_caption(*trace.record), badge);
   }
-  if (trace.pads.empty()) return out + "<p>No taxels recorded.</p>\n</section>\n";
-  out += figure(pad_pictures(trace),
+  if (trace.pads.empty()) out += paragraph("No taxels recorded.");
+  if (trace.pads.empty() || trace.pads.size() > most_pads) return section("One trial", out);
+  out += figure(picture(pads_plot(trace)),
                 "What the " + std::to_string(trace.pads.size()) +
                     " pads of the tactile sensor felt meanwhile: counts above each pad\u2019s mean "
                     "in phase S over time [s], all with the same axes (compare the paper\u2019s "
                     "Figure 5, one pad on real cloth).",
                 badge);
-  return out + "</section>\n";
+  return section("One trial", out);
 }
 
-std::string force_section(const ReportInput& input) {
+Blocks force_section(const ReportInput& input) {
   const std::vector<ForceTarget> targets = force_targets(input.dataset.info);
   const std::vector<FabricForce> fabrics = force_by_fabric(input.dataset, targets);
   if (fabrics.empty()) return {};
   const std::string badge = badge_html(input);
-  std::string out = "<section>\n<h2>How well the force was held</h2>\n";
-  out += figure(
-      "<div class=\"scroll\">" + fabric_force_figure(fabrics, targets.front().band_n) + "</div>\n",
-      "Normal force against its set point while the probe moved (" + format_targets(targets) +
-          "). The paper prints no such figure.",
-      badge);
-  out +=
-      "<details><summary>As a table</summary>\n" +
+  Blocks out = figure(picture(fabric_forces(fabrics, targets.front().band_n)),
+                      "Normal force against its set point while the probe moved (" +
+                          format_targets(targets) + "). The paper prints no such figure.",
+                      badge);
+  out += details(
+      "As a table",
       figure(force_table(input, fabrics),
              std::string("Computed again from the recorded wrench between the first and the "
                          "last taxel sample of phase M. Rest: the mean force of phase S or E that "
@@ -285,12 +215,11 @@ std::string force_section(const ReportInput& input) {
                                        : "") +
                  (input.verified == nullptr ? "; the last row is what the run counted while it ran."
                                             : "."),
-             badge) +
-      "</details>\n";
-  return out + "</section>\n";
+             badge));
+  return section("How well the force was held", out);
 }
 
-std::string wall_time_section(const ReportInput& input) {
+Blocks wall_time_section(const ReportInput& input) {
   const CampaignSummary& run = input.run;
   if (!(run.wall_s > 0)) return {};
   const std::vector<Share> shares = wall_shares(run);
@@ -301,13 +230,13 @@ std::string wall_time_section(const ReportInput& input) {
          duration(shares[i].seconds), percent(shares[i].seconds / run.wall_s)});
   table.row({"<b>run</b>", "<b>" + duration(run.wall_s) + "</b>", "100"});
   table.row({"export to HDF5, afterwards", duration(run.time.export_s), std::string(no_value)});
-  return "<section>\n<h2>Where the wall time went</h2>\n" +
-         figure(share_figure(shares) + table.finish(),
-                "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
-                    duration(run.virtual_s) + " of bench time, " +
-                    thousands(static_cast<std::size_t>(run.events)) + " timer and link events.",
-                badge_html(input)) +
-         "</section>\n";
+  return section(
+      "Where the wall time went",
+      figure(picture(share_chart(shares)) + table.finish(),
+             "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
+                 duration(run.virtual_s) + " of bench time, " +
+                 thousands(static_cast<std::size_t>(run.events)) + " timer and link events.",
+             badge_html(input)));
 }
 
 }  // namespace weft::daemon

@@ -132,8 +132,8 @@ TrialTrace extract_trace(const Dataset& dataset, std::size_t trial_index) {
   return out;
 }
 
-std::vector<svg::Point> thinned(const Curve& curve, std::size_t buckets) {
-  std::vector<svg::Point> out;
+std::vector<TracePoint> thinned(const Curve& curve, std::size_t buckets) {
+  std::vector<TracePoint> out;
   if (curve.t_s.empty() || buckets == 0) return out;
   const double origin_s = curve.t_s.front();
   const double width_s =

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "daemon/campaign/trial_recording.hpp"
-#include "daemon/pages/plot/svg.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 #include "protocols/base/phase.hpp"
 
@@ -20,6 +19,11 @@ struct PhaseSpan {
   Phase phase = Phase::none;
   double begin_s = 0;
   double end_s = 0;
+};
+
+struct TracePoint {
+  double x = 0;
+  double y = 0;
 };
 
 struct Curve {
@@ -43,7 +47,7 @@ TrialTrace extract_trace(const Dataset& dataset, std::size_t trial);
 
 /// At most about 2 x `buckets` points: least and greatest value of each bucket of time, so that no
 /// peak is lost. A point that is not finite marks a pause of more than 0.15 s.
-std::vector<svg::Point> thinned(const Curve& curve, std::size_t buckets);
+std::vector<TracePoint> thinned(const Curve& curve, std::size_t buckets);
 
 /// Set point of phase M of one exploration, from the recipe that was run.
 struct ForceTarget {

@@ -108,7 +108,7 @@ TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet
 /// left out whole. Then Table 2: the share of right answers for each material over all learners,
 /// and what it is taken for. Of the source with most channels. The paper's figures stand beside
 /// where its recipe was run. `badge_html`: of the bench, on every table.
-std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html);
+Blocks vibro_tables(const VibroTradeoff& tradeoff, const std::string& badge_html);
 
 /// One learner, or the choice among several.
 struct WindowLearner {
@@ -126,9 +126,9 @@ struct VibroEvaluation {
   std::string importance;  ///< plain text; may be empty
 };
 
-/// F-score against the time of an answer, shares of windows and recordings with their intervals,
-/// confusion by material of each learner. One file without scripts or outside resources; every
-/// figure bears the bench's word. Refuses no learners and figures that are not finite.
-Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation);
+/// Accuracy of recordings and windows with intervals, confusion by material of each learner, macro
+/// F-score against the time of an answer; every figure bears the bench's word. Refuses no learners
+/// and figures that are not finite.
+Result<Document> vibro_document(const VibroEvaluation& evaluation);
 
 }  // namespace weft::daemon

@@ -8,8 +8,6 @@
 #include <numeric>
 
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -54,31 +52,34 @@ bool holds(const std::vector<std::size_t>& front, std::size_t i) {
   return std::ranges::find(front, i) != front.end();
 }
 
-ScatterPanel panel_of(const TradeoffSet& set, const TradeoffCost& cost, char letter,
-                      const std::vector<std::string>& families,
-                      const std::vector<std::size_t>& front) {
-  ScatterPanel out{std::string("(") + letter + ") " + cost.words, cost.title, {}};
-  for (std::size_t i = 0; i < set.points.size(); ++i) {
-    const TradeoffPoint& p = set.points[i];
-    const auto family = std::ranges::find(families, p.family) - families.begin();
-    out.points.push_back({p.*cost.seconds, p.accuracy, p.ci95.low, p.ci95.high,
-                          static_cast<std::size_t>(family), holds(front, i), p.name});
+// A family looks the same in every section.
+chart::Plot plot_of(const TradeoffReport& report, const TradeoffSet& set, const Fronts& fronts) {
+  const std::string stamp(bench_text(set.bench));
+  const std::vector<std::string> families = list_families(report.sets);
+  chart::Plot out{"Accuracy against time, " + stamp + ", " + set.dataset, stamp,
+                  report.costs.size()};
+  out.width = report.costs.size() > 1 ? 1100 : 760;
+  out.panel_height = 300;
+  out.shared_y = true;
+  out.front_name = "on the front: none is as accurate in less time";
+  for (std::size_t k = 0; k < report.costs.size(); ++k) {
+    const TradeoffCost& cost = report.costs[k];
+    std::vector<chart::FamilySample> points;
+    for (std::size_t i = 0; i < set.points.size(); ++i) {
+      const TradeoffPoint& p = set.points[i];
+      const bool front = holds(fronts[k], i);
+      points.push_back(
+          {static_cast<std::size_t>(std::ranges::find(families, p.family) - families.begin()),
+           {p.*cost.seconds, p.accuracy * 100, p.ci95.low * 100, p.ci95.high * 100,
+            front ? p.name : "", front}});
+    }
+    const std::string letter(1, static_cast<char>('a' + k));
+    out.panels.push_back({"(" + letter + ") " + cost.words,
+                          {.title = cost.title, .logarithmic = true, .seconds = true},
+                          chart::percent_axis(report.measure + " [%]", points)});
+    out.panels.back().series = chart::series_of(families, points);
   }
   return out;
-}
-
-// A family looks the same in every section.
-std::string picture(const TradeoffReport& report, const TradeoffSet& set, const Fronts& fronts) {
-  const std::string stamp(bench_text(set.bench));
-  Scatter scatter{"Accuracy against time, " + stamp + ", " + set.dataset,
-                  "accuracy [%]",
-                  stamp,
-                  list_families(report.sets),
-                  {}};
-  for (std::size_t k = 0; k < report.costs.size(); ++k)
-    scatter.panels.push_back(
-        panel_of(set, report.costs[k], static_cast<char>('a' + k), scatter.families, fronts[k]));
-  return "<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n";
 }
 
 std::string fronts_text(std::size_t i, const std::vector<TradeoffCost>& costs,
@@ -96,10 +97,10 @@ std::string settings_text(const TradeoffPoint& p) {
   return joined(out);
 }
 
-std::string table(const TradeoffSet& set, const std::vector<TradeoffCost>& costs,
-                  const Fronts& fronts) {
-  HtmlTable out({"choice", "differs in", "on the front of", "accuracy %", "tested", "answer",
-                 "of it features", "of it vote", "sliding", "training"},
+Blocks table(const TradeoffSet& set, const std::vector<TradeoffCost>& costs, const Fronts& fronts,
+             const std::string& measure) {
+  HtmlTable out({"choice", "differs in", "on the front of", escape(measure) + " %", "tested",
+                 "answer", "feature time", "vote time", "sliding", "training"},
                 3);
   for (std::size_t i = 0; i < set.points.size(); ++i) {
     const TradeoffPoint& p = set.points[i];
@@ -115,19 +116,20 @@ std::string table(const TradeoffSet& set, const std::vector<TradeoffCost>& costs
   return out.finish();
 }
 
-std::string facts(const TradeoffSet& set) {
-  std::string out = "<figure><dl>\n" + definition("data set", set.dataset) +
-                    definition("SHA-256", set.sha256) +
-                    definition("bench", std::string(to_string(set.bench)));
-  for (const Setting& fact : set.facts) out += definition(fact.first, format_text(fact));
-  for (const auto& [family, why] : set.left_out) out += definition("left out: " + family, why);
-  return out + "</dl></figure>\n";
+Blocks facts(const TradeoffSet& set) {
+  std::vector<std::pair<std::string, std::string>> out{
+      {"data set", set.dataset},
+      {"SHA-256", set.sha256},
+      {"bench", std::string(to_string(set.bench))}};
+  for (const Setting& fact : set.facts) out.emplace_back(fact.first, format_text(fact));
+  for (const auto& [family, why] : set.left_out) out.emplace_back("left out: " + family, why);
+  return details("Settings and what is left out", definitions(out));
 }
 
-std::string simulated_note() {
-  return "<div class=\"note\"><p><b>SIMULATED.</b> Every figure of this section comes from the "
-         "plant model; no cloth was touched. It tells how the choices compare on this model, not "
-         "how they would on cloth.</p></div>\n";
+Blocks simulated_note() {
+  return paragraph(
+      "<b>SIMULATED.</b> Every figure here comes from the plant model; no cloth was touched. It "
+      "says how the choices compare on this model, not how they would on cloth.");
 }
 
 std::string methods_of(const TradeoffSet& set) {
@@ -137,43 +139,45 @@ std::string methods_of(const TradeoffSet& set) {
   return joined(out, "; ");
 }
 
-Result<std::string> section(const TradeoffReport& report, const TradeoffSet& set) {
+Result<Blocks> set_section(const TradeoffReport& report, const TradeoffSet& set) {
   const auto found = find_fronts(set, report.costs);
   if (!found) return pass(found.error());
   const Fronts& fronts = *found;
-  std::string out =
-      "<section>\n<h2>" + escape(set.dataset) + " " + bench_badge(set.bench) + "</h2>\n";
+  Blocks out =
+      figure(picture(plot_of(report, set, fronts)),
+             "Every mark is one choice; bars are 95 % intervals (" + escape(methods_of(set)) +
+                 "). The front is of the measured values: where intervals overlap, the order "
+                 "may be chance.",
+             bench_badge(set.bench));
+  out += details("All choices as a table",
+                 figure(table(set, report.costs, fronts, report.measure),
+                        "Settings of a choice: rest the pointer on its name, or see the JSON file.",
+                        bench_badge(set.bench)));
   if (set.bench == BenchKind::simulated) out += simulated_note();
-  out += figure(picture(report, set, fronts),
-                "Every mark is one choice; bars are 95 % intervals (" + escape(methods_of(set)) +
-                    "). The front is of the measured values: where intervals overlap, the order "
-                    "may be chance.",
-                bench_badge(set.bench));
-  out += figure(table(set, report.costs, fronts),
-                "Settings of a choice: rest the pointer on its name, or see the JSON file.",
-                bench_badge(set.bench));
-  return out + facts(set) + "</section>\n";
+  return section(set.dataset + ", " + std::string(bench_text(set.bench)), out + facts(set));
 }
 
-std::string heading(const TradeoffReport& report) {
-  std::string out = "<header>";
-  std::vector<BenchKind> kinds;
+std::string badge_of(const TradeoffReport& report) {
+  std::vector<std::string> kinds;
+  for (const TradeoffSet& set : report.sets)
+    if (const std::string text(bench_text(set.bench));
+        std::ranges::find(kinds, text) == kinds.end())
+      kinds.push_back(text);
+  return joined(kinds, " AND ");
+}
+
+/// The choice with the highest measured value of each set.
+Blocks best_choices(const TradeoffReport& report) {
+  Blocks out;
   for (const TradeoffSet& set : report.sets) {
-    if (std::ranges::find(kinds, set.bench) == kinds.end()) out += bench_badge(set.bench) + " ";
-    kinds.push_back(set.bench);
+    const auto best = std::ranges::max_element(set.points, {}, &TradeoffPoint::accuracy);
+    out += paragraph("<b>" + escape(set.dataset) + ": " + escape(report.measure) + " " +
+                     percent(best->accuracy) + " %</b> (95 %: " + percent(best->ci95.low) + " to " +
+                     percent(best->ci95.high) + ") with " + escape(best->name) + ", in " +
+                     duration(best->answer_s) + " an answer; chosen after the fact among " +
+                     std::to_string(set.points.size()) + ". " + bench_badge(set.bench));
   }
-  out += "\n<h1>" + escape(report.title) + "</h1>\n";
-  for (const std::string& note : report.notes) out += "<p>" + escape(note) + "</p>\n";
-  return out + "</header>\n";
-}
-
-std::string provenance(const TradeoffReport& report) {
-  return "<section>\n<h2>How it was measured</h2>\n<figure><dl>\n" +
-         definition("timing", report.timing) + definition("training", report.training) +
-         definition("machine", report.machine) +
-         definition("software", "weft " + report.software +
-                                    (report.commit.empty() ? "" : ", commit " + report.commit)) +
-         "</dl></figure>\n</section>\n";
+  return section("Result", std::move(out));
 }
 
 using nlohmann::ordered_json;
@@ -299,20 +303,30 @@ Result<std::vector<std::size_t>> pareto_front(std::span<const TradeoffChoice> ch
   return front;
 }
 
-Result<std::string> tradeoff_sections_html(const TradeoffReport& report) {
-  std::string out;
+Result<Blocks> tradeoff_sections(const TradeoffReport& report) {
+  Blocks out;
   for (const TradeoffSet& set : report.sets) {
-    const auto one = section(report, set);
+    auto one = set_section(report, set);
     if (!one) return pass(one.error());
-    out += *one;
+    out += std::move(*one);
   }
-  return out + report.tables_html;
+  return out + report.tables;
 }
 
-Result<std::string> tradeoff_html(const TradeoffReport& report) {
-  const auto sections = tradeoff_sections_html(report);
+Result<Document> tradeoff_document(const TradeoffReport& report) {
+  auto sections = tradeoff_sections(report);
   if (!sections) return pass(sections.error());
-  return page_around(report.title, heading(report) + *sections + provenance(report));
+  Document out{"tradeoff", report.title, badge_of(report)};
+  out.result = best_choices(report);
+  out.pictures = std::move(*sections);
+  for (const std::string& note : report.notes) out.method += paragraph(escape(note));
+  out.provenance =
+      definitions({{"timing", report.timing},
+                   {"training", report.training},
+                   {"machine", report.machine},
+                   {"software", "weft " + report.software +
+                                    (report.commit.empty() ? "" : ", commit " + report.commit)}});
+  return out;
 }
 
 Result<ordered_json> tradeoff_json(const TradeoffReport& report) {

@@ -13,6 +13,7 @@
 
 #include "classifier/base/interval.hpp"
 #include "daemon/base/text/format.hpp"
+#include "daemon/pages/document/document.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon {
@@ -82,14 +83,15 @@ std::string format_text(const Setting& setting);
 double compute_median(std::vector<double> values);
 
 struct TradeoffReport {
-  std::string title;                ///< "Classifier: accuracy against time"
-  std::string command;              ///< "trade classifier"
-  std::vector<TradeoffCost> costs;  ///< a panel and a front each
-  std::vector<TradeoffSet> sets;    ///< a section each, in this order
-  std::vector<std::string> notes;   ///< how to read it; for people
-  std::string tables_html;          ///< further sections of the page; of simulated data with badges
-  std::string timing;               ///< how times were taken
-  std::string training;             ///< options of the training
+  std::string title;                 ///< "Classifier: accuracy against time"
+  std::string command;               ///< "trade classifier"
+  std::vector<TradeoffCost> costs;   ///< a panel and a front each
+  std::vector<TradeoffSet> sets;     ///< a section each, in this order
+  std::vector<std::string> notes;    ///< how to read it; for people
+  std::string measure = "accuracy";  ///< what `accuracy` of the points is: "macro F-score"
+  Blocks tables;         ///< further sections of the page; of simulated data with badges
+  std::string timing;    ///< how times were taken
+  std::string training;  ///< options of the training
   std::string machine;
   std::string software;  ///< version
   std::string commit;    ///< empty when unknown
@@ -98,11 +100,11 @@ struct TradeoffReport {
 /// schema 1, keys in daemon/analysis/tradeoff/README.md. Refuses what find_front() refuses.
 Result<nlohmann::ordered_json> tradeoff_json(const TradeoffReport& report);
 
-/// The sections of the sets and `tables_html`, for a page of another's. Refuses what find_front()
+/// The sections of the sets and `tables`, for a page of another's. Refuses what find_front()
 /// refuses.
-Result<std::string> tradeoff_sections_html(const TradeoffReport& report);
+Result<Blocks> tradeoff_sections(const TradeoffReport& report);
 
-/// One file without scripts or outside resources. Refuses what find_front() refuses.
-Result<std::string> tradeoff_html(const TradeoffReport& report);
+/// Refuses what find_front() refuses.
+Result<Document> tradeoff_document(const TradeoffReport& report);
 
 }  // namespace weft::daemon

@@ -7,8 +7,7 @@
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/analysis/tradeoff/vibro_paper.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
+#include "daemon/pages/document/confusion.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -17,9 +16,9 @@ namespace vibro = classifier::vibro;
 
 constexpr std::size_t max_listed_mistakes = 5;
 
-std::string shares(const VibroEvaluation& evaluation) {
+Blocks shares(const VibroEvaluation& evaluation) {
   HtmlTable out({"learner", "windows right [%]", "95 % interval", "macro F-score",
-                 "recordings right [%]", "95 % interval", "of so many"},
+                 "recordings right [%]", "95 % interval", "recordings"},
                 1);
   for (const WindowLearner& method : evaluation.learners) {
     const vibro::CrossValidation& r = method.result;
@@ -38,15 +37,14 @@ std::string shares(const VibroEvaluation& evaluation) {
                 bench_badge(evaluation.bench));
 }
 
-std::string confusions(const VibroEvaluation& evaluation) {
-  std::string out = "<section>\n<h2>Confusion by material</h2>\n";
+Blocks confusions(const VibroEvaluation& evaluation) {
+  Blocks out;
   for (const WindowLearner& method : evaluation.learners)
-    out += figure("<div class=\"scroll\">" +
-                      confusion_map(method.result.confusion, "Windows, " + method.name) + "</div>",
+    out += figure(confusion_pictures(method.result.confusion, "Windows, " + method.name),
                   escape(method.name) + ". " +
                       escape(worst_confusions(method.result.confusion, max_listed_mistakes)),
                   bench_badge(evaluation.bench));
-  return out + "</section>\n";
+  return section("Confusion by material", side_by_side(std::move(out)));
 }
 
 using classifier::Learner;
@@ -109,8 +107,7 @@ void add_row(const PapersRow& row, const std::string& whose, std::vector<std::st
   out.row(scores);
 }
 
-std::string table_1(const VibroTradeoff& tradeoff, const std::string& source,
-                    const std::string& badge) {
+Blocks table_1(const VibroTradeoff& tradeoff, const std::string& source, const std::string& badge) {
   std::vector<std::string> head = {"window", "features", "whose"};
   for (const Learner m : papers_table_learners()) head.emplace_back(classifier::paper_name(m));
   head.emplace_back("average");
@@ -139,7 +136,7 @@ std::string table_1(const VibroTradeoff& tradeoff, const std::string& source,
 }
 
 // Figure 4 a to d: F-score and time of an answer by learner, features (2 s) and source.
-std::string figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
+Blocks figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
   HtmlTable out({"learner", "features", "source", "F, " + protocol_name(Protocol::random),
                  "F, " + protocol_name(tradeoff.honest), "features of a window", "an answer"},
                 3);
@@ -199,13 +196,13 @@ std::string material_cells(const Material& m) {
   return out;
 }
 
-std::string table_2(const VibroTradeoff& tradeoff, const std::string& source,
-                    const std::string& badge) {
+Blocks table_2(const VibroTradeoff& tradeoff, const std::string& source, const std::string& badge) {
   auto random = materials(tradeoff, source, Protocol::random);
   auto honest = materials(tradeoff, source, tradeoff.honest);
   if (random.empty()) return {};
   HtmlTable out(
-      {"material", "right, and taken for [%], random windows", protocol_name(tradeoff.honest)}, 1);
+      {"material", "right, and predicted as [%], random windows", protocol_name(tradeoff.honest)},
+      1);
   for (auto& [name, material] : random)
     out.row({escape(name), material_cells(material), material_cells(honest[name])});
   std::string papers;
@@ -222,46 +219,51 @@ std::string table_2(const VibroTradeoff& tradeoff, const std::string& source,
 
 }  // namespace
 
-Result<std::string> vibro_evaluation_html(const VibroEvaluation& evaluation) {
+Result<Document> vibro_document(const VibroEvaluation& evaluation) {
   if (evaluation.learners.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = evaluation.dataset,
                  .what = "a page without a learner"});
   TradeoffSet set{evaluation.dataset, evaluation.sha256, evaluation.bench, {}, {}, {}};
   for (const auto& [name, value] : evaluation.facts) set.facts.emplace_back(name, value);
+  Blocks lines;
   for (const WindowLearner& method : evaluation.learners) {
     set.points.push_back(
         vibro_tradeoff_point(evaluation.bench, method.name, method.result, evaluation.features_s));
     set.points.back().contact_s = evaluation.window_s;
+    const vibro::CrossValidation& r = method.result;
+    lines += paragraph("<b>" + escape(method.name) + ": accuracy " + percent(r.voted_accuracy) +
+                       " %</b> of recordings (95 %: " + percent(r.voted_ci95.low) + " to " +
+                       percent(r.voted_ci95.high) + "), " + percent(r.accuracy) +
+                       " % of windows. " + bench_badge(evaluation.bench));
   }
   TradeoffReport report;
+  report.measure = "macro F-score";
   report.costs = {classifier_costs().front()};
   report.sets = {std::move(set)};
-  report.tables_html =
-      "<section>\n<h2>Shares of right answers</h2>\n" + shares(evaluation) + "</section>\n" +
-      confusions(evaluation) +
-      (evaluation.importance.empty()
-           ? std::string()
-           : "<section>\n<h2>Importance of features</h2>\n" +
-                 figure("<pre>" + escape(evaluation.importance) + "</pre>",
-                        "Accuracy that goes when a feature's values are dealt out at random.",
-                        bench_badge(evaluation.bench)) +
-                 "</section>\n");
-  const auto sections = tradeoff_sections_html(report);
+  auto sections = tradeoff_sections(report);
   if (!sections) return pass(sections.error());
-  return page_around("Evaluation of " + evaluation.dataset,
-                     "<header>" + bench_badge(evaluation.bench) +
-                         "\n<h1>Sound and vibration: evaluation of " + escape(evaluation.dataset) +
-                         "</h1>\n<p>Accuracy in the picture and its table is the macro F-score."
-                         "</p>\n</header>\n" +
-                         *sections);
+  Document out{"vibration evaluation", "Sound and vibration: evaluation of " + evaluation.dataset,
+               std::string(bench_text(evaluation.bench))};
+  out.result = section("Accuracy", std::move(lines)) + confusions(evaluation);
+  out.pictures = std::move(*sections);
+  out.tables = section("Accuracy of windows and recordings", shares(evaluation));
+  if (!evaluation.importance.empty())
+    out.tables += section("Importance of features",
+                          figure(code_block(evaluation.importance),
+                                 "Accuracy that is lost when a feature's values are shuffled.",
+                                 bench_badge(evaluation.bench)));
+  out.method = definitions(evaluation.facts);
+  out.provenance =
+      definitions({{"data set", evaluation.dataset}, {"data set SHA-256", evaluation.sha256}});
+  return out;
 }
 
-std::string vibro_tables_html(const VibroTradeoff& tradeoff, const std::string& badge_html) {
+Blocks vibro_tables(const VibroTradeoff& tradeoff, const std::string& badge_html) {
   if (tradeoff.points.empty()) return {};
   const std::string source =
       tradeoff.points.back().source;  // the one with most channels comes last
-  return table_1(tradeoff, source, badge_html) + averages_html(tradeoff, badge_html) +
+  return table_1(tradeoff, source, badge_html) + average_tables(tradeoff, badge_html) +
          figure_4(tradeoff, badge_html) + table_2(tradeoff, source, badge_html);
 }
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -104,7 +104,7 @@ ordered_json average_json(const VibroAverage& a) {
           {"paper", papers}};
 }
 
-std::string table_of_averages(std::span<const VibroAverage> averages, const std::string& badge) {
+Blocks table_of_averages(std::span<const VibroAverage> averages, const std::string& badge) {
   HtmlTable out({"source", "window", "features", "split", "learners", "F-score", "the paper's",
                  "windows right [%]", "variance explained [%]", "the paper's"},
                 4);
@@ -121,7 +121,7 @@ std::string table_of_averages(std::span<const VibroAverage> averages, const std:
                 badge);
 }
 
-std::string table_of_gains(std::span<const VibroGain> gains, const std::string& badge) {
+Blocks table_of_gains(std::span<const VibroGain> gains, const std::string& badge) {
   if (gains.empty()) return {};
   HtmlTable out({"source", "split", "F-score", "windows right", "an answer", "the learner alone",
                  "the paper: F-score, time"},
@@ -243,7 +243,7 @@ ordered_json averages_json(const VibroTradeoff& tradeoff, Protocol protocol) {
   return out;
 }
 
-std::string averages_html(const VibroTradeoff& tradeoff, const std::string& badge_html) {
+Blocks average_tables(const VibroTradeoff& tradeoff, const std::string& badge_html) {
   const auto averages = compute_averages(tradeoff);
   if (averages.empty()) return {};
   return table_of_averages(averages, badge_html) +

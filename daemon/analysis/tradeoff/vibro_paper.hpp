@@ -83,6 +83,6 @@ std::vector<VibroGain> compute_gains(const VibroTradeoff& tradeoff,
 nlohmann::ordered_json averages_json(const VibroTradeoff& tradeoff,
                                      classifier::vibro::Protocol protocol);
 /// Both as tables; nothing where nothing was measured.
-std::string averages_html(const VibroTradeoff& tradeoff, const std::string& badge_html);
+Blocks average_tables(const VibroTradeoff& tradeoff, const std::string& badge_html);
 
 }  // namespace weft::daemon

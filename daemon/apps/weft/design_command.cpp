@@ -5,6 +5,7 @@
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
@@ -63,15 +64,6 @@ std::string analysis_text(const SweepAnalysis& a) {
          wrapped(recommendation(a), "");
 }
 
-Status refuse_over(const std::filesystem::path& input, const std::filesystem::path& out) {
-  return out.empty() ? Status{} : check_output(input, out);
-}
-
-Status write_page(const std::filesystem::path& out, std::string_view title, BenchKind bench,
-                  std::string_view sections) {
-  return out.empty() ? Status{} : write_text_file(out, design_page(title, bench, sections));
-}
-
 std::string page_line(const std::filesystem::path& out) {
   return out.empty() ? "" : "page: " + out.string() + "\n";
 }
@@ -110,7 +102,7 @@ Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) 
   if (!learner) return pass(learner.error(), "--learner");
   std::vector<Dataset> datasets;
   for (const auto& path : args.datasets) {
-    if (Status ok = refuse_over(path, args.out); !ok) return pass(ok.error());
+    if (Status ok = check_page(path, args.out); !ok) return pass(ok.error());
     auto dataset = open_dataset(path);
     if (!dataset) return pass(dataset.error());
     datasets.push_back(std::move(*dataset));
@@ -125,18 +117,21 @@ Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) 
   };
   const auto analyses = analyse_sweep(datasets, options);
   if (!analyses) return pass(analyses.error());
-  std::string text, sections;
+  std::string text;
+  Blocks sections;
   json list = json::array();
   for (const SweepAnalysis& one : *analyses) {
     text += analysis_text(one);
     sections += design_section(one);
     list.push_back(json(design_json(one)));
   }
-  if (Status ok = write_page(args.out, "Which setting: " + datasets.front().info.name,
-                             analyses->front().bench, sections);
+  const json record{{"command", "design analyse"}, {"analyses", list}};
+  if (Status ok = write_page_files(args.out, record,
+                                   design_document("Which setting: " + datasets.front().info.name,
+                                                   analyses->front().bench, std::move(sections)));
       !ok)
     return pass(ok.error());
-  print(console, text + page_line(args.out), {{"command", "design analyse"}, {"analyses", list}});
+  print(console, text + page_line(args.out), record);
   return exit_ok;
 }
 
@@ -163,7 +158,7 @@ void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
 }
 
 Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& console) {
-  if (Status ok = refuse_over(args.dataset, args.out); !ok) return pass(ok.error());
+  if (Status ok = check_page(args.dataset, args.out); !ok) return pass(ok.error());
   const auto learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
   if (args.trials.window_s != 0)
@@ -187,12 +182,14 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
       chosen->dataset.info.kind, chosen->sha256,
       chosen->setup.exploration, std::string(classifier::to_string(*learner)),
       std::move(*curve),         *forecast};
-  if (Status ok = write_page(args.out, "How many repetitions: " + chosen->dataset.info.name,
-                             study.bench, design_section(study));
-      !ok)
-    return pass(ok.error());
   json out = json(design_json(study));
   out["command"] = "design repetitions";
+  if (Status ok =
+          write_page_files(args.out, out,
+                           design_document("How many repetitions: " + chosen->dataset.info.name,
+                                           study.bench, design_section(study)));
+      !ok)
+    return pass(ok.error());
   print(console, curve_text(study) + page_line(args.out), out);
   return exit_ok;
 }

@@ -6,6 +6,7 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -82,7 +83,8 @@ Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
   return {};
 }
 
-Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured) {
+Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Measured& measured,
+                  const json& record) {
   if (args.report.empty()) return {};
   std::vector<EvaluatedLearner> learners;
   for (const Outcome& outcome : measured.outcomes)
@@ -96,7 +98,7 @@ Status write_page(const EvaluateArgs& args, const ChosenTrials& chosen, const Me
                             learners,
                             measured.groups,
                             measured.curve};
-  return write_text_file(args.report, evaluation_html(page));
+  return write_page_files(args.report, record, evaluation_document(page));
 }
 
 Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
@@ -104,15 +106,15 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
                           !args.recordings.methods.empty() || args.recordings.importance > 0))
     return run_evaluate_recordings(args, console);
   if (!args.report.empty())
-    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
+    if (Status ok = check_page(args.dataset, args.report); !ok) return pass(ok.error());
   const Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true, true);
   if (!chosen) return pass(chosen.error());
   const Result<Measured> measured = measure(args, *chosen);
   if (!measured) return pass(measured.error());
-  // It has nothing of what follows, which trains anew and may end in an error.
-  if (Status ok = write_page(args, *chosen, *measured); !ok) return pass(ok.error());
-  std::string text = report_text(args, *chosen, *measured);
   json out = report_json(args, *chosen, *measured);
+  // It has nothing of what follows, which trains anew and may end in an error.
+  if (Status ok = write_page(args, *chosen, *measured, out); !ok) return pass(ok.error());
+  std::string text = report_text(args, *chosen, *measured);
   if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
     return pass(ok.error());
   if (Status ok = add_unknown_labels(args, *chosen, *measured, text, out); !ok)

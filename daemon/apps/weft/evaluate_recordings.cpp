@@ -12,6 +12,7 @@
 #include "daemon/apps/weft/evaluate_outcome.hpp"
 #include "daemon/apps/weft/evaluate_text.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -315,7 +316,8 @@ Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan)
 
 Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const RecordingSet& set,
                   const std::string& sha256, const Windows& windows, const std::string& what,
-                  std::vector<WindowLearner> measured, const std::string& weighed) {
+                  std::vector<WindowLearner> measured, const std::string& weighed,
+                  const json& record) {
   std::vector<std::pair<std::string, std::string>> facts = {
       {"data", what},
       {"protocol", format_plan(plan)},
@@ -326,11 +328,11 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
     facts.emplace_back("never tested", format_never_tested(windows.never_tested, "recordings"));
   for (const Warning& warning : find_data_warnings(set))
     facts.emplace_back("WARNING", warning.text);
-  const auto page = vibro_evaluation_html({set.kind, args.dataset.filename().string(), sha256,
-                                           std::move(facts), plan.protocol.window_s,
-                                           windows.features_s_each, std::move(measured), weighed});
+  const auto page = vibro_document({set.kind, args.dataset.filename().string(), sha256,
+                                    std::move(facts), plan.protocol.window_s,
+                                    windows.features_s_each, std::move(measured), weighed});
   if (!page) return pass(page.error());
-  return write_text_file(args.report, *page);
+  return write_page_files(args.report, record, *page);
 }
 
 /// What the budget kept from being tried in the first split; nothing where all was.
@@ -357,7 +359,7 @@ std::string format_warnings(const RecordingsPlan& plan, const Windows& windows) 
 
 Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) {
   if (!args.report.empty())
-    if (Status ok = check_output(args.dataset, args.report); !ok) return pass(ok.error());
+    if (Status ok = check_page(args.dataset, args.report); !ok) return pass(ok.error());
   auto set = open_recordings(args.dataset, args.trials.exploration, false);
   if (!set) return pass(set.error());
   const std::string sha256 = recordings_sha256(*set);
@@ -398,37 +400,37 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
                            format_warnings(*plan, *windows) + balance + table.text() +
                            format_untried(measured) + format_explained(measured, papers) +
                            format_left_out(plan->training.outliers, measured) + *weighed;
+  const json record = {{"command", "evaluate"},
+                       {"kind", "recordings"},
+                       {"exploration", args.trials.exploration},
+                       {"dataset", args.dataset.string()},
+                       {"dataset_sha256", sha256},
+                       {"bench", to_string(set->kind)},
+                       {"protocol", vibro::to_string(plan->protocol.protocol)},
+                       {"protocol_words", format_plan(*plan)},
+                       {"window_s", plan->protocol.window_s},
+                       {"leak", leak_json(windows->leak)},
+                       {"twins", duplicates_json(windows->duplicates)},
+                       {"never_tested", never_tested_json(windows->never_tested)},
+                       {"warnings", warnings},
+                       {"features", vibro::to_string(extracted_features(*plan).family)},
+                       {"combine", vibro::to_string(plan->features.combine)},
+                       {"components", plan->components},
+                       {"outliers", plan->training.outliers},
+                       {"columns", matrix.names},
+                       {"windows", matrix.size()},
+                       {"base_rate", base_rate},
+                       {"too_short", too_short_json(too_short)},
+                       {"features_s_per_window", windows->features_s_each},
+                       {"importance", importance},
+                       {"paper", papers ? json{{"explained", *papers}} : json()},
+                       {"results", results}};
   if (!args.report.empty())
-    if (Status ok =
-            write_page(args, *plan, *set, sha256, *windows, what, std::move(measured), *weighed);
+    if (Status ok = write_page(args, *plan, *set, sha256, *windows, what, std::move(measured),
+                               *weighed, record);
         !ok)
       return pass(ok.error());
-  print(console, text,
-        {{"command", "evaluate"},
-         {"kind", "recordings"},
-         {"exploration", args.trials.exploration},
-         {"dataset", args.dataset.string()},
-         {"dataset_sha256", sha256},
-         {"bench", to_string(set->kind)},
-         {"protocol", vibro::to_string(plan->protocol.protocol)},
-         {"protocol_words", format_plan(*plan)},
-         {"window_s", plan->protocol.window_s},
-         {"leak", leak_json(windows->leak)},
-         {"twins", duplicates_json(windows->duplicates)},
-         {"never_tested", never_tested_json(windows->never_tested)},
-         {"warnings", warnings},
-         {"features", vibro::to_string(extracted_features(*plan).family)},
-         {"combine", vibro::to_string(plan->features.combine)},
-         {"components", plan->components},
-         {"outliers", plan->training.outliers},
-         {"columns", matrix.names},
-         {"windows", matrix.size()},
-         {"base_rate", base_rate},
-         {"too_short", too_short_json(too_short)},
-         {"features_s_per_window", windows->features_s_each},
-         {"importance", importance},
-         {"paper", papers ? json{{"explained", *papers}} : json()},
-         {"results", results}});
+  print(console, text, record);
   return exit_ok;
 }
 

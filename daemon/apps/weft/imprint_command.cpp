@@ -8,6 +8,7 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/imprint_features.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/text/format.hpp"
@@ -191,7 +192,7 @@ void add_options(CLI::App& command, ImprintTablesArgs& args) {
 /// The tables of Ellis 1986 on a data set of imprints.
 Result<int> run_imprint_tables(const ImprintTablesArgs& args, Console& console) {
   if (!args.out.empty())
-    if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
+    if (auto ok = check_page(args.dataset, args.out); !ok) return pass(ok.error());
   auto options = table_options(args);
   if (!options) return pass(options.error());
   const auto dataset = open_dataset(args.dataset);
@@ -199,7 +200,8 @@ Result<int> run_imprint_tables(const ImprintTablesArgs& args, Console& console) 
   const auto tables = measure_tables(*dataset, std::move(*options));
   if (!tables) return pass(tables.error(), args.dataset.string());
   if (!args.out.empty())
-    if (auto ok = write_text_file(args.out, tables_html(*tables)); !ok) return pass(ok.error());
+    if (auto ok = write_page_files(args.out, tables_json(*tables), tables_document(*tables)); !ok)
+      return pass(ok.error());
   print(console, tables_text(*tables), nlohmann::json(tables_json(*tables)));
   return exit_ok;
 }

@@ -8,6 +8,7 @@
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
@@ -22,8 +23,10 @@ namespace fs = std::filesystem;
 
 struct ReportArgs {
   std::filesystem::path folder;  ///< campaign.sqlite and dataset.h5, of weft run or weftd
-  std::filesystem::path out;     ///< page; its JSON document goes beside it
-  std::size_t repeats = 30;      ///< random splits, as of weft run
+  std::filesystem::path out;     ///< page; its record goes beside it
+  std::filesystem::path from;    ///< a record that is drawn again; empty: none
+  bool open = false;
+  std::size_t repeats = 30;                                       ///< random splits, as of weft run
   std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
   bool no_tradeoff = false;
   bool no_audit = false;
@@ -32,35 +35,14 @@ struct ReportArgs {
   std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
 };
 
-constexpr std::uintmax_t most_report_bytes = std::uintmax_t{1} << 30;
-
-/// Whether write_report() may write both: check_output(), and where the JSON document goes there
-/// is none, or one of an older report. Nobody named that file: it may be a recipe.
-Status check_report_places(const std::filesystem::path& html) {
-  const std::filesystem::path document = fs::path(html).replace_extension(".json");
-  for (const auto& file : {html, document})
-    if (Status ok = check_output(file); !ok) return ok;
-  std::error_code unseen;
-  if (!std::filesystem::exists(document, unseen)) return {};
-  const auto there = read_text_file(document, most_report_bytes);
-  if (there && is_report_json(*there)) return {};
-  return fail(
-      {.code = Errc::invalid_argument,
-       .where = document.string(),
-       .what =
-           "the report's JSON document goes beside its page, and would take the place of a file "
-           "that is no report",
-       .hint = "Choose another name for the page"});
-}
-
 /// Imprints, sweeps and slides that ended early have pages and commands of their own.
 bool tradeoffs(const ReportArgs& args, const Dataset& dataset) {
   return !args.no_tradeoff && dataset.info.ended_early.empty() && !holds_imprints(dataset) &&
          dataset.info.factors.empty() && list_explorations(dataset).size() > 0;
 }
 
-Result<std::string> tradeoff_sections(const ReportArgs& args, const CampaignSummary& summary,
-                                      Console& console) {
+Result<Blocks> measure_tradeoff(const ReportArgs& args, const CampaignSummary& summary,
+                                Console& console) {
   TradeClassifierArgs how;
   how.datasets = {summary.dataset_file};
   how.vary = args.vary;
@@ -68,19 +50,19 @@ Result<std::string> tradeoff_sections(const ReportArgs& args, const CampaignSumm
   std::string text;
   const auto report = measured_tradeoff(how, console, text);
   if (!report) return pass(report.error());
-  auto sections = tradeoff_sections_html(*report);
+  auto sections = tradeoff_sections(*report);
   if (!sections) return sections;
-  return "<section>\n<h2>Speed against accuracy</h2>\n<p>" + std::string(report->timing) +
-         ".</p>\n</section>\n" + *sections;
+  return section("Speed against accuracy", daemon::paragraph(escape(report->timing) + ".")) +
+         *sections;
 }
 
-Result<std::string> fidelity_section(const ReportArgs& args, const CampaignSummary& summary) {
-  if (args.fidelity.empty() || summary.simulation.empty()) return std::string();
+Result<Blocks> load_fidelity(const ReportArgs& args, const CampaignSummary& summary) {
+  if (args.fidelity.empty() || summary.simulation.empty()) return Blocks();
   const auto text = read_text_file(args.fidelity);
   if (!text) return pass(text.error());
   const auto table = sim::parse_fidelity(*text);
   if (!table) return pass(table.error(), args.fidelity.string());
-  return fidelity_section_html(*table, summary.simulation.setting);
+  return fidelity_section(*table, summary.simulation.setting);
 }
 
 Status check_places(const ReportArgs& args) {
@@ -94,7 +76,7 @@ Status check_places(const ReportArgs& args) {
                    .hint = "weft dataset export makes a data set of a campaign file"});
     if (Status ok = refuse_same_file(args.folder / name, args.out); !ok) return ok;
   }
-  if (args.out.extension() == ".html") return check_report_places(args.out);
+  if (args.out.extension() == ".html") return check_page(std::span<const fs::path>{}, args.out);
   return fail({.code = Errc::invalid_argument,
                .where = "-o",
                .what = "the page's name does not say what it is",
@@ -104,10 +86,15 @@ Status check_places(const ReportArgs& args) {
 }
 
 void add_options(CLI::App& command, ReportArgs& args) {
-  command.add_option("FOLDER", args.folder, "of a campaign, by weft run or weftd")
-      ->required()
+  command.add_option("FOLDER", args.folder, "folder of a campaign, by weft run or weftd")
       ->check(CLI::ExistingDirectory);
-  command.add_option("-o,--output", args.out, "page to write (.html); .json beside it")->required();
+  command.add_option("-o,--output", args.out,
+                     "page to write (.html); .json beside it (with --from: the record's name)");
+  command
+      .add_option("--from", args.from,
+                  "draw the page of this JSON file again, in the place of reading FOLDER")
+      ->check(CLI::ExistingFile);
+  command.add_flag("--open", args.open, "show the page with the desktop's program (xdg-open)");
   add_count(command, "--repeats", args.repeats, 1, 100000, "random splits for the accuracies");
   add_list(command, "--vary", args.vary, "what speed against accuracy varies, see weft trade")
       ->capture_default_str();
@@ -137,7 +124,7 @@ std::optional<HandoverResult> usable_handover(const fs::path& folder,
 }
 
 /// Errors: not_found, where the folder has no data set; verify()'s, the trade's.
-Result<int> run_report(const ReportArgs& args, Console& console) {
+Result<int> report_of_folder(const ReportArgs& args, Console& console) {
   if (Status ok = check_places(args); !ok) return pass(ok.error());
   const auto verified = verify(args.folder);
   if (!verified) return pass(verified.error());
@@ -150,19 +137,20 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   options.repeats = args.repeats;
   options.verified = &*verified;
   options.handover = handover ? &*handover : nullptr;
+  if (handover) options.handover_files = load_handover_files(args.folder);
   options.beside = args.beside;
   if (tradeoffs(args, *dataset)) {
-    auto sections = tradeoff_sections(args, *summary, console);
+    auto sections = measure_tradeoff(args, *summary, console);
     const bool is_whole = summary->outcome == recipes::Outcome::complete;
     if (!sections && is_whole) return pass(sections.error());
     if (sections)
-      options.tradeoff_html = std::move(*sections);
+      options.tradeoff = std::move(*sections);
     else  // too few trials to split, perhaps
       console.err << "speed against accuracy is left out: " << to_string(sections.error()) << '\n';
   }
-  const auto fidelity = fidelity_section(args, *summary);
+  auto fidelity = load_fidelity(args, *summary);
   if (!fidelity) return pass(fidelity.error());
-  options.tradeoff_html += *fidelity;
+  options.fidelity = std::move(*fidelity);
   const auto written = write_report(*summary, *dataset, args.out, options, !args.no_audit, console);
   if (!written) return pass(written.error());
   if (const auto& why = written->report.not_classified)
@@ -175,6 +163,40 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
   print(console, written->report.summary + "Report: " + written->html.string() + "\n",
         summary_json);
   return verified->holds() ? exit_ok : exit_failure;
+}
+
+/// Where a record is drawn again: -o, else beside it.
+fs::path page_of(const ReportArgs& args) {
+  return args.out.empty() ? fs::path(args.from).replace_extension(".html") : args.out;
+}
+
+Result<int> report_from_record(const ReportArgs& args, Console& console) {
+  const fs::path html = page_of(args);
+  if (!args.folder.empty())
+    return fail({.code = Errc::invalid_argument,
+                 .where = "--from",
+                 .what = "a record is drawn again, so no campaign is read",
+                 .got = args.folder.string(),
+                 .hint = "Give FOLDER or --from"});
+  if (Status ok = check_output(args.from, html); !ok) return pass(ok.error());
+  if (Status ok = draw_record(args.from, html); !ok) return pass(ok.error());
+  print(console, "Report: " + html.string() + "\n",
+        {{"command", "report"}, {"report_html", html.string()}, {"from", args.from.string()}});
+  return exit_ok;
+}
+
+/// Errors: those of the report; invalid_argument, without a folder or a record; open_page()'s.
+Result<int> run_report(const ReportArgs& args, Console& console) {
+  if (args.from.empty() && (args.folder.empty() || args.out.empty()))
+    return fail({.code = Errc::invalid_argument,
+                 .what = "nothing to report of",
+                 .expected = "FOLDER and -o PAGE.html, or --from RECORD.json",
+                 .hint = "weft report --help shows both"});
+  const auto done =
+      args.from.empty() ? report_of_folder(args, console) : report_from_record(args, console);
+  if (!done || !args.open) return done;
+  if (Status ok = open_page(page_of(args)); !ok) return pass(ok.error());
+  return done;
 }
 
 }  // namespace

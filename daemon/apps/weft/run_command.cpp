@@ -275,6 +275,7 @@ Result<WrittenReport> report_of(const RunArgs& args, const CampaignSummary& summ
   ReportOptions options;
   options.repeats = args.repeats;
   options.handover = handover;
+  if (handover != nullptr) options.handover_files = load_handover_files(args.out);
   options.beside = args.beside;
   return write_report(summary, *dataset, args.out / "report.html", options, true, console);
 }

@@ -12,13 +12,14 @@
 #include "daemon/analysis/calibration/write_fabrics.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/apps/weft/sim_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/installed_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/plot/style.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -72,7 +73,13 @@ Status check_files(const CalibrateArgs& args) {
   std::vector<std::filesystem::path> inputs = args.recordings;
   inputs.push_back(args.fabrics);
   if (!args.held_out.empty()) inputs.push_back(args.held_out);
-  return check_outputs(inputs, std::vector<Output>{{"output", args.output}, {"page", args.page}});
+  const std::filesystem::path record = args.page.empty() ? args.page : record_beside(args.page);
+  if (Status ok = check_outputs(
+          inputs,
+          std::vector<Output>{{"output", args.output}, {"page", args.page}, {"page", record}});
+      !ok)
+    return ok;
+  return check_page(inputs, args.page);
 }
 
 /// Strokes that count twice make intervals too short, and held out they check nothing.
@@ -189,7 +196,8 @@ Status write_pictures(const std::filesystem::path& folder, const CalibrationResu
     // Labels "a b" and "a-b": the second gets a number.
     for (std::size_t again = 2; !files.insert(file).second; ++again)
       file = picture_file(folder, picture.name + "-" + std::to_string(again));
-    if (Status ok = write_text_file(file, standalone_svg(picture.svg)); !ok) return ok;
+    if (Status ok = write_text_file(file, standalone_svg(chart::draw(picture.plot))); !ok)
+      return ok;
   }
   return {};
 }
@@ -228,7 +236,9 @@ Result<int> run_calibrate(const CalibrateArgs& given, Console& console) {
   if (!written) return pass(written.error());
   if (Status ok = write_text_file(args.output, table_text(*written)); !ok) return pass(ok.error());
   if (!args.page.empty())
-    if (Status ok = write_text_file(args.page, calibration_html(*result, source)); !ok)
+    if (Status ok = write_page_files(args.page, calibration_json(*result, source),
+                                     calibration_document(*result, source));
+        !ok)
       return pass(ok.error());
   if (Status ok = write_pictures(args.pictures, *result); !ok) return pass(ok.error());
   std::string text = statistics_text(*result) + parameters_text(*result);

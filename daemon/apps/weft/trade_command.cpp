@@ -9,6 +9,7 @@
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
@@ -164,6 +165,7 @@ Result<std::string> set_text(const TradeoffSet& set, const std::vector<TradeoffC
 Result<int> run_trade_classifier(const TradeClassifierArgs& args, Console& console) {
   const Output outputs[] = {{"page", args.files.page}, {"data", args.files.data}};
   if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
+  if (Status ok = check_page(args.datasets, args.files); !ok) return pass(ok.error());
   std::string text;
   const auto report = measured_tradeoff(args, console, text);
   if (!report) return pass(report.error());
@@ -218,6 +220,11 @@ void add_options(CLI::App& command, TradeoffFiles& files) {
   command.add_option("--data", files.data, "the figures behind it to write (JSON)");
 }
 
+Status check_page(std::span<const std::filesystem::path> inputs, const TradeoffFiles& files) {
+  // --data may name the record itself: then it may be replaced.
+  return files.data == record_beside(files.page) ? Status{} : check_page(inputs, files.page);
+}
+
 Status write_json(const std::filesystem::path& file, const nlohmann::ordered_json& object,
                   int indent) {
   const auto replace = nlohmann::ordered_json::error_handler_t::replace;
@@ -227,14 +234,14 @@ Status write_json(const std::filesystem::path& file, const nlohmann::ordered_jso
 Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
                            const std::string& text, Console& console,
                            std::span<const nlohmann::ordered_json> more_of_set) {
-  const auto page = tradeoff_html(report);
+  const auto page = tradeoff_document(report);
   if (!page) return pass(page.error());
   auto data = tradeoff_json(report);
   if (!data) return pass(data.error());
   for (std::size_t i = 0; i < more_of_set.size(); ++i)
     (*data)["data_sets"][i].update(more_of_set[i]);
-  if (Status ok = write_text_file(files.page, *page); !ok) return pass(ok.error());
-  if (!files.data.empty())
+  if (Status ok = write_page_files(files.page, *data, *page); !ok) return pass(ok.error());
+  if (!files.data.empty() && files.data != record_beside(files.page))
     if (Status ok = write_json(files.data, *data, 2); !ok) return pass(ok.error());
   print(console, text + "page: " + files.page.string() + "\n", nlohmann::json(*data));
   return exit_ok;

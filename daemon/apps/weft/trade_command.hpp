@@ -15,6 +15,8 @@ struct TradeoffFiles {
   std::filesystem::path page;
   std::filesystem::path data;  ///< JSON; empty: not written
 };
+/// check_page(), where --data is not the page's record itself.
+Status check_page(std::span<const std::filesystem::path> inputs, const TradeoffFiles& files);
 /// --output and --data.
 void add_options(CLI::App& command, TradeoffFiles& files);
 

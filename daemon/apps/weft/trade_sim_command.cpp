@@ -10,6 +10,7 @@
 #include "daemon/apps/weft/campaign_report.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/installed_file.hpp"
@@ -81,7 +82,8 @@ Status check_files(const TradeSimArgs& args) {
   const Output outputs[] = {
       {"page", args.files.page}, {"data", args.files.data}, {"table", args.table}};
   if (!args.table.empty()) inputs.push_back(find_installed(args.rig));
-  return check_outputs(inputs, outputs);
+  if (Status ok = check_outputs(inputs, outputs); !ok) return ok;
+  return check_page(inputs, args.files);
 }
 
 Result<SimTradeoffOptions> make_options(const TradeSimArgs& args,
@@ -179,8 +181,11 @@ Result<DownstreamResult> downstream(const TradeSimArgs& args, const sim::FabricL
 
 Status write(const TradeSimArgs& args, const SimTradeoffReport& report) {
   if (!makes_table_alone(args))
-    if (Status ok = write_text_file(args.files.page, sim_tradeoff_html(report)); !ok) return ok;
-  if (!args.files.data.empty())
+    if (Status ok =
+            write_page_files(args.files.page, sim_tradeoff_json(report), sim_document(report));
+        !ok)
+      return ok;
+  if (!args.files.data.empty() && args.files.data != record_beside(args.files.page))
     if (Status ok = write_json(args.files.data, sim_tradeoff_json(report), 2); !ok) return ok;
   return {};
 }

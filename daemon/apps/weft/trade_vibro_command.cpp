@@ -8,12 +8,13 @@
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/evaluate_recordings.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/page_files.hpp"
 #include "daemon/apps/weft/trade_command.hpp"
 #include "daemon/apps/weft/trial_choice.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/base/text/format.hpp"
 #include "daemon/base/version/software_version.hpp"
-#include "daemon/pages/plot/html.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -178,6 +179,7 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
 Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
   const Output outputs[] = {{"page", args.files.page}, {"data", args.files.data}};
   if (Status ok = check_outputs(args.datasets, outputs); !ok) return pass(ok.error());
+  if (Status ok = check_page(args.datasets, args.files); !ok) return pass(ok.error());
   const auto options = vibro_options(args);
   if (!options) return pass(options.error());
   TradeoffReport report = vibro_report(args);
@@ -197,9 +199,8 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
       more_of_set.push_back({{"paper_2023", averages_json(*tradeoff, protocol)}});
     }
     text += format_averages(*tradeoff);
-    if (const auto tables = vibro_tables_html(*tradeoff, bench_badge(set.kind)); !tables.empty())
-      report.tables_html += "<section>\n<h2>The paper's tables, " + escape(path) + "</h2>\n" +
-                            tables + "</section>\n";
+    report.tables +=
+        section("The paper's tables, " + path, vibro_tables(*tradeoff, bench_badge(set.kind)));
   }
   return write_tradeoff(args.files, report, text, console, more_of_set);
 }

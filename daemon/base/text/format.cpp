@@ -167,6 +167,18 @@ std::string p_value_html(double natural_log) {
          "</sup>";
 }
 
+std::string significant(double value) {
+  if (value == 0 || !std::isfinite(value)) return fixed(value, 0);
+  const int power = static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9));
+  constexpr int most_decimals = 9;
+  std::string out = fixed(value, std::clamp(2 - power, 0, most_decimals));
+  if (out.find('.') != std::string::npos) {
+    out.erase(out.find_last_not_of('0') + 1);
+    if (out.back() == '.') out.pop_back();
+  }
+  return out;
+}
+
 std::string general(double value) {
   if (!std::isfinite(value)) return std::string(no_value);
   std::array<char, 32> text{};

@@ -93,6 +93,9 @@ std::string coordinate(double value);
 /// For HTML, from the natural logarithm because p-values underflow a double:
 /// "1.2 &#215; 10<sup>&#8722;9</sup>"; from 1e-3 on a plain number.
 std::string p_value_html(double natural_log);
+/// Three significant digits at most, never as a power: "1013", "12.1", "0.01"; no_value when not
+/// finite.
+std::string significant(double value);
 /// Up to four digits: "0.05", "1e-05", "2048".
 std::string general(double value);
 /// A power of two as "2<sup>&#8722;11</sup>", others as general().

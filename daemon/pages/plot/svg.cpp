@@ -39,10 +39,12 @@ std::string_view anchor_name(Anchor anchor) {
 
 }  // namespace
 
-Canvas::Canvas(double width, double height, std::string_view title, std::string_view css_class) {
+Canvas::Canvas(double width, double height, std::string_view title, std::string_view css_class,
+               bool fixed_size) {
   out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 " +
-         coordinate(width) + " " + coordinate(height) + "\"" + class_of(css_class) + "><title>" +
-         escape(title) + "</title>\n";
+         coordinate(width) + " " + coordinate(height) + "\"" + class_of(css_class);
+  if (fixed_size) out_ += attribute("width", width) + attribute("height", height);
+  out_ += "><title>" + escape(title) + "</title>\n";
 }
 
 void Canvas::rect(const Box& box, std::string_view css_class, double opacity) {
@@ -82,11 +84,20 @@ void Canvas::diamond(Point centre, double radius, std::string_view css_class) {
 }
 
 void Canvas::text(Point at, std::string_view text, std::string_view css_class, Anchor anchor,
-                  bool turned) {
+                  bool turned, std::string_view full) {
   out_ += "<text" + class_of(css_class) + attribute("x", at.x) + attribute("y", at.y) +
           std::string(anchor_name(anchor));
   if (turned) out_ += " transform=\"rotate(-90 " + pair(at) + ")\"";
-  out_ += ">" + escape(text) + "</text>\n";
+  out_ += ">";
+  if (!full.empty()) out_ += "<title>" + escape(full) + "</title>";
+  out_ += escape(text) + "</text>\n";
+}
+
+void Canvas::path(std::string_view commands, std::string_view css_class, double opacity) {
+  if (commands.empty()) return;
+  out_ += "<path" + class_of(css_class) + " d=\"" + std::string(commands) + "\"";
+  if (opacity < 1) out_ += attribute("fill-opacity", opacity);
+  out_ += "/>\n";
 }
 
 std::string Canvas::finish() {
@@ -154,63 +165,6 @@ std::vector<double> log_ticks(const Range& range, std::size_t most) {
       if (factor == 1.0) coarse.push_back(at);
     }
   return fine.size() > most ? coarse : fine;
-}
-
-Axes::Axes(const Box& box, const Range& x_range, const Range& y_range)
-    : area(box), x{x_range, box.x, box.x + box.width}, y{y_range, box.y + box.height, box.y} {}
-
-void Axes::draw_x(Canvas& canvas, std::string_view title, int tick_count) const {
-  const Ticks marks = ticks(x.data, tick_count);
-  for (const double value : marks.at) draw_tick(canvas, value, fixed(value, marks.decimals));
-  draw_bottom(canvas, title);
-}
-
-void Axes::draw_log_x(Canvas& canvas, std::string_view title,
-                      const std::function<std::string(double)>& label) const {
-  for (const double value : log_ticks(x.data)) draw_tick(canvas, value, label(value));
-  draw_bottom(canvas, title);
-}
-
-void Axes::draw_tick(Canvas& canvas, double value, std::string_view label) const {
-  const double bottom = area.y + area.height;
-  canvas.line({x(value), area.y}, {x(value), bottom}, "grid");
-  canvas.text({x(value), bottom + 16}, label, "tick", Anchor::middle);
-}
-
-void Axes::draw_bottom(Canvas& canvas, std::string_view title) const {
-  const double bottom = area.y + area.height;
-  canvas.line({area.x, bottom}, {area.x + area.width, bottom}, "axis");
-  if (!title.empty())
-    canvas.text({area.x + area.width / 2, bottom + 34}, title, "axis-title", Anchor::middle);
-}
-
-void Axes::draw_y(Canvas& canvas, std::string_view title, int tick_count) const {
-  draw_y_grid(canvas, tick_count);
-  const Ticks marks = ticks(y.data, tick_count);
-  for (const double value : marks.at) {
-    canvas.text({area.x - 6, y(value) + 4}, fixed(value, marks.decimals), "tick", Anchor::end);
-  }
-  if (!title.empty())
-    canvas.text({area.x - 42, area.y + area.height / 2}, title, "axis-title", Anchor::middle, true);
-}
-
-void Axes::draw_log_y(Canvas& canvas, std::string_view title,
-                      const std::function<std::string(double)>& label) const {
-  draw_log_y_grid(canvas);
-  for (const double value : log_ticks(y.data))
-    canvas.text({area.x - 6, y(value) + 4}, label(value), "tick", Anchor::end);
-  if (!title.empty())
-    canvas.text({area.x - 50, area.y + area.height / 2}, title, "axis-title", Anchor::middle, true);
-}
-
-void Axes::draw_log_y_grid(Canvas& canvas) const {
-  for (const double value : log_ticks(y.data))
-    canvas.line({area.x, y(value)}, {area.x + area.width, y(value)}, "grid");
-}
-
-void Axes::draw_y_grid(Canvas& canvas, int tick_count) const {
-  for (const double value : ticks(y.data, tick_count).at)
-    canvas.line({area.x, y(value)}, {area.x + area.width, y(value)}, "grid");
 }
 
 }  // namespace weft::daemon::svg

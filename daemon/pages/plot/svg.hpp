@@ -1,8 +1,7 @@
 #pragma once
 // Scalable vector graphics, as much as the report's figures need. Colours are CSS classes, so that
-// light and dark pages share one drawing; see html.cpp.
+// light and dark pages share one drawing; see style.cpp.
 
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,16 +28,21 @@ enum class Anchor { start, middle, end };
 class Canvas {
  public:
   /// `title` is read out in place of the picture and must say what it shows.
-  Canvas(double width, double height, std::string_view title, std::string_view css_class = {});
+  /// `fixed_size`: as wide on the page as in user units.
+  Canvas(double width, double height, std::string_view title, std::string_view css_class = {},
+         bool fixed_size = false);
 
   void rect(const Box& box, std::string_view css_class, double opacity = 1);
   void line(Point from, Point to, std::string_view css_class);
   /// A gap wherever a point is not finite.
   void polyline(std::span<const Point> points, std::string_view css_class);
   void circle(Point centre, double radius, std::string_view css_class);
-  /// Escaped. `turned`: a quarter turn against the clock about `at`.
+  /// Escaped. `turned`: a quarter turn against the clock about `at`. `full`: shown by the pointer.
+  /// Sheet::write() keeps texts clear of each other.
   void text(Point at, std::string_view text, std::string_view css_class,
-            Anchor anchor = Anchor::start, bool turned = false);
+            Anchor anchor = Anchor::start, bool turned = false, std::string_view full = {});
+  /// A path of commands that are made here: "M1 2h3v1z".
+  void path(std::string_view commands, std::string_view css_class, double opacity = 1);
   /// A diamond, for marks that must differ from circles without colour.
   void diamond(Point centre, double radius, std::string_view css_class);
 
@@ -81,30 +85,5 @@ Ticks ticks(const Range& range, int count);
 /// 1, 2 and 5 times powers of ten within `range` (low positive); powers of ten alone where those
 /// would be more than `most`.
 std::vector<double> log_ticks(const Range& range, std::size_t most = 10);
-
-/// A plotting area with grid lines, tick labels and axis titles with units.
-struct Axes {
-  Box area;
-  Scale x;
-  Scale y;
-
-  Axes(const Box& box, const Range& x_range, const Range& y_range);
-  [[nodiscard]] Point at(double x_value, double y_value) const { return {x(x_value), y(y_value)}; }
-  void draw_x(Canvas& canvas, std::string_view title, int tick_count) const;
-  /// For a logarithmic x; `label` writes a tick's value.
-  void draw_log_x(Canvas& canvas, std::string_view title,
-                  const std::function<std::string(double)>& label) const;
-  void draw_y(Canvas& canvas, std::string_view title, int tick_count) const;
-  /// For a logarithmic y.
-  void draw_log_y(Canvas& canvas, std::string_view title,
-                  const std::function<std::string(double)>& label) const;
-  void draw_log_y_grid(Canvas& canvas) const;
-  /// The lines of draw_y() alone, for a panel beside one that has the labels.
-  void draw_y_grid(Canvas& canvas, int tick_count) const;
-
- private:
-  void draw_tick(Canvas& canvas, double value, std::string_view label) const;
-  void draw_bottom(Canvas& canvas, std::string_view title) const;
-};
 
 }  // namespace weft::daemon::svg

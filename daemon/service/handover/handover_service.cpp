@@ -209,8 +209,10 @@ void HandoverService::begin_next() {
       context_.post([this, id, progress] { progressed(id, progress); });
     };
     hooks.report = [&](const Dataset& data, const HandoverResult& reached,
-                       const StopRequested& over) {
-      return report_texts(folder, data, reached, report_options(hooks, over));
+                       std::vector<HandoverText> records, const StopRequested& over) {
+      ReportOptions options = report_options(hooks, over);
+      options.handover_files = std::move(records);
+      return report_texts(folder, data, reached, std::move(options));
     };
     const auto result = catch_as_error([&] { return run_handover(folder, hooks); }, "hand-over");
     give_back_free_memory();

@@ -5,8 +5,7 @@
 
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -73,26 +72,32 @@ std::vector<std::string> list_families(const std::vector<SimSceneResult>& scenes
 using Shown = std::optional<SimDeviation> (*)(const SimPoint&);
 
 /// Marks the front of its own figures: another kind of error has another front.
-void mark_front(std::vector<ScatterPoint>& points) {
+void mark_front(std::vector<chart::FamilySample>& points) {
   std::vector<TradeoffChoice> bargains;
-  for (const ScatterPoint& p : points) bargains.push_back({-p.share, p.time_s});
+  for (const auto& p : points) bargains.push_back({-p.sample.y, p.sample.x});
   const auto front = pareto_front(bargains);
   if (!front) return;
-  for (const std::size_t i : *front) points[i].front = true;
+  for (const std::size_t i : *front) points[i].sample.front = true;
+  for (auto& p : points)
+    if (!p.sample.front) p.sample.label.clear();
 }
 
-ScatterPanel panel_of(const SimSceneResult& scene, const std::vector<std::string>& families,
+chart::Panel panel_of(const SimSceneResult& scene, const std::vector<std::string>& families,
                       std::string title, Shown shown, double SimDeviation::*value,
                       bool with_front = true) {
-  ScatterPanel out{std::move(title), std::string(x_title), {}, {}};
+  std::vector<chart::FamilySample> points;
   for (const SimPoint& p : scene.points) {
     const auto error = shown(p);
     if (!p.failure.empty() || !error || !((*error).*value > 0)) continue;
     const auto family = std::ranges::find(families, p.setting.family()) - families.begin();
-    out.points.push_back({p.best_s, (*error).*value, 0, 0, static_cast<std::size_t>(family), false,
-                          step_label(p.setting)});
+    chart::Sample sample{p.best_s, (*error).*value};
+    if (with_front) sample.label = step_label(p.setting);
+    points.push_back({static_cast<std::size_t>(family), std::move(sample)});
   }
-  if (with_front) mark_front(out.points);
+  if (with_front) mark_front(points);
+  chart::Panel out{std::move(title), {.title = std::string(x_title), .logarithmic = true}};
+  out.y.logarithmic = true;
+  out.series = chart::series_of(families, points);
   return out;
 }
 
@@ -106,44 +111,46 @@ std::optional<SimDeviation> pads_of(const SimPoint& p) {
   return p.total.pads_lsb;
 }
 
-std::string scrolled(const Scatter& scatter) {
-  return "<div class=\"scroll\">" + scatter_figure(scatter) + "</div>\n";
+/// Two panels with one error axis.
+chart::Plot two_panels(std::string words, const std::string& y_title, chart::Panel first,
+                       chart::Panel second, const std::vector<chart::Limit>& limits) {
+  chart::Plot out{std::move(words), std::string(page_stamp), 2, 1100, 300, false, true};
+  out.front_name = "on the front: none is as exact in less time";
+  out.panels = {std::move(first), std::move(second)};
+  for (chart::Panel& panel : out.panels) {
+    panel.y.title = y_title;
+    panel.limits = limits;
+  }
+  return out;
 }
 
-std::string force_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
-  Scatter out{"Work-precision diagram, " + std::string(page_stamp) + ", scene " + scene.scene,
-              "largest force error [N]",
-              std::string(page_stamp),
-              families,
-              {panel_of(scene, families, "(a) against the reference: model and step", total_of,
-                        &SimDeviation::max),
-               panel_of(scene, families, "(b) against the same level's finest run: step alone",
-                        discretisation_of, &SimDeviation::max, false)},
-              true};
-  for (ScatterPanel& panel : out.panels)
-    panel.lines = {{fine_resolution_n, "Mini40 Fx, Fy: 10 mN", true},
-                   {coarse_resolution_n, "Mini40 Fz: 20 mN"}};
-  return scrolled(out);
+chart::Plot force_plot(const SimSceneResult& scene, const std::vector<std::string>& families) {
+  return two_panels(
+      "Work-precision diagram, " + std::string(page_stamp) + ", scene " + scene.scene,
+      "largest force error [N]",
+      panel_of(scene, families, "(a) against the reference: model and step", total_of,
+               &SimDeviation::max),
+      panel_of(scene, families, "(b) against the level's finest run: step alone", discretisation_of,
+               &SimDeviation::max, false),
+      {{fine_resolution_n, "Mini40 Fx, Fy: 10 mN"}, {coarse_resolution_n, "Mini40 Fz: 20 mN"}});
 }
 
-std::string pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
-  Scatter out{
+/// Nothing of a scene without pads.
+Blocks pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
+  chart::Plot out = two_panels(
       "Pads' error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
       "error of the pads [LSB]",
-      std::string(page_stamp),
-      families,
-      {panel_of(scene, families, "(c) root mean square of all pads", pads_of, &SimDeviation::rms),
-       panel_of(scene, families, "(d) largest error of any pad", pads_of, &SimDeviation::max)},
-      true};
-  for (ScatterPanel& panel : out.panels) panel.lines = {{1, "1 LSB"}};
-  return out.panels.front().points.empty() ? "" : scrolled(out);
+      panel_of(scene, families, "(c) root mean square of all pads", pads_of, &SimDeviation::rms),
+      panel_of(scene, families, "(d) largest error of any pad", pads_of, &SimDeviation::max),
+      {{1, "1 LSB"}});
+  return out.panels.front().series.empty() ? Blocks{} : picture(std::move(out));
 }
 
 std::string errors_cell(const std::optional<SimErrors>& errors) {
   return errors ? force_cell(errors->worst_n) : std::string(no_value);
 }
 
-std::string table(const SimSceneResult& scene) {
+Blocks table(const SimSceneResult& scene) {
   const bool cycles = scene.cycle.frequency_hz > 0, many = scene.cases > 1;
   std::vector<std::string> head{"setting",      "force error", "normal part", "of the step",
                                 "of the model", "pads [LSB]",  "touch-down"};
@@ -171,45 +178,51 @@ std::string table(const SimSceneResult& scene) {
   return out.finish();
 }
 
-std::string facts(const SimSceneResult& scene) {
-  std::string out = "<figure><dl>\n" + definition("what happens", scene.words) +
-                    definition("runs", std::to_string(scene.cases) + ", together " +
-                                           fixed(scene.simulated_s, 1) + " simulated seconds") +
-                    definition("reference", scene.reference);
+Blocks facts(const SimSceneResult& scene) {
+  std::vector<std::pair<std::string, std::string>> out{
+      {"what happens", scene.words},
+      {"runs", std::to_string(scene.cases) + ", together " + fixed(scene.simulated_s, 1) +
+                   " simulated seconds"},
+      {"reference", scene.reference}};
   if (scene.agreement_n)
-    out += definition("finest L2 against it", force_text(scene.agreement_n->max) + " largest, " +
-                                                  force_text(scene.agreement_n->rms) + " rms");
+    out.emplace_back("finest L2 against it", force_text(scene.agreement_n->max) + " largest, " +
+                                                 force_text(scene.agreement_n->rms) + " rms");
   if (scene.cycle.frequency_hz > 0)
-    out += definition("its stick-slip cycle", fixed(scene.cycle.peak_to_peak_n, 4) + " N at " +
-                                                  fixed(scene.cycle.frequency_hz, 2) + " Hz");
-  return out + "</dl></figure>\n";
+    out.emplace_back("its stick-slip cycle", fixed(scene.cycle.peak_to_peak_n, 4) + " N at " +
+                                                 fixed(scene.cycle.frequency_hz, 2) + " Hz");
+  return definitions(out);
 }
 
-std::string section(const SimSceneResult& scene, const std::vector<std::string>& families) {
-  std::string out =
-      "<section>\n<h2>" + escape(scene.scene) + " " + simulated_badge() + "</h2>\n" + facts(scene);
-  out += figure(force_picture(scene, families),
-                "Every mark is one level, integrator and step; the front of (a) is the best "
-                "that a time buys; (b) shows how each level converges on itself. Below the dotted "
-                "lines the sensor cannot tell the runs apart. Failed runs "
-                "are not drawn but listed below.",
-                simulated_badge());
-  if (const std::string pads = pads_picture(scene, families); !pads.empty())
-    out += figure(pads,
+Blocks scene_pictures(const SimSceneResult& scene, const std::vector<std::string>& families) {
+  Blocks out =
+      figure(picture(force_plot(scene, families)),
+             "Every mark is one level, integrator and step; the front of (a) is the best "
+             "that a time buys; (b) shows how each level converges on itself. Below the dotted "
+             "lines the sensor cannot tell the runs apart. Failed runs "
+             "are not drawn but listed below.",
+             simulated_badge());
+  if (Blocks pads = pads_picture(scene, families); !pads.empty())
+    out += figure(std::move(pads),
                   "All 16 pads at every sample, without their noise. An error of nothing at all "
                   "has no place on this axis.",
                   simulated_badge());
-  return out +
-         figure(table(scene),
-                "Largest error and root mean square over the samples, of the worst run. \u25C6 on "
-                "the front of (a), \u2717 failed. Of the step: against the finest run of the same "
-                "level; from L2 on that is the reference. Of the model: L0 against L1, L1's finest "
-                "run against the reference, L2's reference against what rubbing adds at L3.",
-                simulated_badge()) +
-         "</section>\n";
+  return section(scene.scene, std::move(out));
 }
 
-std::string failures(const std::vector<SimSceneResult>& scenes) {
+Blocks scene_table(const SimSceneResult& scene) {
+  return section(
+      "Scene " + scene.scene,
+      facts(scene) +
+          figure(
+              table(scene),
+              "Largest error and root mean square over the samples, of the worst run. \u25C6 on "
+              "the front of (a), \u2717 failed. Of the step: against the finest run of the same "
+              "level; from L2 on that is the reference. Of the model: L0 against L1, L1's finest "
+              "run against the reference, L2's reference against what rubbing adds at L3.",
+              simulated_badge()));
+}
+
+Blocks failures(const std::vector<SimSceneResult>& scenes) {
   HtmlTable out({"scene", "setting", "what went wrong"}, 3);
   bool any = false;
   for (const SimSceneResult& scene : scenes) {
@@ -223,32 +236,48 @@ std::string failures(const std::vector<SimSceneResult>& scenes) {
       any = true;
     }
   }
-  return "<section>\n<h2>Failures " + simulated_badge() + "</h2>\n" +
-         (any ? figure(out.finish(),
-                       "Settings that ran but lost what the scene is about, or did not run.",
-                       simulated_badge())
-              : "<p>None.</p>\n") +
-         "</section>\n";
+  return section("Failures",
+                 any ? figure(out.finish(),
+                              "Settings that ran but lost what the scene is about, or did not run.",
+                              simulated_badge())
+                     : paragraph("None."));
 }
 
-std::string heading() {
-  return "<header>" + simulated_badge() +
-         "\n<h1>Plant: accuracy against time</h1>\n"
-         "<p>Every level of the plant, integrator and step on the same scenes. Everything here is "
-         "computed; no cloth was touched. An error tells how far a run is from the equations of "
-         "level L2, not from a real cloth.</p>\n"
-         "<p>The force is the vector that a force sensor under the plate sees, at its 37 Hz "
-         "samples. Times are of the contact alone: pads, devices and the recorder cost the same "
-         "at every level and come on top.</p>\n</header>\n";
+/// Of each scene the front's most exact setting.
+Blocks exact_settings(const std::vector<SimSceneResult>& scenes) {
+  Blocks out;
+  for (const SimSceneResult& scene : scenes) {
+    const SimPoint* best = nullptr;
+    for (const SimPoint& p : scene.points)
+      if (p.front && (best == nullptr || p.total.worst_n.max < best->total.worst_n.max)) best = &p;
+    if (best != nullptr)
+      out += paragraph("<b>" + escape(scene.scene) + ": " + escape(best->setting.name()) +
+                       "</b>, largest force error " + force_text(best->total.worst_n.max) + " at " +
+                       thousands(static_cast<std::size_t>(1 / best->best_s)) +
+                       " times real time. " + simulated_badge());
+  }
+  return section("Most exact on each front", std::move(out));
 }
 
-std::string provenance(const SimTradeoffReport& report) {
-  return "<section>\n<h2>How it was measured</h2>\n<figure><dl>\n" +
-         definition("command", report.command) + definition("timing", report.timing) +
-         definition("machine", report.machine) + definition("load", report.load) +
-         definition("software", "weft " + report.software +
-                                    (report.commit.empty() ? "" : ", commit " + report.commit)) +
-         "</dl></figure>\n</section>\n";
+Blocks how_it_is_meant() {
+  return paragraph(
+             "Every level of the plant, integrator and step on the same scenes. Everything "
+             "here is computed; no cloth was touched. An error is the distance of a run from "
+             "the equations of level L2, not from a real cloth.") +
+         paragraph(
+             "The force is the vector that a force sensor under the plate measures, at its "
+             "37 Hz samples. Times are of the contact alone: pads, devices and the recorder "
+             "cost the same at every level and come on top.");
+}
+
+Blocks provenance(const SimTradeoffReport& report) {
+  return definitions(
+      {{"command", report.command},
+       {"timing", report.timing},
+       {"machine", report.machine},
+       {"load", report.load},
+       {"software",
+        "weft " + report.software + (report.commit.empty() ? "" : ", commit " + report.commit)}});
 }
 
 using nlohmann::ordered_json;
@@ -316,17 +345,21 @@ ordered_json scene_json(const SimSceneResult& scene) {
   return out;
 }
 
-/// The knob's table knows no scene without the mechanisms that a bench has.
-
 }  // namespace
 
-std::string sim_tradeoff_html(const SimTradeoffReport& report) {
+Document sim_document(const SimTradeoffReport& report) {
   const std::vector<std::string> families = list_families(report.scenes);
-  std::string out = heading();
-  for (const SimSceneResult& scene : report.scenes) out += section(scene, families);
-  if (!report.scenes.empty()) out += failures(report.scenes);
-  if (report.downstream) out += downstream_html(*report.downstream);
-  return page_around("Plant: accuracy against time", out + provenance(report));
+  Document out{"plant fidelity", "Plant: accuracy against time", std::string(page_stamp)};
+  out.result = exact_settings(report.scenes);
+  for (const SimSceneResult& scene : report.scenes) {
+    out.pictures += scene_pictures(scene, families);
+    out.tables += scene_table(scene);
+  }
+  if (!report.scenes.empty()) out.tables += failures(report.scenes);
+  if (report.downstream) out.tables += downstream_section(*report.downstream);
+  out.method = how_it_is_meant();
+  out.provenance = provenance(report);
+  return out;
 }
 
 ordered_json sim_tradeoff_json(const SimTradeoffReport& report) {

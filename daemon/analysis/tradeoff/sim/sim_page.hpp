@@ -10,6 +10,7 @@
 
 #include "daemon/analysis/tradeoff/sim/downstream.hpp"
 #include "daemon/analysis/tradeoff/sim/measure_sim.hpp"
+#include "daemon/pages/document/document.hpp"
 #include "sim/plant/fidelity/table.hpp"
 
 namespace weft::daemon {
@@ -17,13 +18,12 @@ namespace weft::daemon {
 /// A section with a picture and the front as a table; `setting` ("L1 3.072 ms") is the campaign's,
 /// and marked. Empty where the table has no setting.
 /// Errors: what pareto_front() refuses.
-Result<std::string> fidelity_section_html(const sim::FidelityTable& table,
-                                          std::string_view setting);
+Result<Blocks> fidelity_section(const sim::FidelityTable& table, std::string_view setting);
 
 // The part of the page, of the data and of the text that is about trained classifiers.
 
-/// A <section> with the tables.
-std::string downstream_html(const DownstreamResult& result);
+/// A section with the tables.
+Blocks downstream_section(const DownstreamResult& result);
 nlohmann::ordered_json downstream_json(const DownstreamResult& result);
 
 struct SimTradeoffReport {
@@ -37,8 +37,7 @@ struct SimTradeoffReport {
   std::string commit;    ///< empty when unknown
 };
 
-/// One file without scripts or outside resources.
-std::string sim_tradeoff_html(const SimTradeoffReport& report);
+Document sim_document(const SimTradeoffReport& report);
 
 /// schema 1, keys in daemon/analysis/tradeoff/README.md.
 nlohmann::ordered_json sim_tradeoff_json(const SimTradeoffReport& report);

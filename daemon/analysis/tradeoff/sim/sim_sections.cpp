@@ -5,8 +5,7 @@
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
+#include "daemon/pages/document/document.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -38,39 +37,37 @@ std::string family_of(const sim::FidelitySetting& setting) {
   return setting.step_s > 0 ? name.substr(0, name.rfind(' ', name.rfind(' ') - 1)) : name;
 }
 
-Scatter picture(const std::vector<MeasuredRow>& rows, const std::vector<std::size_t>& front) {
-  Scatter out{"Error of the simulated force against processor time, SIMULATED",
-              "largest error of the force [N]",
-              "SIMULATED",
-              {},
-              {},
-              true};
-  ScatterPanel panel{"plant fidelity, all cloths", "processor seconds per simulated second", {}};
+chart::Plot plot_of(const std::vector<MeasuredRow>& rows, const std::vector<std::size_t>& front) {
+  std::vector<std::string> families;
+  std::vector<chart::FamilySample> points;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string family = family_of(rows[i].setting);
-    auto known = std::ranges::find(out.families, family);
-    if (known == out.families.end()) known = out.families.insert(out.families.end(), family);
-    ScatterPoint point;
-    point.time_s = 1 / rows[i].times_real_time;
-    point.share = rows[i].max_n;
-    point.family = static_cast<std::size_t>(known - out.families.begin());
-    point.front = std::ranges::find(front, i) != front.end();
-    if (point.front) point.label = to_string(rows[i].setting);
-    panel.points.push_back(std::move(point));
+    auto known = std::ranges::find(families, family);
+    if (known == families.end()) known = families.insert(families.end(), family);
+    chart::Sample sample{1 / rows[i].times_real_time, rows[i].max_n};
+    sample.front = std::ranges::find(front, i) != front.end();
+    if (sample.front) sample.label = to_string(rows[i].setting);
+    points.push_back({static_cast<std::size_t>(known - families.begin()), std::move(sample)});
   }
-  out.panels.push_back(std::move(panel));
+  chart::Plot out{"Error of the simulated force against processor time, SIMULATED", "SIMULATED"};
+  out.panel_height = 300;
+  out.front_name = "on the front: none is as exact in less time";
+  out.panels = {{"plant fidelity, all cloths",
+                 {.title = "processor seconds per simulated second", .logarithmic = true},
+                 {.title = "largest error of the force [N]", .logarithmic = true}}};
+  out.panels.front().series = chart::series_of(families, points);
   return out;
 }
 
-std::string front_table(const std::vector<MeasuredRow>& rows, const std::vector<std::size_t>& front,
-                        std::string_view setting) {
+Blocks front_table(const std::vector<MeasuredRow>& rows, const std::vector<std::size_t>& front,
+                   std::string_view setting) {
   HtmlTable table({"setting", "largest error [mN]", "99 % of trials [mN]", "times real time"});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string name = to_string(rows[i].setting);
     const bool used = name == setting;
     if (!used && std::ranges::find(front, i) == front.end()) continue;
     table.row({used ? "<b>" + escape(name) + ", this campaign\u2019s</b>" : escape(name),
-               general(rows[i].max_n * 1e3), general(rows[i].q99_n * 1e3),
+               significant(rows[i].max_n * 1e3), significant(rows[i].q99_n * 1e3),
                thousands(static_cast<std::size_t>(std::lround(rows[i].times_real_time)))});
   }
   return table.finish();
@@ -97,8 +94,8 @@ std::vector<std::string> different(const std::vector<Transfer>& all, std::string
 }
 
 /// Rows: learner and channels, columns: the level that trained; tested at one level.
-std::string transfer_table(const DownstreamResult& result, const std::string& tested,
-                           bool across_swatches) {
+Blocks transfer_table(const DownstreamResult& result, const std::string& tested,
+                      bool across_swatches) {
   std::vector<std::string> head{"channels", "learner"};
   for (const std::string& level : result.levels) head.push_back("trained at " + escape(level));
   HtmlTable out(head, 2);
@@ -115,7 +112,7 @@ std::string transfer_table(const DownstreamResult& result, const std::string& te
   return out.finish();
 }
 
-std::string shift_table(const DownstreamResult& result) {
+Blocks shift_table(const DownstreamResult& result) {
   HtmlTable out({"channels", "level", "largest shift of", "by, in deviations within a cloth",
                  "Spearman's rank correlation of F"},
                 3);
@@ -135,39 +132,36 @@ ordered_json mean_json(const SeedMean& m) {
 
 }  // namespace
 
-Result<std::string> fidelity_section_html(const sim::FidelityTable& table,
-                                          std::string_view setting) {
+Result<Blocks> fidelity_section(const sim::FidelityTable& table, std::string_view setting) {
   const std::vector<MeasuredRow> rows = measured_rows(table);
-  if (rows.empty()) return std::string();
+  if (rows.empty()) return Blocks();
   std::vector<TradeoffChoice> bargains;
   for (const MeasuredRow& row : rows) bargains.push_back({-row.max_n, 1 / row.times_real_time});
   const auto front = pareto_front(bargains);
   if (!front) return pass(front.error());
   const sim::TableConditions& conditions = table.conditions;
-  return "<section>\n<h2>What the plant\u2019s fidelity costs</h2>\n" +
-         figure("<div class=\"scroll\">" + scatter_figure(picture(rows, *front)) + "</div>\n" +
-                    front_table(rows, *front, setting),
-                "Recorded samples of " + std::to_string(conditions.scenes) + " random recipes on " +
-                    std::to_string(conditions.seeds) + " benches each, against " +
-                    escape(conditions.reference) +
-                    "; time of the contact alone; the front is of least error for the time. "
-                    "Measured by " +
-                    escape(table.made_by) + " on " + escape(table.machine) +
-                    ", not by this campaign, whose own error is given above.",
-                bench_badge(BenchKind::simulated)) +
-         "</section>\n";
+  return section(
+      "What the plant\u2019s fidelity costs",
+      figure(picture(plot_of(rows, *front)) + front_table(rows, *front, setting),
+             "Recorded samples of " + std::to_string(conditions.scenes) + " random recipes on " +
+                 std::to_string(conditions.seeds) + " benches each, against " +
+                 escape(conditions.reference) +
+                 "; time of the contact alone; the front is of least error for the time. "
+                 "Measured by " +
+                 escape(table.made_by) + " on " + escape(table.machine) +
+                 ", not by this campaign, whose own error is given above.",
+             bench_badge(BenchKind::simulated)),
+      "fidelity");
 }
 
-std::string downstream_html(const DownstreamResult& result) {
+Blocks downstream_section(const DownstreamResult& result) {
   const std::string& yardstick = result.levels.back();
-  std::string out =
-      "<section>\n<h2>Downstream: what a classifier notices " + simulated_badge() + "</h2>\n";
-  out += "<p>" + std::to_string(result.fabrics) + " cloths, " +
-         std::to_string(result.campaign.swatches) + " swatches of each, " +
-         std::to_string(result.campaign.trials) + " trials on a swatch, " +
-         fixed(result.campaign.slide_s, 1) + " s of sliding, " + std::to_string(result.seeds) +
-         " seeds; the same cloths, places and noise at every level. Synthetic on synthetic: the "
-         "figures compare levels and say nothing of how well cloths are told apart.</p>\n";
+  Blocks out = paragraph(
+      std::to_string(result.fabrics) + " cloths, " + std::to_string(result.campaign.swatches) +
+      " swatches of each, " + std::to_string(result.campaign.trials) + " trials on a swatch, " +
+      fixed(result.campaign.slide_s, 1) + " s of sliding, " + std::to_string(result.seeds) +
+      " seeds; the same cloths, places and noise at every level. Synthetic on synthetic: the "
+      "figures compare levels and say nothing of how well cloths are recognised.");
   for (const bool across : {true, false})
     out += figure(transfer_table(result, yardstick, across),
                   std::string(across ? "Across swatches: other swatches of the cloths train than "
@@ -187,7 +181,7 @@ std::string downstream_html(const DownstreamResult& result) {
                     "its pooled deviation within a cloth; F is of an analysis of variance between "
                     "cloths.",
                 simulated_badge());
-  return out + "</section>\n";
+  return section("Downstream: what a classifier notices", std::move(out));
 }
 
 ordered_json downstream_json(const DownstreamResult& result) {

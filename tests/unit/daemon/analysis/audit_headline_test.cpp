@@ -26,9 +26,9 @@ AuditHeadline unmade() {
 
 TEST_CASE("report.json has each exploration's verdict and probe, and the worst verdict of all") {
   ReportInput input = report_test::campaign().input();
-  CHECK(json::parse(report_json(input))["audit"].is_null());
+  CHECK(json::parse(report_test::report_json(input))["audit"].is_null());
   input.audit = {unmade(), confounded()};
-  const json audit = json::parse(report_json(input))["audit"];
+  const json audit = json::parse(report_test::report_json(input))["audit"];
   CHECK(audit["verdict"] == "confounded");
   CHECK(audit["bench"] == "simulated");
   CHECK(audit["quick"] == true);
@@ -56,10 +56,10 @@ TEST_CASE("page and terminal have the probe's figure beside the full features' a
       "(SIMULATED).";
   CHECK(format_headline(confounded(), BenchKind::simulated).ends_with(sentence));
   CHECK(format_headline(confounded(), BenchKind::real).find("SIMULATED") == std::string::npos);
-  const std::string before = report_html(input);
+  const std::string before = report_test::report_html(input);
   CHECK(before.find("75.0 %, from all") == std::string::npos);
   input.audit = {confounded()};
-  CHECK(report_html(input).find(sentence) != std::string::npos);
+  CHECK(report_test::report_html(input).find(sentence) != std::string::npos);
   CHECK(summary_text(input).find("confounded") != std::string::npos);
 }
 

@@ -50,19 +50,19 @@ TEST_CASE("a choice by cross-validation stands in every row, over fewer splits t
   const CampaignSummary run = report_test::make_summary(set);
   ReportInput input{run, set, *results, "test machine", "abc123"};
   input.beside = &beside;
-  const auto json = nlohmann::json::parse(report_json(input));
+  const auto json = nlohmann::json::parse(report_test::report_json(input));
   CHECK(json.at("results").at("M1").at("best").at("splits") == 2);
   const auto& row = json.at("beside")[0].at("results").at("M1").at("best");
   CHECK(row.at("ci95").size() == 2);
   CHECK(row.at("permuted_accuracy").is_number());
-  CHECK(report_test::count_of(report_html(input), ">best [%]</th>") == 1);
+  CHECK(report_test::count_of(report_test::report_html(input), ">best [%]</th>") == 1);
   CHECK(report_test::count_of(summary_text(input), "\n      best ") == 2);
 }
 
 TEST_CASE("without rows beside it nothing is chosen, which takes long") {
   const auto& campaign = report_test::campaign();
   CHECK_FALSE(campaign.results[0].best);
-  const auto json = nlohmann::json::parse(report_json(campaign.input()));
+  const auto json = nlohmann::json::parse(report_test::report_json(campaign.input()));
   CHECK_FALSE(json.at("results").at("M1").contains("best"));
 }
 

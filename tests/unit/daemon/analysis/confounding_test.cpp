@@ -78,10 +78,10 @@ TEST_CASE("cloths that their level alone tells apart are not told apart without 
 
   const CampaignSummary run = report_test::make_summary(set);
   const ReportInput input{run, set, results, "test machine", "abc123"};
-  const auto json = nlohmann::json::parse(report_json(input)).at("results").at("M1");
+  const auto json = nlohmann::json::parse(report_test::report_json(input)).at("results").at("M1");
   CHECK(json.at("confounded") == "mounting");
   CHECK(json.at("level_removed").at("pvalue").at("splits") == 2);
-  CHECK(report_test::count_of(report_html(input), sentence) == 1);
+  CHECK(report_test::count_of(report_test::report_html(input), sentence) == 1);
   CHECK(report_test::count_of(summary_text(input), sentence) == 1);
 }
 
@@ -95,8 +95,8 @@ TEST_CASE("mountings that are left out in turn are not confounded, and cost no s
 TEST_CASE("nothing is said of a data set that does not know its mountings") {
   const auto& campaign = report_test::campaign();
   CHECK_FALSE(campaign.results[0].confounded);
-  CHECK(report_test::count_of(report_html(campaign.input()), sentence) == 0);
-  const auto json = nlohmann::json::parse(report_json(campaign.input()));
+  CHECK(report_test::count_of(report_test::report_html(campaign.input()), sentence) == 0);
+  const auto json = nlohmann::json::parse(report_test::report_json(campaign.input()));
   CHECK(json.at("results").at("M1").at("confounded").is_null());
 }
 

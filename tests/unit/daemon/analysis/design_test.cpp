@@ -67,7 +67,7 @@ TEST_CASE("Where nothing differs the analysis says that the data do not support 
   REQUIRE_FALSE(a.choice.supported);
   CHECK_THAT(recommendation(a), Catch::StartsWith("The data do not support a choice"));
   CHECK_THAT(recommendation(a), Catch::Contains("interval that overlaps"));
-  CHECK_THAT(design_section(a), !Catch::Contains("SIMULATED"));
+  CHECK_THAT(render(design_section(a)), !Catch::Contains("SIMULATED"));
 }
 
 TEST_CASE(
@@ -94,7 +94,7 @@ TEST_CASE(
 
 TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED") {
   const SweepAnalysis a = analysed(swept(BenchKind::simulated));
-  const std::string section = design_section(a);
+  const std::string section = render(design_section(a));
   for (const char* words : {"separability of the fabrics", "texture signal over noise",
                             "end of the taxels", "seconds on record"})
     CHECK_THAT(section, Catch::Contains(words));
@@ -109,21 +109,23 @@ TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED
   CHECK(document["bench"] == "simulated");
   CHECK(document["cells"].size() == 4);
   CHECK(document["recommendation"]["factors"]["speed_mps"] == 0.004);
-  CHECK_THAT(design_page("t", BenchKind::simulated, section), Catch::StartsWith("<!DOCTYPE html>"));
+  CHECK_THAT(render(design_document("t", BenchKind::simulated, design_section(a))),
+             Catch::StartsWith("<!DOCTYPE html>"));
 }
 
 TEST_CASE("A campaign's report has the learning curve where there are repetitions enough") {
   std::vector<std::string> reported;
   const auto tell = [&](const std::string& what) { reported.push_back(what); };
-  CHECK(analyse_design(repeated(5, 30), tell).html.empty());
+  CHECK(analyse_design(repeated(5, 30), tell).blocks.empty());
   const DesignParts parts = analyse_design(repeated(7, 30), tell);
-  CHECK_THAT(parts.html, Catch::Contains("How many repetitions") && Catch::Contains("SIMULATED"));
+  const std::string shown = render(parts.blocks);
+  CHECK_THAT(shown, Catch::Contains("How many repetitions") && Catch::Contains("SIMULATED"));
   const auto document = nlohmann::json::parse(parts.json);
   CHECK(document["repetitions"][0]["predicted"]["repetitions"] == 14);
   CHECK(document["repetitions"][0]["curve"].size() == 5);
   CHECK(document["repetitions"][0]["draws"] == 1);
-  CHECK_THAT(parts.html, Catch::Contains("each size drawn 1 time;"));
-  CHECK_THAT(analyse_design(swept(BenchKind::simulated), tell).html,
+  CHECK_THAT(shown, Catch::Contains("each size drawn 1 time;"));
+  CHECK_THAT(render(analyse_design(swept(BenchKind::simulated), tell).blocks),
              Catch::Contains("Which setting: rub"));
 }
 

@@ -24,18 +24,18 @@ TEST_CASE("the front of the table's settings and the setting in use are shown") 
   sim::FidelityTable table;
   table.settings = {measured(4e-3, 0.02, 4000), measured(2e-3, 0.01, 1000),
                     measured(1e-3, 0.005, 2000)};
-  const auto section = fidelity_section_html(table, "L1 2 ms");
+  const auto section = fidelity_section(table, "L1 2 ms");
   REQUIRE(section);
-  CHECK(section->find("SIMULATED") != std::string::npos);
-  CHECK(section->find("L1 2 ms, this campaign\u2019s") != std::string::npos);
-  CHECK(section->find("<th>L1 4 ms") != std::string::npos);
-  const auto other = fidelity_section_html(table, "L1 4 ms");
+  CHECK(render(*section).find("SIMULATED") != std::string::npos);
+  CHECK(render(*section).find("L1 2 ms, this campaign\u2019s") != std::string::npos);
+  CHECK(render(*section).find("<th>L1 4 ms") != std::string::npos);
+  const auto other = fidelity_section(table, "L1 4 ms");
   REQUIRE(other);
-  CHECK(other->find("L1 2 ms") == std::string::npos);  // neither used nor on the front
+  CHECK(render(*other).find("L1 2 ms") == std::string::npos);  // neither used nor on the front
 }
 
 TEST_CASE("a table without a setting gives no section") {
-  const auto none = fidelity_section_html({}, "L1 1 ms");
+  const auto none = fidelity_section({}, "L1 1 ms");
   REQUIRE(none);
   CHECK(none->empty());
 }

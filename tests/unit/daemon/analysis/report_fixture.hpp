@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <vector>
@@ -140,6 +141,16 @@ struct Campaign {
 inline const Campaign& campaign() {
   static const Campaign made;
   return made;
+}
+
+/// report.html and report.json, as write_report_files() writes them.
+inline std::string report_json(const weft::daemon::ReportInput& input) {
+  return record_with_page(report_record(input), report_document(input));
+}
+inline std::string report_html(const weft::daemon::ReportInput& input) {
+  const auto page = weft::daemon::page_of_record(report_json(input));
+  REQUIRE(page.has_value());
+  return *page;
 }
 
 inline std::size_t count_of(const std::string& text, const std::string& word) {

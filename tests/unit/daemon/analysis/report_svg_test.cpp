@@ -4,8 +4,7 @@
 
 #include "daemon/analysis/report/trace.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/html.hpp"
-#include "daemon/pages/plot/scatter.hpp"
+#include "daemon/pages/document/confusion.hpp"
 #include "daemon/pages/plot/svg.hpp"
 #include "tests/unit/daemon/analysis/report_fixture.hpp"
 
@@ -73,6 +72,11 @@ TEST_CASE("grid values are written as they were meant") {
   CHECK(power_of_two_html(0) == "0");
   CHECK(general(1e-5) == "1e-05");
   CHECK(general(infinite) == no_value);
+  CHECK(significant(1013.4) == "1013");
+  CHECK(significant(12.14) == "12.1");
+  CHECK(significant(0.04561) == "0.0456");
+  CHECK(significant(0) == "0");
+  CHECK(significant(nan_value) == no_value);
 }
 
 TEST_CASE("ticks are round, inside the range and told apart by their decimals") {
@@ -125,11 +129,11 @@ TEST_CASE("thinning keeps the peaks, and a pause breaks the line") {
     curve.t_s.push_back(i * 0.01 + (i >= 5000 ? 2.0 : 0.0));
     curve.value.push_back(i == 1234 ? 99 : i == 7777 ? -99 : 0);
   }
-  const std::vector<svg::Point> points = thinned(curve, 100);
+  const std::vector<TracePoint> points = thinned(curve, 100);
   CHECK(points.size() < 220);
   double most = 0, least = 0;
   std::size_t gaps = 0;
-  for (const svg::Point& p : points) {
+  for (const TracePoint& p : points) {
     gaps += std::isnan(p.x) ? 1 : 0;
     most = std::max(most, p.y);
     least = std::min(least, p.y);
@@ -146,15 +150,15 @@ TEST_CASE("a confusion map shows every count and names every fabric, and words n
   confusion.at(1, 1) = 37;
   confusion.at(1, 0) = 3;
   confusion.at(2, 2) = 41;
-  const std::string map = confusion_map(confusion, "test");
+  const std::string map = chart::draw(confusion_cells(confusion, "test", {0, 1, 2}));
   CHECK(report_test::unbalanced(map).empty());
-  for (const char* text : {">40<", ">37<", ">3<", ">41<", ">felt<", ">&lt;wool&gt;<"})
+  for (const char* text : {">40<", ">37<", ">3<", ">41<", ">100 %<", ">felt<", ">&lt;wool&gt;<"})
     CHECK(map.find(text) != std::string::npos);
-  CHECK(report_test::count_of(map, "cell-miss") == 1);
-  CHECK(report_test::count_of(map, "cell-hit") == 3);
-  CHECK(worst_confusions(confusion, 3) == "Most frequent: silk taken for felt 3 times (7.5 %).");
-  CHECK(worst_confusions(weft::classifier::Confusion({"a", "b"}), 3) ==
-        "No trial was taken for another fabric.");
+  CHECK(report_test::count_of(map, "\"cell-miss\"") == 1);
+  CHECK(report_test::count_of(map, "\"cell-hit\"") == 3);
+  CHECK(worst_confusions(confusion, 3) ==
+        "Most frequent errors: silk predicted as felt 3 times (7.5 %).");
+  CHECK(worst_confusions(weft::classifier::Confusion({"a", "b"}), 3) == "No answer was wrong.");
 }
 
 TEST_CASE("a feature's name is set as the paper writes it") {

@@ -128,7 +128,7 @@ TEST_CASE("a classifier trained at L1 knows three very different cloths at L2") 
   CHECK(result->shifts.front().max_shift.mean > 0);
   CHECK(result->shifts.front().max_shift.values.size() == 2);
   CHECK_FALSE(result->shifts.front().shifted.empty());
-  const std::string html = downstream_html(*result);
+  const std::string html = render(downstream_section(*result));
   CHECK(html.find("SIMULATED") != std::string::npos);
   CHECK(html.find("nan") == std::string::npos);
   CHECK(downstream_json(*result)["bench"] == "simulated");

@@ -6,7 +6,7 @@
 
 #include "daemon/analysis/tradeoff/tradeoff.hpp"
 #include "daemon/base/text/format.hpp"
-#include "daemon/pages/plot/scatter.hpp"
+#include "daemon/pages/plot/chart.hpp"
 #include "daemon/pages/plot/svg.hpp"
 #include "tests/unit/daemon/analysis/report_fixture.hpp"
 
@@ -78,9 +78,9 @@ TradeoffReport made_up() {
 }
 
 std::string page_of(const TradeoffReport& report) {
-  const auto page = tradeoff_html(report);
+  const auto page = tradeoff_document(report);
   REQUIRE(page.has_value());
-  return *page;
+  return render(*page);
 }
 
 // Style sheet and text may say "information"; figures may not say these.
@@ -132,12 +132,11 @@ TEST_CASE("the front is what the definition says, ties included") {
 }
 
 TEST_CASE("a logarithmic axis gives every decade the same room") {
-  svg::Axes axes({0, 0, 300, 100}, {1e-3, 1}, {0, 1});
-  axes.x.logarithmic = true;
-  CHECK(axes.x(1e-3) == Approx(0).margin(1e-9));
-  CHECK(axes.x(1e-2) == Approx(100));
-  CHECK(axes.x(1) == Approx(300));
-  CHECK_FALSE(std::isfinite(axes.x(0)));
+  const svg::Scale x{{1e-3, 1}, 0, 300, true};
+  CHECK(x(1e-3) == Approx(0).margin(1e-9));
+  CHECK(x(1e-2) == Approx(100));
+  CHECK(x(1) == Approx(300));
+  CHECK_FALSE(std::isfinite(x(0)));
 }
 
 TEST_CASE("ticks of a logarithmic axis are 1, 2, 5 within it, or decades alone where it is long") {
@@ -189,11 +188,13 @@ TEST_CASE("points on a front have a diamond, are joined and named; the picture s
 }
 
 TEST_CASE("a point without a place on the axis is left out, and nothing says nan") {
-  Scatter scatter{"words", "share", "SIMULATED", {"one"}, {{"(a)", "time", {}}}};
-  auto& points = scatter.panels.front().points;
+  chart::Series series{"one"};
   for (const double time_s : {1.0, 0.0, -1.0, nan_value, infinite})
-    points.push_back({time_s, 0.5, 0.4, 0.6, 0, true, "p"});
-  const std::string svg = scatter_figure(scatter);
+    series.points.push_back({time_s, 0.5, 0.4, 0.6, "p", true});
+  chart::Plot plot{"words", "SIMULATED"};
+  plot.panels = {{"(a)", {.title = "time", .logarithmic = true}, {.title = "share"}}};
+  plot.panels.front().series = {series};
+  const std::string svg = chart::draw(plot);
   CHECK(count_of(svg, ">p</text>") == 1);
   CHECK(unbalanced(svg).empty());
   check_figures(svg);
@@ -233,7 +234,7 @@ TEST_CASE("real and simulated data have sections and badges of their own") {
 TEST_CASE("a point of another bench is refused, for one front would be over both") {
   TradeoffReport report = made_up();
   report.sets.front().points.back().bench = BenchKind::real;
-  const auto page = tradeoff_html(report);
+  const auto page = tradeoff_document(report);
   REQUIRE_FALSE(page.has_value());
   CHECK(to_string(page.error()).find("another bench") != std::string::npos);
   CHECK_FALSE(tradeoff_json(report).has_value());
@@ -246,7 +247,7 @@ TEST_CASE("figures that are no shares or no times are refused by the name of the
     const auto data = tradeoff_json(report);
     REQUIRE_FALSE(data.has_value());
     CHECK(to_string(data.error()).find("fast") != std::string::npos);
-    CHECK_FALSE(tradeoff_html(report).has_value());
+    CHECK_FALSE(tradeoff_document(report).has_value());
   };
   refused([](TradeoffPoint& p) { p.accuracy = nan_value; });
   refused([](TradeoffPoint& p) { p.accuracy = 1.01; });

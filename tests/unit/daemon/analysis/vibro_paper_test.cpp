@@ -112,7 +112,7 @@ TEST_CASE("The paper's figures stand only beside its own recipe") {
     for (const auto& a : blocks["averages"]) CHECK(a["paper"].is_null());
     CHECK(random["gains"].back()["paper"].is_null() == !papers);
     if (papers) CHECK(random["gains"].back()["paper"]["time"] == papers_time_gain);
-    const std::string shown = vibro_tables_html(tradeoff, "");
+    const std::string shown = render(vibro_tables(tradeoff, ""));
     for (const char* figure : {"0.984", "3.59", "4.69 ms"})
       CHECK((shown.find(figure) != std::string::npos) == papers);
   }

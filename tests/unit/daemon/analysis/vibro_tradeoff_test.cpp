@@ -88,7 +88,7 @@ TEST_CASE("Every choice is measured under both protocols, and only one of them l
   }
   CHECK(names.size() == tradeoff->points.size() / 2);
 
-  const std::string tables = vibro_tables_html(*tradeoff, "<b>SIMULATED</b>");
+  const std::string tables = render(vibro_tables(*tradeoff, "<b>SIMULATED</b>"));
   for (const char* words :
        {"Table 1", "Figure 4", "Table 2", "average", "material2", "<b>SIMULATED</b>"})
     CHECK(tables.find(words) != std::string::npos);

@@ -1,9 +1,12 @@
 // No output takes the place of what was recorded, or of what somebody wrote.
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "daemon/apps/weft/commands.hpp"
+#include "daemon/pages/document/document.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/verify.hpp"
 #include "tests/unit/daemon/benches/trial_bench.hpp"
@@ -98,6 +101,35 @@ TEST_CASE("a report's JSON document replaces an older one, and no other file") {
     CHECK(ran.status == cli::exit_ok);
     CHECK(read_file(folder / "page.json").starts_with("{"));
   }
+  const std::string page = read_file(folder / "page.html");
+  const Ran again = weft({"report", "--from", folder / "page.json", "-o", folder / "again.html"});
+  INFO(again.reported);
+  CHECK(again.status == cli::exit_ok);
+  CHECK(read_file(folder / "again.html") == page);
+  std::filesystem::remove(folder / "page.html");
+  CHECK(weft({"report", "--from", folder / "page.json"}).status == cli::exit_ok);
+  CHECK(read_file(folder / "page.html") == page);
+  refuses({"report", "--from", folder / "mine.json", "-o", folder / "x.html"}, "mine.json");
+  refuses({"report", "--from", folder / "page.json", "-o", folder / "page.json"}, "page.json");
+  refuses({"report", out, "--from", folder / "page.json"}, "FOLDER or --from");
+  refuses({"report", out}, "-o PAGE.html");
+}
+
+TEST_CASE("a page is shown by xdg-open, and an error says that there is none") {
+  const TemporaryFolder folder;
+  Document document{"test", "title"};
+  REQUIRE(write_page(folder / "page.html", nlohmann::ordered_json::object(), document));
+  const std::string path = std::getenv("PATH");
+  const std::vector<std::string> command{"report", "--from", folder / "page.json", "--open"};
+  ::setenv("PATH", (folder / "").c_str(), 1);
+  refuses(command, "xdg-open");
+  write_file(folder / "xdg-open", "#!/bin/sh\necho \"$1\" > \"$0.log\"\n");
+  std::filesystem::permissions(folder / "xdg-open", std::filesystem::perms::owner_all);
+  CHECK(weft(command).status == cli::exit_ok);
+  CHECK(read_file(folder / "xdg-open.log") == (folder / "page.html").string() + "\n");
+  write_file(folder / "xdg-open", "#!/bin/sh\nexit 3\n");
+  refuses(command, "could not show");
+  ::setenv("PATH", path.c_str(), 1);
 }
 
 }  // namespace outputs_test

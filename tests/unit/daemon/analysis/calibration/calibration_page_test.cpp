@@ -67,7 +67,7 @@ TEST_CASE("Every picture and table is stamped SIMULATED") {
   const RecordingView view = waves({"denim", "felt"});
   const auto model = ClothModel::make(view, table());
   REQUIRE(model);
-  const std::string page = calibration_html(shown_result(*model, view), real_source());
+  const std::string page = render(calibration_document(shown_result(*model, view), real_source()));
   const auto pictures = elements(page, "svg");
   // A spectrum for each cloth; modulation, correlation, repetitions, patterns.
   CHECK(pictures.size() == model->cloths().size() + 4);
@@ -94,7 +94,7 @@ TEST_CASE("No number of the page is NaN, whatever the result has") {
     s.before.reset();
     s.after = std::numeric_limits<double>::quiet_NaN();
   }
-  const std::string page = calibration_html(result, real_source());
+  const std::string page = render(calibration_document(result, real_source()));
   for (const char* text : {"nan", "NaN", ">inf", " inf", "-inf"}) {
     CAPTURE(text);
     CHECK(page.find(text) == page.npos);
@@ -106,7 +106,8 @@ TEST_CASE("A statistic that only the held-out strokes have is in the table of th
   const auto model = ClothModel::make(view, table());
   REQUIRE(model);
   CalibrationResult result = shown_result(*model, view);
-  const std::size_t outside = count_of(calibration_html(result, real_source()), "OUTSIDE");
+  const std::size_t outside =
+      count_of(render(calibration_document(result, real_source())), "OUTSIDE");
   const auto add = [&](const std::string& name, double low, double high, bool is_inside) {
     result.held_out.statistics.push_back(
         {{name, {}, Scale::natural, 0.625, 0.625}, low, high, is_inside});
@@ -114,7 +115,7 @@ TEST_CASE("A statistic that only the held-out strokes have is in the table of th
   add("only_held_out", 0.25, 0.875, true);
   add("without_band", 0.625, 0.625, false);
   result.held_out.inside = 1;
-  const std::string page = calibration_html(result, real_source());
+  const std::string page = render(calibration_document(result, real_source()));
   CHECK(count_of(page, "only_held_out") == 1);
   CHECK(count_of(page, "0.25 to 0.875") == 1);
   CHECK(count_of(page, "0.625 to 0.625") == 0);
@@ -124,7 +125,7 @@ TEST_CASE("A statistic that only the held-out strokes have is in the table of th
 TEST_CASE("Each parameter is shown with its standing in words") {
   const auto model = ClothModel::make(empty_strokes({"denim"}, 1), table());
   REQUIRE(model);
-  const std::string page = calibration_html(result_of(*model), real_source());
+  const std::string page = render(calibration_document(result_of(*model), real_source()));
   CHECK(count_of(page, "<td>calibrated</td>") == model->block(Block::cloth).size());
   CHECK(count_of(page, "<td>bounded</td>") == model->block(Block::common).size());
   CHECK(count_of(page, "<td>not seen</td>") == model->block(Block::estimator).size());
@@ -141,7 +142,7 @@ TEST_CASE("An interval without width is not shown as one") {
   result.parameters[0].value = result.parameters[0].low = result.parameters[0].high = 0.4375;
   result.statistics.resize(1);
   result.statistics[0].low = result.statistics[0].high = result.statistics[0].real.value;
-  const std::string page = calibration_html(result, real_source());
+  const std::string page = render(calibration_document(result, real_source()));
   CHECK(count_of(page, "0.4375") == 1);
   CHECK(count_of(page, "interval-text\">") == 0);
   CHECK(count_of(page, "OUTSIDE") == 0);
@@ -152,7 +153,7 @@ TEST_CASE("Without strokes there is a page without pictures, and text is escaped
   REQUIRE(model);
   CalibrationResult result = result_of(*model);
   result.remarks = {"<b> & more"};
-  const std::string page = calibration_html(result, real_source());
+  const std::string page = render(calibration_document(result, real_source()));
   CHECK(count_of(page, "<svg") == 0);
   CHECK(count_of(page, "<b>") == 0);
   CHECK(count_of(page, "<li>&lt;b&gt; &amp; more</li>") == 1);

@@ -1,0 +1,15 @@
+#pragma once
+// The style of pages and pictures, for light and dark screens and for paper.
+
+#include <string>
+#include <string_view>
+
+namespace weft::daemon {
+
+/// Of every page. Its rules hold in a shadow root as well as in a page.
+std::string style_sheet();
+
+/// A picture as a file of its own: with its style and ground.
+std::string standalone_svg(std::string_view svg);
+
+}  // namespace weft::daemon

@@ -1,0 +1,62 @@
+// Pictures of every kind of report: no text overlaps another or leaves its picture, at both sizes, light and dark; and how tall pages are.
+// figures.mjs REPORT_PAGES SOURCE_ROOT
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readdirSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const [MAKE, ROOT] = process.argv.slice(2);
+const slack_px = 1;
+const most_px = { imprints: 8000 }; // at 1440 wide, with 17 classes
+
+/** Runs in the page: what overlaps or sticks out, as sentences. */
+function troubles(slack) {
+  const out = [];
+  const open = document.querySelectorAll('details');
+  for (const one of open) one.open = true;
+  for (const svg of document.querySelectorAll('svg')) {
+    const picture = svg.getBoundingClientRect();
+    const name = svg.querySelector('title')?.textContent;
+    const boxes = [...svg.querySelectorAll('text')].map((text) => [text.lastChild.textContent, text.getBoundingClientRect()]);
+    for (const [text, box] of boxes)
+      if (box.left < picture.left - slack || box.top < picture.top - slack || box.right > picture.right + slack || box.bottom > picture.bottom + slack)
+        out.push(`"${text}" leaves "${name}"`);
+    for (let i = 0; i < boxes.length; i += 1)
+      for (let k = i + 1; k < boxes.length; k += 1) {
+        const [a, b] = [boxes[i][1], boxes[k][1]];
+        if (a.left < b.right - slack && b.left < a.right - slack && a.top < b.bottom - slack && b.top < a.bottom - slack)
+          out.push(`"${boxes[i][0]}" overlaps "${boxes[k][0]}" in "${name}"`);
+      }
+  }
+  return out;
+}
+
+const folder = mkdtempSync(join(tmpdir(), 'weft-figures-'));
+const browser = await chromium.launch({ executablePath: '/usr/bin/chromium', args: ['--no-sandbox'] });
+try {
+  execFileSync(MAKE, [folder, ROOT], { stdio: 'inherit' });
+  const files = readdirSync(folder).filter((file) => file.endsWith('.html'));
+  assert.equal(files.length, 40);
+  let texts = 0;
+  const found = [];
+  for (const [width, colorScheme] of [[1440, 'light'], [1440, 'dark'], [390, 'light'], [390, 'dark']]) {
+    const page = await (await browser.newContext({ viewport: { width, height: 900 }, colorScheme })).newPage();
+    for (const file of files) {
+      await page.goto(`file://${join(folder, file)}`);
+      const [kind, classes] = file.replace('.html', '').split('-');
+      const height = await page.evaluate(() => document.documentElement.scrollHeight);
+      if (width === 1440 && Number(classes) <= 17 && most_px[kind] < height) found.push(`${file} is ${height} px tall`);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      if (wide > width) found.push(`${file} is ${wide} px wide on ${width}`);
+      texts += await page.evaluate(() => document.querySelectorAll('svg text').length);
+      for (const trouble of await page.evaluate(troubles, slack_px)) found.push(`${file}, ${width} px, ${colorScheme}: ${trouble}`);
+    }
+  }
+  assert.ok(texts > 4000, `${texts} texts`);
+  assert.deepEqual(found.slice(0, 40), [], `${found.length} troubles`);
+} finally {
+  await browser.close();
+  rmSync(folder, { recursive: true, force: true });
+}
