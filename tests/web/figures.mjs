@@ -55,7 +55,7 @@ try {
     }
   }
   assert.ok(texts > 4000, `${texts} texts`);
-  assert.deepEqual(found.slice(0, 40), [], `${found.length} troubles`);
+  assert.deepEqual(found.slice(0, Number(process.env.WEFT_TROUBLES ?? 40)), [], `${found.length} troubles`);
 } finally {
   await browser.close();
   rmSync(folder, { recursive: true, force: true });

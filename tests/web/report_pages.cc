@@ -210,7 +210,7 @@ Document evaluation_page(const Labels& labels) {
       {BenchKind::simulated, "set.h5", {{"data", "a & b"}}, 1e-4, learners, groups, curve});
 }
 
-classifier::vibro::CrossValidation heard(const Labels& labels) {
+classifier::vibro::CrossValidation scores_of(const Labels& labels) {
   classifier::vibro::CrossValidation out{confusion_of(labels), 0.7, 0.68};
   out.voted_accuracy = 0.8;
   out.voted = 60;
@@ -230,14 +230,19 @@ Result<Document> vibration_page(const Labels& labels) {
   classifier::vibro::Channel channel;
   channel.name = "S";
   channel.rate_hz = 8000;
-  set.recordings.front().channels = {channel};
-  VibrationTrainingResult training{{2, 0.5, 100, 30, 5, heard(labels)}, {}, labels};
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    set.recordings[i].file = std::to_string(i);
+    set.recordings[i].label = labels[i];
+    set.recordings[i].channels = {channel};
+    set.recordings[i].samples = {std::vector<double>(10, 0.5)};
+  }
+  VibrationTrainingResult training{{2, 0.5, 100, 30, 5, scores_of(labels)}, {}, labels};
   double answer_s = 1e-4;
   for (const auto protocol :
        {classifier::vibro::Protocol::random, classifier::vibro::Protocol::groups})
     for (const auto learner : {classifier::Learner::lda, classifier::Learner::knn}) {
       VibroPoint point{
-          learner, classifier::vibro::Family::smmrpfft, 2, "S", protocol, heard(labels), 1e-3};
+          learner, classifier::vibro::Family::smmrpfft, 2, "S", protocol, scores_of(labels), 1e-3};
       point.result.answer_s = answer_s *= 3;
       training.tradeoff.points.push_back(std::move(point));
     }
@@ -245,10 +250,10 @@ Result<Document> vibration_page(const Labels& labels) {
   return vibration_document("V1", set, training);
 }
 
-Result<Document> heard_page(const Labels& labels) {
+Result<Document> recordings_page(const Labels& labels) {
   std::vector<WindowLearner> learners;
   for (std::size_t i = 0; i < std::min<std::size_t>(4, labels.size()); ++i) {
-    learners.push_back({labels[i], heard(labels)});
+    learners.push_back({labels[i], scores_of(labels)});
     learners.back().result.answer_s = 1e-4 * static_cast<double>(i + 1);
   }
   return vibro_document({BenchKind::simulated,
@@ -414,7 +419,7 @@ int main(int argc, char** argv) {
     ok = write(folder, "campaign", classes, campaign, record) && ok;
     add("evaluation", evaluation_page(labels));
     add("vibration", vibration_page(labels));
-    add("heard", heard_page(labels));
+    add("recordings", recordings_page(labels));
     add("tradeoff", tradeoff_page(labels));
     add("sim", sim_page(labels));
     add("sweep",

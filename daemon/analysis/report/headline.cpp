@@ -167,14 +167,15 @@ void add_confusions(std::string_view evaluation_json, std::vector<Headline>& hea
   for (Headline& headline : headlines) {
     if (!explorations->is_object() || !explorations->contains(headline.exploration)) continue;
     const ordered_json& one = (*explorations)[headline.exploration];
-    const bool heard = one.contains("best");
-    headline.confusion = heard ? confusion_from(one["best"].value("labels", ordered_json()),
-                                                one["best"].value("confusion", ordered_json()))
+    const bool has_windows = one.contains("best");
+    headline.confusion = has_windows
+                             ? confusion_from(one["best"].value("labels", ordered_json()),
+                                              one["best"].value("confusion", ordered_json()))
                          : one.contains("confusion")
                              ? confusion_from(one["confusion"].value("labels", ordered_json()),
                                               one["confusion"].value("count", ordered_json()))
                              : std::nullopt;
-    headline.confusion_unit = heard ? "windows" : headline.unit;
+    headline.confusion_unit = has_windows ? "windows" : headline.unit;
   }
 }
 

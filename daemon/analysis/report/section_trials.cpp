@@ -64,8 +64,6 @@ chart::Plot pads_plot(const TrialTrace& trace) {
                        {.title = "time [s]", .low = 0},
                        {.title = "counts"},
                        spans_of(trace)};
-    for (chart::Span& span : panel.spans)
-      if (pad >= out.columns) span.name.clear();
     panel.series = {line_of({}, 1, trace.pads[pad], 90, chart::Line::thin)};
     out.panels.push_back(std::move(panel));
   }

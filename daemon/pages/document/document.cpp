@@ -185,9 +185,9 @@ Blocks bullet_list(const std::vector<std::string>& items_html) {
   return unless_empty(std::move(out));
 }
 
-Blocks tiles(std::vector<std::vector<std::string>> values_and_words) {
+Blocks tiles(std::vector<std::vector<std::string>> values_and_captions) {
   Block out = block_of(BlockKind::tiles);
-  out.rows = std::move(values_and_words);
+  out.rows = std::move(values_and_captions);
   return unless_empty(std::move(out));
 }
 

@@ -109,7 +109,7 @@ Blocks note(std::string html);
 Blocks note(Blocks blocks);
 Blocks alarm(std::string html);
 Blocks bullet_list(const std::vector<std::string>& items_html);
-Blocks tiles(std::vector<std::vector<std::string>> values_and_words);
+Blocks tiles(std::vector<std::vector<std::string>> values_and_captions);
 /// An empty value is shown as a dash.
 Blocks definitions(const std::vector<std::pair<std::string, std::string>>& entries);
 Blocks code_block(std::string text);

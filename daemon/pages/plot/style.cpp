@@ -20,7 +20,7 @@ Roboto,"Liberation Sans","DejaVu Sans",sans-serif;font-variant-numeric:tabular-n
 padding:24px max(20px,calc((100% - 1080px)/2)) 60px}
 h1{font-size:1.9rem;line-height:1.2;margin:.5rem 0 .3rem;letter-spacing:-.01em}
 h2{font-size:1.3rem;margin:1.7rem 0 .4rem;line-height:1.3}
-p{margin:.5rem 0 .8rem;max-width:56rem}
+p{margin:.5rem 0 .8rem;max-width:56rem}h1,h2,p,li,figcaption,summary{overflow-wrap:anywhere}
 .lead{font-size:1.05rem;color:var(--soft)}
 .badge{display:inline-block;background:var(--badge);color:var(--badge-ink);font-size:.68rem;font-weight:700;
 letter-spacing:.08em;padding:.1rem .45rem;border-radius:3px;vertical-align:.08em;white-space:nowrap}
