@@ -8,5 +8,6 @@ endforeach()
 add_executable(report_pages ${CMAKE_CURRENT_SOURCE_DIR}/web/report_pages.cc)
 target_link_libraries(report_pages PRIVATE weft_daemon_analysis_handover weft_daemon_analysis_design weft_daemon_analysis_calibration)
 weft_test_code(report_pages)
-add_test(NAME web_figures COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/web/run figures $<TARGET_FILE:report_pages> ${PROJECT_SOURCE_DIR})
+add_test(NAME web_figures COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/web/run figures $<TARGET_FILE:report_pages> ${PROJECT_SOURCE_DIR}
+         $<TARGET_FILE:weft>)
 set_tests_properties(web_figures PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)

@@ -247,6 +247,8 @@ chart::Plot curve_plot(const RepetitionStudy& study) {
                     {static_cast<double>(f.predict), f.accuracy * 100, f.ci95.low * 100,
                      f.ci95.high * 100, "expected"}});
   chart::Plot out{"Accuracy against repetitions, " + stamp, stamp};
+  out.width = 1000;
+  out.panel_height = 180;
   out.panels = {{{},
                  {.title = "repetitions", .logarithmic = true},
                  chart::percent_axis("accuracy [%]", points)}};

@@ -358,21 +358,24 @@ Blocks core_section(const ReportInput& input) {
     if (e == nullptr) continue;
     const std::vector<CoreLine> lines = core_lines(*e->trained.cores());
     const bool beside = !paper::accuracies_beside(std::vector{result}).empty();
-    out +=
+    out += details(
+        "Cores of " + result.exploration,
         figure(table_of_cores(lines, beside),
                "<b>" + escape(result.exploration) + ".</b> Cores of the first split" +
                    (beside ? " (compare Table III): the paper\u2019s three pairs, then " : ": ") +
                    "those with the most cross-validation errors. " + format_size(lines) +
                    " Lower indices name the feature and the pad, upper ones the phase.",
-               badge_html(input));
+               badge_html(input)));
   }
   return section("What tells two fabrics apart", std::move(out));
 }
 
 Blocks timing_section(const ReportInput& input) {
   if (input.results.empty()) return {};
-  return section("How long it takes", figure(timing_table(input.results),
-                                             timing_caption(input.results), badge_html(input)));
+  return section("How long it takes",
+                 details("Features, training and test",
+                         figure(timing_table(input.results), timing_caption(input.results),
+                                badge_html(input))));
 }
 
 }  // namespace weft::daemon

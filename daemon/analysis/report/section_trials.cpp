@@ -38,6 +38,7 @@ chart::Series line_of(std::string name, std::size_t family, const Curve& curve, 
 chart::Plot force_plot(const TrialTrace& trace, const std::optional<ForceTarget>& target) {
   chart::Panel panel{{}, {.title = "time [s]", .low = 0}, {.title = "force [N]"}, spans_of(trace)};
   chart::Plot out{"Force over time of one trial, phases shaded"};
+  out.width = 1000;
   if (target) {
     for (const PhaseSpan& span : trace.phases)
       if (span.phase == Phase::motion || span.phase == Phase::press)
@@ -77,7 +78,7 @@ chart::Rows fabric_forces(const std::vector<FabricForce>& fabrics, std::optional
                   "RMS"};
   out.mark_names = {"", "worst sample"};
   out.bars = true;
-  out.width = 760;
+  out.width = 1000;
   if (band_n) {
     out.limit = *band_n * 1e3;
     out.limit_name = "edge of the band";
@@ -230,7 +231,7 @@ Blocks wall_time_section(const ReportInput& input) {
   table.row({"export to HDF5, afterwards", duration(run.time.export_s), std::string(no_value)});
   return section(
       "Where the wall time went",
-      figure(picture(share_chart(shares)) + table.finish(),
+      figure(picture(share_chart(shares)) + details("As a table", table.finish()),
              "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
                  duration(run.virtual_s) + " of bench time, " +
                  thousands(static_cast<std::size_t>(run.events)) + " timer and link events.",
