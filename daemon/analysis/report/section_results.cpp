@@ -337,8 +337,10 @@ Blocks accuracy_pictures(const ReportInput& input) {
 
 Blocks accuracy_section(const ReportInput& input) {
   if (input.results.empty() || input.results.front().reductions.empty()) return {};
-  return section("Which fabric was it?", figure(accuracy_table(input.results),
-                                                table_caption(input.results), badge_html(input)));
+  return section("Which fabric was it?",
+                 details("Accuracies over random splits as a table",
+                         figure(accuracy_table(input.results), table_caption(input.results),
+                                badge_html(input))));
 }
 
 Blocks accuracy_method(const ReportInput& input) {
