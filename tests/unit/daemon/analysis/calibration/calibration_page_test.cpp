@@ -95,7 +95,7 @@ TEST_CASE("No number of the page is NaN, whatever the result has") {
     s.after = std::numeric_limits<double>::quiet_NaN();
   }
   const std::string page = render(calibration_document(result, real_source()));
-  for (const char* text : {"nan", "NaN", ">inf", " inf", "-inf"}) {
+  for (const char* text : {">nan", " nan", "-nan", "\"nan", "NaN", ">inf", " inf", "-inf"}) {
     CAPTURE(text);
     CHECK(page.find(text) == page.npos);
   }
