@@ -396,17 +396,20 @@ class RecipeMethods:
     def __init__(self, call: Call) -> None:
         self._call = call
 
-    def check(self, *, recipe: str, seed: Optional[int] = None, parameters: Optional[JsonObject] = None) -> JsonObject:
+    def check(self, *, recipe: str, seed: Optional[int] = None, parameters: Optional[JsonObject] = None,
+              content: Optional[JsonObject] = None) -> JsonObject:
         """Everything that would be refused, before anything moves.
 
         recipe: its name
         seed: in place of the recipe's
         parameters: values of the recipe's parameters by name; defaults where left out
+        content: a recipe that is in no file yet, in place of that of the folder
         Result: ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan (eta_s with the people_s that
-        people need, asks, next_attention, envelope of each stage with its margin), problems of the recipe, the rig file and
-        the bench put together dry: file, where, message, expected, got, hint; warnings, disk_ok. Least role: observer.
+        people need, asks, next_attention, envelope of each stage with its margin, data_bytes of the samples, bytes that must
+        be free on the disk for them with what is kept in reserve), problems of the recipe, the rig file and the bench put
+        together dry: file, where, message, expected, got, hint; warnings, disk_ok. Least role: observer.
         """
-        return self._call("recipe.check", {"recipe": recipe, "seed": seed, "parameters": parameters})
+        return self._call("recipe.check", {"recipe": recipe, "seed": seed, "parameters": parameters, "content": content})
 
     def diff(self, *, recipe: str, other: str) -> JsonObject:
         """What differs between two recipes, by JSON pointer.
@@ -418,11 +421,19 @@ class RecipeMethods:
         """
         return self._call("recipe.diff", {"recipe": recipe, "other": other})
 
+    def get(self, *, recipe: str) -> JsonObject:
+        """A recipe of the daemon's folder as it is written.
+
+        recipe: its name
+        Result: recipe, text, content (the same as JSON; null where it is none), file_digest. Least role: observer.
+        """
+        return self._call("recipe.get", {"recipe": recipe})
+
     def list(self) -> JsonObject:
         """List the recipes of the daemon's folder.
 
-        Result: recipes (names), parameters (by recipe, as it declares them; recipes with none are left out). Least role:
-        observer.
+        Result: recipes (names), parameters (by recipe, as it declares them; recipes with none are left out), descriptions (by
+        recipe, likewise). Least role: observer.
         """
         return self._call("recipe.list", {})
 
@@ -440,19 +451,20 @@ class RecipeMethods:
         """
         return self._call("recipe.plan", {"recipe": recipe, "seed": seed, "from": from_, "most": most, "parameters": parameters})
 
-    def put(self, *, recipe: str, content: JsonObject, if_digest: Optional[str] = None, parameters: Optional[JsonObject] = None,
-            idem: Optional[str] = None) -> JsonObject:
+    def put(self, *, recipe: str, content: Optional[JsonObject] = None, text: Optional[str] = None, if_digest: Optional[str] = None,
+            parameters: Optional[JsonObject] = None, idem: Optional[str] = None) -> JsonObject:
         """Puts a recipe that recipe.check accepts into the daemon's folder.
 
         recipe: its name
         content: the recipe; see recipe.schema
+        text: the recipe as text, written as it is; in the place of content
         if_digest: file_digest of the one that it replaces; needed where there is one
         parameters: values to check it with, for parameters without default
         idem: key of this change: asked again, the first answer comes
         Result: recipe, digest, replaced (digest, or null), trials. Least role: engineer. Changes something.
         """
-        return self._call("recipe.put", {"recipe": recipe, "content": content, "if_digest": if_digest, "parameters": parameters,
-                                         "idem": idem})
+        return self._call("recipe.put", {"recipe": recipe, "content": content, "text": text, "if_digest": if_digest,
+                                         "parameters": parameters, "idem": idem})
 
     def schema(self) -> JsonObject:
         """JSON Schema of a recipe.
@@ -474,7 +486,8 @@ class RigMethods:
         Result: rig, bench (simulated, emulated, real), simulated, wrench (false: no force sensor, and the caps are null),
         force_cap_n, torque_cap_nm, travel by axis, fixed: where axes without a stage stand; plate: origin, size, surface_z_m;
         footprint of the probe, clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated; of several
-        arrays: arrays, each with device, taxels and shape), fabrics. Least role: observer.
+        arrays: arrays, each with device, taxels and shape), taxel_span_counts (full colour of a pad map; null: not stated),
+        fabrics. Least role: observer.
         """
         return self._call("rig.describe", {})
 
@@ -690,6 +703,17 @@ class RunMethods:
         Result: the run, or will, trials_planned, trials_done, trials_left. Least role: operator. Changes something.
         """
         return self._call("run.resume", {"run": run, "preview": preview, "lease": lease, "break_lease": break_lease, "idem": idem})
+
+    def samples(self, *, after_s: Optional[float] = None, most: Optional[int] = None) -> JsonObject:
+        """The last 40 minutes, on the bench's clock, of what the newest run's bench sensed, to look at: also what nobody
+        listened to, and once the run is over. No record.
+
+        after_s: only what is newer, on the bench's clock [s]
+        most: rows, 1500; at most 3000. Of more, neighbours are joined: the last of them with the extremes of all
+        Result: run (null: none yet), columns, rows (values in the order of columns, null: not known), counts and rest_counts
+        as in stream:taxels, the newest. Least role: observer.
+        """
+        return self._call("run.samples", {"after_s": after_s, "most": most})
 
     def start(self, *, recipe: str, lease: Optional[str] = None, seed: Optional[int] = None, name: Optional[str] = None,
               digest: Optional[str] = None, keep_going: Optional[bool] = None, repeat: Optional[int] = None,

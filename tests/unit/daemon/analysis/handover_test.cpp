@@ -210,7 +210,7 @@ TEST_CASE("A campaign that is not what was certified is not learnt from") {
   CHECK(refused.error().code == Errc::corrupt);
 }
 
-TEST_CASE("A hand-over is given up when it is told to, or when its time is over") {
+TEST_CASE("A hand-over is given up when it is reported to, or when its time is over") {
   const Recorded campaign(json{{"learner", "best"}, {"groups", 4}, {"at_most_s", 100}});
   HandoverHooks hooks;
   std::atomic<int> requested{0};
@@ -231,15 +231,17 @@ TEST_CASE("A hand-over is given up when it is told to, or when its time is over"
 TEST_CASE("The report is written with the hand-over or neither is; both have one accuracy") {
   const Recorded campaign;
   HandoverHooks hooks;
-  hooks.report = [](const Dataset&, const HandoverResult&,
+  hooks.report = [](const Dataset&, const HandoverResult&, const std::vector<HandoverText>&,
                     const StopRequested&) -> Result<std::vector<HandoverText>> {
     return fail({.code = Errc::io, .what = "no room"});
   };
   CHECK(run_handover(campaign.out(), hooks).error().code == Errc::io);
   CHECK(left_behind(campaign.out()).empty());
-  std::string told;
-  hooks.report = [&told](const Dataset& data, const HandoverResult& reached, const StopRequested&) {
-    told = reached.results_json + std::to_string(data.trials.size());
+  std::string reported, records;
+  hooks.report = [&](const Dataset& data, const HandoverResult& reached,
+                     const std::vector<HandoverText>& files, const StopRequested&) {
+    reported = reached.results_json + std::to_string(data.trials.size());
+    for (const HandoverText& file : files) records += file.name + " ";
     return Result<std::vector<HandoverText>>(std::vector<HandoverText>{{"report.html", "<p>"}});
   };
   const HandoverResult done = result(campaign.out(), hooks);
@@ -247,7 +249,9 @@ TEST_CASE("The report is written with the hand-over or neither is; both have one
   const auto files = listed_handover_files(campaign.out());
   REQUIRE(files);
   CHECK(std::ranges::count(*files, "report.html", &FileChecksums::name) == 1);
-  CHECK(told == done.results_json + "16");
+  CHECK(reported == done.results_json + "16");
+  CHECK(records.starts_with("evaluation.json "));
+  CHECK(records.find("M1.json ") != std::string::npos);
   const json results = json::parse(done.results_json);
   REQUIRE(results.size() == done.models.size());
   for (std::size_t i = 0; i < results.size(); ++i) {

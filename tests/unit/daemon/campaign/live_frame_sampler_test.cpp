@@ -33,7 +33,8 @@ TEST_CASE("a frame has the newest of each and the extremes of the normal force s
   Sample frame;
   frame.value = TaxelSample{counts, 0, 0, 0};
   frame_sampler.on_sample(frame, Phase::none);
-  for (const double fz_n : {5.0, 6.5, 4.0, 5.2}) frame_sampler.on_sample(pressed(fz_n), Phase::none);
+  for (const double fz_n : {5.0, 6.5, 4.0, 5.2})
+    frame_sampler.on_sample(pressed(fz_n), Phase::none);
   Snapshot seen;
   seen.stage[0].position = 0.03;
   for (auto& known : seen.stage_at) known = at(0s);
