@@ -50,9 +50,9 @@ class LiveFrameSampler {
   static constexpr double history_step_s = 0.2;
   static constexpr std::size_t most_history = 12'000;  ///< 40 minutes of the bench's time
 
-  /// On the bench's thread, before anything else of a run: what was heard of another is forgotten.
+  /// Before the thread of a run's bench begins: what was heard of another run is forgotten.
   void begin(std::string run);
-  /// Likewise: the set points of the trial that begins.
+  /// On the bench's thread: the set points of the trial that begins.
   void begin_trial(const recipes::Exploration& exploration);
   /// Likewise: every sample of wrench and taxels, with the phase that it belongs to.
   void on_sample(const Sample& sample, Phase phase);

@@ -60,6 +60,7 @@ class SmallDaemon {
         .file_background = at_once,
         .files = &files_,
         .pace = &pace_,
+        .frame_sampler = &frame_sampler_,
         .sessions = &shared_.sessions,
         .add_token = [](const std::string&, access::Role, std::int64_t,
                         const std::string&) -> Result<std::string> { return std::string("wft_0"); },
@@ -134,6 +135,7 @@ class SmallDaemon {
   handover::HandoverService handovers_;
   api::DataFiles files_{[] { return std::chrono::nanoseconds(); }};
   BenchPace pace_ = 0;
+  LiveFrameSampler frame_sampler_;
   api::Services services_;
   rpc::Methods methods_;
   server::Shared shared_;

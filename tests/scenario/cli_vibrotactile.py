@@ -90,7 +90,7 @@ def handed_over(t, out, ran):
     right = sum(confusion[i * n + i] for i in range(n)) / sum(confusion)
     t.expect(abs(right - line["windows"]["accuracy"]) < 0.02, f"the confusion says {right}")
     page = (out / "handover/V1.html").read_text()
-    t.expect("SIMULATED" in page and "Confusion by material" in page and "sandpaper_p60" in page, "the page")
+    t.expect("SIMULATED" in page and "Accuracy of sound and vibration" in page and "Windows of" in page and "sandpaper_p60" in page, "the page")
 
 
 def reported(t, out):
@@ -168,7 +168,7 @@ def two_explorations(t, d, root, rig):
     t.expect(ran.returncode == 0, f"run: {ran.stderr}")
     common = ["--window-s", "1", "--step-s", "0.5", "--method", "LDA"]
     asked = {"evaluate": [*common, "--leave-one-group-out"], "train": [*common, "-o", "two.model"],
-             "trade": ["-o", "two.html", "--window-s", "1", "--features", "SMMRP", "--method", "NB", "--blocks", "2", "--per-recording", "10", "--repeats", "2"]}
+             "trade": ["-o", "two-page.html", "--window-s", "1", "--features", "SMMRP", "--method", "NB", "--blocks", "2", "--per-recording", "10", "--repeats", "2"]}
     for command, options in asked.items():
         verb = ["trade", "vibro"] if command == "trade" else [command]
         t.refuses(*verb, "two/dataset.h5", *options, cwd=d, says=["two/dataset.h5", "several explorations", "V1, V2", "--exploration"])

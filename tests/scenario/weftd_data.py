@@ -123,7 +123,7 @@ def fetched(web, client, folder, run):
     told = client.call("data.get", run=run)
     assert listed["run"] == run and listed["dataset_sha256"] == told["dataset_sha256"], (listed, told)
     files = {f["name"]: f for f in told["files"]}
-    assert set(files) == {"certificate.json", "campaign.sqlite", "dataset.h5", "handover/M1.model", "handover/M1.html",
+    assert set(files) == {"certificate.json", "campaign.sqlite", "dataset.h5", "handover/M1.model", "handover/M1.html", "handover/M1.json",
                           "handover/evaluation.json", "handover/report.html", "handover/report.json"}, files
     for file in files.values():
         status, headers, body = web.get(file["path"])

@@ -9,7 +9,7 @@ async function look_up(page, run) {
   await page.click(`#archive-list a:has-text("${run}")`);
   await says(page, '#run-head', new RegExp(run));
   await says(page, '#run-body', /trials/);
-  return page.textContent('#run-head h2');
+  return page.textContent('#run-head');
 }
 
 await with_daemon(async (daemon, open) => {

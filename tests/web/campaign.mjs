@@ -23,9 +23,9 @@ async function watch(page) {
   await says(page, '#rig-fact', /moving/);
   await says(page, '#run-count', /of 8 repetitions/);
   await says(page, '#run-where', /denim · M1 · repetition 1 · trial 1/);
-  await says(page, '#chart-force-key li:nth-child(3)', /Fz\s*−?[45]\.\d\d N/);
+  await says(page, '#chart-force-key li:nth-child(1)', /Fz\s*−?[45]\.\d\d N/);
   await says(page, '#chart-stages-key li:nth-child(3)', /z\s*\d+\.\d\d mm/);
-  await says(page, '#pads-range', /\d+ to \d+ counts in this run/);
+  await says(page, '#pads-range', /\d+ to \d+ counts above the mean/);
   await says(page, '#probe-place', /u 7\d\.\d\d, v \d+\.\d\d, height −?\d+\.\d\d mm/);
   await says(page, '#run-step', /sliding/);
   await says(page, '#run-left', /left, ends about/);

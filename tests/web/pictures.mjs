@@ -4,11 +4,10 @@ import { join } from 'node:path';
 import { ROOT, connected, desktop, phone, says, start, with_daemon } from './support.mjs';
 
 const folder = process.env.WEFT_PICTURES ?? join(ROOT, 'docs/img');
-const looks = [['desktop', desktop, 'light'], ['desktop-dark', desktop, 'dark'], ['phone-light', phone, 'light'], ['phone', phone, 'dark']];
+const looks = [['desktop', desktop, 'light'], ['desktop-dark', desktop, 'dark'], ['phone', phone, 'light'], ['phone-dark', phone, 'dark']];
 const quiet = (page) => page.waitForFunction(() => document.querySelector('#notes').childElementCount === 0);
 
-/** Small: a quarter of what a true-colour picture takes. */
-const take = (page, name) => page.screenshot({ path: join(folder, `${name}.png`) });
+const take = (page, name) => page.screenshot({ path: join(folder, `${name}.jpg`), type: 'jpeg', quality: 40 });
 
 async function go(page, address, selector, pattern) {
   await page.evaluate((hash) => { location.hash = hash; }, address);

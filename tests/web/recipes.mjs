@@ -26,6 +26,15 @@ async function edit(daemon, page) {
   const saved = JSON.parse(readFileSync(join(daemon.folder, 'recipes/plain.json'), 'utf8'));
   assert.deepEqual([saved.repetitions, saved.fabrics], [3, ['denim', 'felt']]);
   assert.equal(Object.keys(saved)[0], 'schema_version', 'the order of its keys is kept');
+  // one as large as the library's
+  await page.evaluate(() => {
+    const { CodeMirror: editor } = document.querySelector('#edit-json .CodeMirror');
+    editor.setValue(editor.getValue().replace('Two fabrics', `Two fabrics${', described at length'.repeat(100)}`));
+  });
+  await says(page, '#edit-checked', /finds nothing wrong/);
+  await page.click('#edit-buttons button:text-is("Save"):not([disabled])');
+  await page.waitForFunction(() => document.querySelectorAll('#notes .note').length >= 2);
+  assert.ok(readFileSync(join(daemon.folder, 'recipes/plain.json'), 'utf8').length > 2000);
   // the text changes the form, and what is no JSON is said
   await page.evaluate(() => {
     const { CodeMirror: editor } = document.querySelector('#edit-json .CodeMirror');

@@ -197,8 +197,10 @@ Result<CampaignReport> make_report(const CampaignSummary& summary, const Dataset
   if (options.audit) input.audit = options.audit();
   if (Status ok = check(input); !ok) return pass(ok.error());
   const Document document = report_document(input);
-  report.html = render(document);
   report.json = record_with_page(report_record(input), document);
+  auto page = page_of_record(report.json);
+  if (!page) return pass(page.error(), "report");
+  report.html = std::move(*page);
   report.summary = summary_text(input);
   return report;
 }

@@ -256,7 +256,7 @@ chart::Plot curve_plot(const RepetitionStudy& study) {
   chart::Axis& y = out.panels.front().y;
   y.low = std::min(y.low, f.wanted * 100 - 2);
   y.high = std::max(y.high, f.wanted * 100 + 3);
-  out.panels.front().limits = {{f.wanted * 100, "target " + percent(f.wanted, 0) + " %"}};
+  out.panels.front().limits = {{f.wanted * 100, "target " + general(f.wanted * 100) + " %"}};
   return out;
 }
 

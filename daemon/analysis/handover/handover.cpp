@@ -230,25 +230,28 @@ std::vector<HandoverText> records_of(const ordered_json& evaluation,
   return out;
 }
 
-/// The accuracies that are shown of the campaign, and its report, which has the same.
-Status add_report(const Dataset& data, const HandoverHooks& hooks, const TimeLimit& allowed,
-                  ordered_json& evaluation, std::vector<HandoverText>& texts) {
+/// The accuracies that are shown of the campaign, and its report, which has the same. A report that
+/// cannot be made costs nothing that was learnt: "report_error" says why there is none.
+Status add_report(const Dataset& data, const HandoverHooks& hooks, ordered_json& evaluation,
+                  std::vector<HandoverText>& texts) {
+  const auto stopped = [&hooks] { return hooks.stop && hooks.stop(); };
   evaluation["results"] = ordered_json::array();
   for (const Headline& headline : handover_headlines(handover_result_from(evaluation), data))
     evaluation["results"].push_back(headline_json(headline));
-  if (hooks.report && !allowed.stops()) {
-    if (hooks.progress) hooks.progress({0, 1, "the campaign's report"});
-    auto report =
-        hooks.report(data, handover_result_from(evaluation), records_of(evaluation, texts),
-                     [&] { return allowed.stops(); });
-    if (!report) return pass(report.error());
-    for (HandoverText& file : *report) {
-      // An exploration's page may have its name.
-      std::erase_if(texts, [&](const HandoverText& other) { return other.name == file.name; });
-      texts.push_back(std::move(file));
-    }
+  if (!hooks.report || stopped()) return {};
+  if (hooks.progress) hooks.progress({0, 1, "the campaign's report"});
+  auto report =
+      hooks.report(data, handover_result_from(evaluation), records_of(evaluation, texts), stopped);
+  if (stopped()) return fail({.code = Errc::wrong_state, .what = "stopped"});
+  if (!report) {
+    evaluation["report_error"] = to_string(report.error());
+    return {};
   }
-  if (allowed.stops()) return fail({.code = Errc::wrong_state, .what = "stopped"});
+  for (HandoverText& file : *report) {
+    // An exploration's page may have its name.
+    std::erase_if(texts, [&](const HandoverText& other) { return other.name == file.name; });
+    texts.push_back(std::move(file));
+  }
   return {};
 }
 
@@ -272,7 +275,7 @@ Result<HandoverResult> run_whole_handover(const fs::path& folder, const Handover
   std::vector<HandoverText> texts;
   auto evaluation = learn(*data, certificate->dataset_sha256, *plan, hooks, allowed, texts);
   if (!evaluation) return pass(allowed.limited(evaluation.error()));
-  if (Status ok = add_report(*data, hooks, allowed, *evaluation, texts); !ok)
+  if (Status ok = add_report(*data, hooks, *evaluation, texts); !ok)
     return pass(allowed.limited(ok.error()));
   return write_handover(folder, std::move(*evaluation), texts);
 }

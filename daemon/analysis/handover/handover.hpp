@@ -25,8 +25,8 @@ struct HandoverHooks {
       {};                   ///< without it no time is measured, and none is too long
   std::size_t threads = 0;  ///< 0: one per core; models do not depend on it
   /// Further files of the hand-over, of the data set, what was reached and the records so far
-  /// (evaluation.json and those of pages); its error is the hand-over's. `stop` and the recipe's
-  /// time limit are the argument of the same name.
+  /// (evaluation.json and those of pages). Its error is told in evaluation.json and costs nothing
+  /// else; the recipe's time limit does not hold for it. The last argument is `stop`.
   std::function<Result<std::vector<HandoverText>>(const Dataset&, const HandoverResult&,
                                                   std::vector<HandoverText> records,
                                                   const StopRequested& stop)>

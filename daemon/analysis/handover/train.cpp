@@ -265,7 +265,8 @@ Status add_page(const std::string& name, const ordered_json& record, const Docum
   auto page = page_of_record(text);
   if (!page) return pass(page.error(), name);
   texts.push_back({name + ".html", std::move(*page)});
-  texts.push_back({name + ".json", std::move(text)});
+  if (name + ".json" != evaluation_file_name)  // an exploration of that name has no record
+    texts.push_back({name + ".json", std::move(text)});
   return {};
 }
 

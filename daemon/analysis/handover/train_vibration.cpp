@@ -134,7 +134,7 @@ Blocks vibration_result(const std::string& exploration, const RecordingSet& set,
                 "</b> of slides, by the most frequent answer of their windows; chance " +
                 percent(chance) + " %. " + badge) +
           paragraph("Accuracy of single windows: " +
-                    escape(format_share(r.accuracy, r.accuracy_ci95)) + ".") +
+                    escape(format_share(r.accuracy, r.accuracy_ci95)) + ". " + badge) +
           figure(confusion_pictures(confusion,
                                     "Windows of " + general(training_result.best.window_s) + " s"),
                  "The chosen learner on repetitions left out, counts of windows. " +

@@ -231,7 +231,8 @@ Blocks reliability_section(const EvaluationPage& page) {
                         "line probabilities mean what they say; below it they are too bold. Bars "
                         "at the foot: how many answers said it, the tallest the most.",
                         report_badge(page.bench)) +
-                     details("As tables", std::move(tables)));
+                     details("As tables", figure(std::move(tables), "The same, bin by bin.",
+                                                 report_badge(page.bench))));
 }
 
 }  // namespace
@@ -282,6 +283,7 @@ Document evaluation_document(const EvaluationPage& page) {
                section("Each group left out", groups_part(page)) +
                section("What tells two fabrics apart", core_figures(page)) +
                section("How long it takes", timing_table(page));
+  out.alerts = warnings_of(page.facts);
   out.method = definitions(page.facts);
   return out;
 }

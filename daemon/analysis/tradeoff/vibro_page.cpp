@@ -253,6 +253,7 @@ Result<Document> vibro_document(const VibroEvaluation& evaluation) {
                           figure(code_block(evaluation.importance),
                                  "Accuracy that is lost when a feature's values are shuffled.",
                                  bench_badge(evaluation.bench)));
+  out.alerts = warnings_of(evaluation.facts);
   out.method = definitions(evaluation.facts);
   out.provenance =
       definitions({{"data set", evaluation.dataset}, {"data set SHA-256", evaluation.sha256}});

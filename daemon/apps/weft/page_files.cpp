@@ -51,7 +51,8 @@ Status check_page(std::span<const std::filesystem::path> inputs,
   if (there && is_record(*there)) return {};
   return fail({.code = Errc::invalid_argument,
                .where = record.string(),
-               .what = "the page's record goes beside it, and would replace a file that is none",
+               .what = "the page's record would replace a file that is no record of a page",
+               .expected = "no such file, or a JSON object with the key \"page\"",
                .hint = "Choose another name for the page"});
 }
 

@@ -65,6 +65,16 @@ Result<Blocks> load_fidelity(const ReportArgs& args, const CampaignSummary& summ
   return fidelity_section(*table, summary.simulation.setting);
 }
 
+Status check_ending(const fs::path& page) {
+  if (page.extension() == ".html") return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = "-o",
+               .what = "the page's name does not say what it is",
+               .expected = "a name that ends in .html",
+               .got = page.string(),
+               .hint = "The JSON document goes beside it"});
+}
+
 Status check_places(const ReportArgs& args) {
   for (const char* const name : {campaign_file_name, dataset_file_name}) {
     std::error_code none;
@@ -76,13 +86,8 @@ Status check_places(const ReportArgs& args) {
                    .hint = "weft dataset export makes a data set of a campaign file"});
     if (Status ok = refuse_same_file(args.folder / name, args.out); !ok) return ok;
   }
-  if (args.out.extension() == ".html") return check_page(std::span<const fs::path>{}, args.out);
-  return fail({.code = Errc::invalid_argument,
-               .where = "-o",
-               .what = "the page's name does not say what it is",
-               .expected = "a name that ends in .html",
-               .got = args.out.string(),
-               .hint = "The JSON document goes beside it"});
+  if (Status ok = check_ending(args.out); !ok) return ok;
+  return check_page(std::span<const fs::path>{}, args.out);
 }
 
 void add_options(CLI::App& command, ReportArgs& args) {
@@ -178,6 +183,7 @@ Result<int> report_from_record(const ReportArgs& args, Console& console) {
                  .what = "a record is drawn again, so no campaign is read",
                  .got = args.folder.string(),
                  .hint = "Give FOLDER or --from"});
+  if (Status ok = check_ending(html); !ok) return pass(ok.error());
   if (Status ok = check_output(args.from, html); !ok) return pass(ok.error());
   if (Status ok = draw_record(args.from, html); !ok) return pass(ok.error());
   print(console, "Report: " + html.string() + "\n",

@@ -1,5 +1,6 @@
 #include "daemon/pages/document/document.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -31,7 +32,7 @@ Blocks unless_empty(Block block) {
 std::string render_all(const std::vector<Block>& blocks);
 
 std::string render_table(const Block& block) {
-  std::string out = "<div class=\"scroll\"><table>\n<thead>";
+  std::string out = "<div class=\"scroll\" tabindex=\"0\"><table>\n<thead>";
   for (std::size_t r = 0; r < block.rows.size(); ++r) {
     const std::string css = r > 0 && r - 1 < block.classes.size() ? block.classes[r - 1] : "";
     out += css.empty() ? "<tr>" : "<tr class=\"" + escape(css) + "\">";
@@ -91,7 +92,9 @@ std::string render(const Block& block) {
     case BlockKind::code:
       return "<pre>" + escape(block.title) + "</pre>\n";
     case BlockKind::chart:
-      return block.chart ? "<div class=\"scroll\">" + chart::draw(*block.chart) + "</div>\n" : "";
+      return block.chart
+                 ? "<div class=\"scroll\" tabindex=\"0\">" + chart::draw(*block.chart) + "</div>\n"
+                 : "";
     case BlockKind::figure:
       return "<figure>\n" + render_all(block.blocks) + "<figcaption>" + block.html +
              "</figcaption>\n</figure>\n";
@@ -195,6 +198,17 @@ Blocks definitions(const std::vector<std::pair<std::string, std::string>>& entri
   Block out = block_of(BlockKind::definitions);
   for (const auto& [name, value] : entries) out.rows.push_back({name, value});
   return unless_empty(std::move(out));
+}
+
+Blocks warnings_of(const std::vector<std::pair<std::string, std::string>>& facts) {
+  constexpr std::array others{"groups on both sides", "never tested"};
+  Blocks out;
+  for (const auto& [name, value] : facts) {
+    const bool in_capitals = std::ranges::all_of(name, [](char c) { return c >= 'A' && c <= 'Z'; });
+    if (in_capitals || value.starts_with("LEAK") || std::ranges::find(others, name) != others.end())
+      out += alarm("<b>" + escape(name) + ":</b> " + escape(value));
+  }
+  return out;
 }
 
 Blocks code_block(std::string text) {

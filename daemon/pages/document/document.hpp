@@ -112,6 +112,9 @@ Blocks bullet_list(const std::vector<std::string>& items_html);
 Blocks tiles(std::vector<std::vector<std::string>> values_and_captions);
 /// An empty value is shown as a dash.
 Blocks definitions(const std::vector<std::pair<std::string, std::string>>& entries);
+/// An alarm for each entry that warns: a name in capitals ("WARNING", "CONFOUNDED", "LEAK"), or
+/// what was on both sides of a split or never tested.
+Blocks warnings_of(const std::vector<std::pair<std::string, std::string>>& facts);
 Blocks code_block(std::string text);
 Blocks picture(chart::Chart chart);
 /// No picture or table can be cut out without the badge in its caption.

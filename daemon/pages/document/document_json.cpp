@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -224,6 +225,8 @@ ordered_json json_of(const std::optional<chart::Chart>& x) {
   return out;
 }
 
+constexpr std::ptrdiff_t most_depth = 40;  // of blocks within blocks
+
 /// The first error stays; later fields are not read.
 template <class S>
 class Reader {
@@ -231,6 +234,7 @@ class Reader {
   Reader(const ordered_json& in, S& value, std::string where, std::optional<Error>& error)
       : in_(in), value_(value), where_(std::move(where)), error_(error) {
     if (!in_.is_object()) refuse(where_, "an object", in_);
+    if (std::ranges::count(where_, '.') > most_depth) refuse(where_, "less depth", ordered_json());
   }
 
   template <class M>
@@ -304,7 +308,9 @@ class Reader {
     x = std::move(one);
   }
   void read(const ordered_json& in, const std::string& where, std::optional<chart::Chart>& x) {
-    const std::string kind = in.is_object() ? in.value("chart", "") : std::string();
+    const auto found = in.is_object() ? in.find("chart") : in.end();
+    const bool is_named = in.is_object() && found != in.end() && found->is_string();
+    const std::string kind = is_named ? found->get<std::string>() : std::string();
     if (kind == "plot") return read_chart<chart::Plot>(in, where, x);
     if (kind == "rows") return read_chart<chart::Rows>(in, where, x);
     if (kind == "cells") return read_chart<chart::Cells>(in, where, x);

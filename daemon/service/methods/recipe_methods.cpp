@@ -274,11 +274,7 @@ void put(const Services& services, const Call& call, const Responder& respond) {
   if (!name) return respond(refused(name.error()));
   auto text = read_offered_text(call);
   if (!text) return respond(refused(text.error()));
-  Offered offered{std::move(*name),
-                  std::move(*text),
-                  by(call.caller),
-                  read_parameters(call),
-                  {}};
+  Offered offered{std::move(*name), std::move(*text), by(call.caller), read_parameters(call), {}};
   if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
   // Its models are read whole, as for recipe.check: nobody's run waits for that.
   const bool taken = services.background(
@@ -311,30 +307,33 @@ void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   group.read(
       "recipe.schema", "JSON Schema of a recipe", {}, "a JSON Schema of draft 2020-12 with x-unit",
       [](const Services&, const Call&) { return format_text(json::parse(recipe_schema_json())); });
-  group.read("recipe.check", "everything that would be refused, before anything moves",
-             {{"recipe", ParamType::text, true, "its name"},
-              {"seed", ParamType::integer, false, "in place of the recipe's"},
-              parameters_param,
-              {"content", ParamType::object, false,
-               "a recipe that is in no file yet, in place of that of the folder"}},
-             "ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan "
-             "(eta_s with the people_s that people need, asks, next_attention, "
-             "envelope of each stage with its margin, data_bytes of the samples, bytes that must be "
-             "free on the disk for them with what is kept in reserve), problems of the recipe, the rig file and "
-             "the bench put together dry: file, where, message, expected, got, hint; warnings, "
-             "disk_ok",
-             check);
-  group.change("recipe.put", "puts a recipe that recipe.check accepts into the daemon's folder",
-               Role::engineer,
-               {{"recipe", ParamType::text, true, "its name"},
-                {"content", ParamType::object, false, "the recipe; see recipe.schema"},
-                {"text", ParamType::text, false,
-                 "the recipe as text, written as it is; in the place of content"},
-                {"if_digest", ParamType::text, false,
-                 "file_digest of the one that it replaces; needed where there is one"},
-                {"parameters", ParamType::object, false,
-                 "values to check it with, for parameters without default"}},
-               "recipe, digest, replaced (digest, or null), trials", put);
+  group.read(
+      "recipe.check", "everything that would be refused, before anything moves",
+      {{"recipe", ParamType::text, true, "its name"},
+       {"seed", ParamType::integer, false, "in place of the recipe's"},
+       parameters_param,
+       {"content", ParamType::object, false,
+        "a recipe that is in no file yet, in place of that of the folder"}},
+      "ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan "
+      "(eta_s with the people_s that people need, asks, next_attention, "
+      "envelope of each stage with its margin, data_bytes of the samples, bytes that must be "
+      "free on the disk for them with what is kept in reserve), problems of the recipe, the rig "
+      "file and "
+      "the bench put together dry: file, where, message, expected, got, hint; warnings, "
+      "disk_ok",
+      check);
+  group.change(
+      "recipe.put", "puts a recipe that recipe.check accepts into the daemon's folder",
+      Role::engineer,
+      {{"recipe", ParamType::text, true, "its name"},
+       {"content", ParamType::object, false, "the recipe; see recipe.schema"},
+       {"text", ParamType::text, false,
+        "the recipe as text, written as it is; in the place of content", recipes::max_recipe_bytes},
+       {"if_digest", ParamType::text, false,
+        "file_digest of the one that it replaces; needed where there is one"},
+       {"parameters", ParamType::object, false,
+        "values to check it with, for parameters without default"}},
+      "recipe, digest, replaced (digest, or null), trials", put);
 }
 
 }  // namespace weft::daemon::api

@@ -23,15 +23,29 @@ json set_point_json(const LiveFrame& frame, double value_n) {
 
 json force_json(const LiveFrame& frame) {
   const WrenchSample& now = *frame.wrench;
-  return {{"fx_n", now.force_n[0]},       {"fy_n", now.force_n[1]},     {"fz_n", now.force_n[2]},
-          {"tx_nm", now.torque_nm[0]},    {"ty_nm", now.torque_nm[1]},  {"tz_nm", now.torque_nm[2]},
-          {"fz_min_n", frame.least_fz_n}, {"fz_max_n", frame.most_fz_n},
-          {"phase", phase_json(frame)},   {"force_n", set_point_json(frame, frame.force_n)},
+  return {{"fx_n", now.force_n[0]},
+          {"fy_n", now.force_n[1]},
+          {"fz_n", now.force_n[2]},
+          {"tx_nm", now.torque_nm[0]},
+          {"ty_nm", now.torque_nm[1]},
+          {"tz_nm", now.torque_nm[2]},
+          {"fz_min_n", frame.least_fz_n},
+          {"fz_max_n", frame.most_fz_n},
+          {"phase", phase_json(frame)},
+          {"force_n", set_point_json(frame, frame.force_n)},
           {"force_band_n", set_point_json(frame, frame.force_band_n)}};
 }
 
+/// Short in JSON.
+json rounded(double value, double parts) {
+  return std::round(value * parts) / parts;
+}
+
 json rest_json(const LiveFrame& frame) {
-  return frame.rest_counts.empty() ? json() : json(frame.rest_counts);
+  if (frame.rest_counts.empty()) return nullptr;
+  json out = json::array();
+  for (const double count : frame.rest_counts) out.push_back(rounded(count, 10));
+  return out;
 }
 
 void publish(server::Hub& hub, const LiveFrame& frame, std::string_view run, std::int64_t t_us) {
@@ -52,14 +66,9 @@ void publish(server::Hub& hub, const LiveFrame& frame, std::string_view run, std
     notify("stream:taxels", {{"counts", frame.taxels}, {"rest_counts", rest_json(frame)}});
 }
 
-constexpr std::array history_columns{"bench_s",  "fx_n",  "fy_n",     "fz_n",     "tx_nm",
-                                    "ty_nm",    "tz_nm", "fz_min_n", "fz_max_n", "x_mm",
-                                    "y_mm",     "z_mm",  "phase",    "force_n",  "force_band_n"};
-
-/// Short in JSON.
-json rounded(double value, double parts) {
-  return std::round(value * parts) / parts;
-}
+constexpr std::array history_columns{"bench_s", "fx_n",  "fy_n",     "fz_n",     "tx_nm",
+                                     "ty_nm",   "tz_nm", "fz_min_n", "fz_max_n", "x_mm",
+                                     "y_mm",    "z_mm",  "phase",    "force_n",  "force_band_n"};
 
 /// In the order of history_columns.
 json row_json(const LiveFrame& row) {

@@ -200,7 +200,24 @@ TEST_CASE("what is no record of a page is refused with its place") {
   CHECK(refused("/lead_html", "<script>") == "page.lead_html");
   CHECK(refused("/pictures/0/html", "<img>") == "page.pictures[0].html");
   CHECK(refused("/pictures/0/blocks/0/chart/chart", "pie") == "page.pictures[0].blocks[0].chart");
+  CHECK(refused("/pictures/0/blocks/0/chart/chart", 5) == "page.pictures[0].blocks[0].chart");
   refused("/tables/0/blocks/0/rows/1/0", "<script>alert(1)</script>");
+  nlohmann::ordered_json nested = {{"kind", "paragraph"}, {"html", "x"}};
+  for (int depth = 0; depth < 1000; ++depth)
+    nested = {
+        {"kind", "details"}, {"title", "y"}, {"blocks", nlohmann::ordered_json::array({nested})}};
+  refused("/pictures/0", nested);
+}
+
+TEST_CASE("what warns stands at the top of a page") {
+  const Blocks warnings = warnings_of({{"data", "two.h5"},
+                                       {"CONFOUNDED", "label and mounting are one"},
+                                       {"leak", "LEAK: 3 % of the windows"},
+                                       {"never tested", "felt"},
+                                       {"split", "at random"}});
+  REQUIRE(warnings.list.size() == 3);
+  for (const Block& one : warnings.list) CHECK(one.kind == BlockKind::alarm);
+  CHECK(warnings_of({{"leak", "No sample of a test window is in a training window."}}).empty());
 }
 
 TEST_CASE("inline markup is a few tags, closed in order, without a target elsewhere") {

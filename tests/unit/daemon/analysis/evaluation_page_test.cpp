@@ -45,7 +45,11 @@ std::size_t count_of(const std::string& text, const std::string& what) {
 TEST_CASE("every figure of an evaluation's page says which bench it is of") {
   const std::string page = page_of(BenchKind::simulated, "pvalue");
   const std::size_t figures = count_of(page, "<figure");
-  CHECK(figures == 8);  // accuracy, groups, curve, reliability of all, cores, timing, 2 confusions
+  // accuracy, groups, curve, reliability of all and its tables, cores, timing, 2 confusions
+  CHECK(figures == 9);
+  for (std::size_t at = page.find("<table"); at != std::string::npos;
+       at = page.find("<table", at + 1))
+    CHECK(page.rfind("<figure", at) + 1 > page.rfind("</figure>", at) + 1);  // npos + 1 is 0
   CHECK(count_of(page, "<figcaption><span class=\"badge\">SIMULATED</span>") == figures);
   const std::string real = page_of(BenchKind::real, "pvalue");
   CHECK(count_of(real, "SIMULATED") == 0);

@@ -18,6 +18,7 @@ Talk::Talk(server::Peer peer) {
   services.utc_us = [] { return std::int64_t{0}; };
   services.sessions = &shared.sessions;
   services.pace = &pace;
+  services.frame_sampler = &frame_sampler;
   services.change_background = [](const auto& work, const auto&) {
     work()();
     return true;

@@ -35,6 +35,7 @@ struct Talk {
   access::Leases leases{"e1"};
   access::IdempotencyCache answered;
   BenchPace pace = 0;
+  LiveFrameSampler frame_sampler;
   server::Shared shared;
   api::Services services;
   rpc::Methods methods;

@@ -3,7 +3,7 @@
 import { byId, el, fill } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, plural, words } from './format.js';
-import { accuracy_text, no_accuracy_text, past } from './results.js';
+import { accuracy_text, badge_of, no_accuracy_text, past } from './results.js';
 
 const most_listed = 200;
 const search_wait_ms = 300;
@@ -62,7 +62,7 @@ export class ArchiveView {
     const protocol = (run.result ?? []).map((one) => one.protocol).find(Boolean) ?? '';
     return el('tr', {}, el('td', {}, tick), el('th', { scope: 'row' }, el('a', { href: `#run/${run.run}`, 'data-key': run.run }, run.run)),
       el('td', {}, `${run.recipe}${run.name ? ` · ${run.name}` : ''}`), el('td', {}, el('span', { class: `fact outcome-${run.outcome}` }, words(run.outcome ?? run.state))),
-      el('td', { title: protocol }, accuracy ? el('strong', {}, accuracy) : el('span', { class: 'quiet' }, no_accuracy_text(run)), accuracy ? el('span', { class: 'quiet protocol' }, protocol) : null),
+      el('td', { title: protocol }, accuracy ? el('span', {}, el('strong', {}, accuracy), ' ', badge_of(run)) : el('span', { class: 'quiet' }, no_accuracy_text(run)), accuracy ? el('span', { class: 'quiet protocol' }, protocol) : null),
       el('td', {}, (run.tags ?? []).map((tag) => el('span', { class: 'tag' }, tag))), el('td', { class: 'quiet' }, clock(run.created_us)));
   }
 

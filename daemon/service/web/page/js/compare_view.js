@@ -2,7 +2,7 @@
 import { byId, el, table } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, who_text, words } from './format.js';
-import { matrix } from './matrix.js';
+import { confusion_of, matrix } from './matrix.js';
 import { accuracy_lines, badge_of, no_accuracy_text } from './results.js';
 
 export class CompareView {
@@ -31,23 +31,25 @@ export class CompareView {
   /** Rows that differ are marked by a sign as well. */
   #facts([a, b]) {
     const row = (name, pick) => {
-      const [left, right] = [a, b].map((one) => String(pick(one) ?? '–'));
+      const found = [a, b].map((one) => pick(one));
+      const [left, right] = found.map((value) => String(value || value === 0 ? value : '–'));
+      if (left === '–' || right === '–') return [name, left, right, 'not known'];
       return [name, left, right, left === right ? 'same' : '≠ differs'];
     };
     const count = ({ learnt }) => Object.values(learnt?.explorations ?? {}).map((one) => one.trials).join(', ');
     return table('What the two runs share', ['', a.run.run, b.run.run, ''], [
       row('recipe', ({ run }) => run.recipe), row('recipe, SHA-256', ({ certificate }) => certificate?.recipe_sha256?.slice(0, 12)), row('rig, SHA-256', ({ certificate }) => certificate?.rig_sha256?.slice(0, 12)),
       row('seed', ({ certificate }) => certificate?.seed), row('software', ({ certificate }) => certificate?.software_version), row('bench', ({ run }) => run.bench),
-      row('outcome', ({ run }) => words(run.outcome)), row('trials', ({ run }) => `${run.trials_done} of ${run.trials_planned}`), row('attempts', ({ certificate }) => certificate?.attempts),
+      row('outcome', ({ run }) => words(run.outcome)), row('trials', ({ run }) => (run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : null)), row('attempts', ({ certificate }) => certificate?.attempts),
       row('trials evaluated', count), row('started by', ({ run }) => who_text(run.submitted_by)), row('when', ({ run }) => clock(run.created_us)), row('note', ({ run }) => run.note)]);
   }
 
   #side({ run, learnt }) {
-    const matrices = Object.entries(learnt?.explorations ?? {}).map(([name, { best, confusion }]) => {
-      const [labels, counts] = [best?.labels ?? confusion?.labels, best?.confusion ?? confusion?.count];
-      return labels && counts ? matrix(`${run.run}, ${name}`, labels, counts) : null;
+    const matrices = Object.entries(learnt?.explorations ?? {}).map(([name, one]) => {
+      const confusion = confusion_of(one);
+      return confusion && matrix(`${run.run}, ${name}`, confusion.labels, confusion.counts);
     }).filter(Boolean);
-    return el('section', {}, el('h3', {}, el('a', { href: `#run/${run.run}` }, run.run), ' ', badge_of(run)),
+    return el('section', {}, el('h3', {}, el('a', { href: `#run/${run.run}` }, run.run), ' ', run.result?.length ? '' : badge_of(run)),
       ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'quiet' }, no_accuracy_text(run))]), ...matrices);
   }
 }

@@ -180,7 +180,7 @@ class Page {
   }
 
   show_view() {
-    const [wanted, ...more] = location.hash.slice(1).split('/').map(decodeURIComponent);
+    const [wanted, ...more] = location.hash.slice(1).split('/').map(decoded);
     const name = views.includes(wanted) ? wanted : 'live';
     for (const view of views) {
       byId(`view-${view}`).hidden = view !== name;
@@ -195,6 +195,15 @@ class Page {
     if (name === 'archive') this.archive.refresh();
     if (name === 'start') this.#quietly(this.start.refresh());
     if (name === 'queue') this.#quietly(this.queue.refresh());
+  }
+}
+
+/** As it is where it is no encoding. */
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
   }
 }
 

@@ -11,6 +11,16 @@ export function short_label(label) {
   return label.length <= longest ? label : `${label.slice(0, longest / 2)}…${label.slice(-(longest / 2 - 1))}`;
 }
 
+/** Of one exploration of evaluation.json: {labels, counts}, or nothing. From taxels `confusion` is {labels, count}; from
+ *  vibration it is in `best`, row after row in one list. */
+export function confusion_of({ best, confusion }) {
+  const labels = best?.labels ?? confusion?.labels;
+  const found = best?.confusion ?? confusion?.count;
+  if (!labels || !found) return null;
+  const counts = Array.isArray(found[0]) ? found : labels.map((_, at) => found.slice(at * labels.length, (at + 1) * labels.length));
+  return { labels, counts };
+}
+
 const sum_of = (row) => row.reduce((sum, one) => sum + one, 0);
 
 /** Labels by their share of wrong answers, the most first. */

@@ -10,6 +10,7 @@ export function show_report(box, html) {
   const bare = html.replace(/<style[^>]*>(?:<!\[CDATA\[)?([\s\S]*?)(?:\]\]>)?<\/style>/g, (_, text) => { styles.push(text); return ''; });
   const read = new DOMParser().parseFromString(bare, 'text/html');
   for (const unwanted of read.querySelectorAll(never)) unwanted.remove();
+  for (const link of read.querySelectorAll('a:not([href^="#"])')) link.removeAttribute('href'); // the tab stays the page's
   const host = el('div', { class: 'report', tabindex: '0', role: 'region', 'aria-label': read.title || 'Report' });
   const root = host.attachShadow({ mode: 'open' });
   root.adoptedStyleSheets = styles.map((text) => {
@@ -27,5 +28,5 @@ export function show_report(box, html) {
     event.preventDefault();
     root.getElementById(link.getAttribute('href').slice(1))?.scrollIntoView();
   });
-  box.replaceChildren(host);
+  box.replaceChildren(el('div', { class: 'contained' }, host)); // what it draws stays in its place: nothing covers HALT
 }

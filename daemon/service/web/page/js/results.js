@@ -23,8 +23,8 @@ export function no_accuracy_text({ handover, state, outcome }) {
   return { waiting: 'evaluation waits', running: 'being evaluated …', failed: 'evaluation failed', cancelled: 'evaluation cancelled', done: 'no accuracy' }[handover.state] ?? handover.state;
 }
 
-/** A line of each accuracy with its interval and how it was tested. */
-export function accuracy_lines({ result }) {
-  return (result ?? []).map((one) => el('p', { class: 'headline' }, el('strong', {}, `${one.exploration}: ${percent(one.accuracy, 1)} right`),
+/** A line of each accuracy with what data it is of, its interval and how it was tested. */
+export function accuracy_lines(run) {
+  return (run.result ?? []).map((one) => el('p', { class: 'headline' }, badge_of(run), ' ', el('strong', {}, `${one.exploration}: ${percent(one.accuracy, 1)} right`),
     el('span', { class: 'quiet' }, ` (95 % interval ${percent(one.ci95[0], 1)} to ${percent(one.ci95[1], 1)}) of ${one.tested} ${one.unit}, ${one.labels} labels, the most frequent ${percent(one.base_rate)}; learner ${one.learner}; ${one.protocol}`)));
 }

@@ -3,7 +3,7 @@
 import { byId, button, el, facts, fill, table } from './dom.js';
 import { ask, attempt, note } from './dialog.js';
 import { bytes, clock, who_text, words } from './format.js';
-import { matrix } from './matrix.js';
+import { confusion_of, matrix } from './matrix.js';
 import { show_report } from './report_tab.js';
 import { accuracy_lines, badge_of, no_accuracy_text } from './results.js';
 import { later_facts, problems, three_facts } from './run_panel.js';
@@ -12,11 +12,9 @@ import { TrialBrowser } from './trial_browser.js';
 const tabs = [['overview', 'Overview'], ['matrix', 'Confusion matrix'], ['report', 'Report'], ['model', 'Model'], ['trials', 'Trials'], ['files', 'Files']];
 const streams = ['taxels', 'wrench', 'stages', 'acceleration', 'sound'];
 
-/** Of one exploration of evaluation.json: from taxels `confusion` is {labels, count}; from vibration it is in `best`. */
-function matrix_of(name, { best, confusion }) {
-  const labels = best?.labels ?? confusion?.labels;
-  const counts = best?.confusion ?? confusion?.count;
-  return labels && counts ? matrix(name, labels, counts) : null;
+function matrix_of(name, one) {
+  const found = confusion_of(one);
+  return found && matrix(name, found.labels, found.counts);
 }
 
 export class RunView {
@@ -37,9 +35,13 @@ export class RunView {
     if (id !== this.#id) this.#listed = null;
     this.#id = id;
     this.#tab = tabs.some(([name]) => name === tab) ? tab : 'overview';
+    byId('run-head').replaceChildren();
+    delete byId('run-head').dataset.from;
+    byId('run-tabs').replaceChildren();
     if (!this.store.run(id)) {
+      byId('run-body').replaceChildren(el('p', { class: 'problem' }, `There is no run ${id} here.`));
       const run = await attempt(() => this.api.call('run.get', { run: id }));
-      if (!run) return;
+      if (!run || turn !== this.#turn) return;
       this.store.take_runs([run]);
     }
     this.#head();
@@ -59,7 +61,7 @@ export class RunView {
     if (!run) return;
     const before = byId('run-head').dataset.from;
     fill(byId('run-head'), [run.run, run.recipe, run.name, run.bench, run.result, run.handover?.state, run.handover?.step, run.state], () => [
-      el('h2', {}, `${run.run} · ${run.recipe}${run.name ? ` · ${run.name}` : ''} `, badge_of(run)),
+      el('h2', {}, `${run.run} · ${run.recipe}${run.name ? ` · ${run.name}` : ''} `, run.result?.length ? '' : badge_of(run)),
       ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'headline quiet' }, no_accuracy_text(run))])]);
     if (before && before !== byId('run-head').dataset.from && run.handover?.state === 'done' && this.#shown_state !== 'done') this.#again();
     this.#shown_state = run.handover?.state;

@@ -33,7 +33,9 @@ export class StartView {
     this.#fitting = true;
     try {
       for (const recipe of recipes) {
-        const { ok, problems } = await this.api.call('recipe.check', { recipe }).catch((error) => ({ ok: false, problems: [{ message: error.sentence }] }));
+        const answered = await this.api.call('recipe.check', { recipe }).catch((error) => (error.kind === 'unreachable' ? null : { ok: false, problems: [{ message: error.sentence }] }));
+        if (answered === null) return; // what was known stays
+        const { ok, problems } = answered;
         const first = problems[0];
         this.#fit.set(recipe, { ok: ok || this.#needs_values(recipe), why: first ? `${first.message}${first.got ? `: ${first.got}` : ''}` : '' });
         this.store.changed();

@@ -66,11 +66,11 @@ export class Store {
     this.changed();
   }
 
-  /** The oldest first: the daemon tells topics by name, and new runs have higher numbers. */
+  /** The oldest first, whenever the page heard of them: new runs have higher numbers. */
   get runs() {
     const found = [];
     for (const [topic, run] of this.topics) if (topic.startsWith('run:')) found.push(run);
-    return found;
+    return found.sort((a, b) => (a.run < b.run ? -1 : 1));
   }
 
   run(id) {
