@@ -147,18 +147,21 @@ Blocks vibration_method(const RecordingSet& set, const VibrationTrainingResult& 
   std::vector<std::string> channels;
   for (const vibro::Channel& c : set.recordings.front().channels)
     channels.push_back(c.name + " " + general(c.rate_hz) + " Hz [" + c.unit + "]");
-  return definitions(
-      {{"data", std::to_string(set.recordings.size()) + " slides over " +
-                    std::to_string(training_result.materials.size()) + " textures, phase M"},
-       {"channels", joined(channels)},
-       {"windows", thousands(best.windows) + " of " + general(best.window_s) + " s, one every " +
-                       general(best.step_s) + " s, " + std::to_string(best.columns) +
-                       " features (WIDE, of which sets are chosen)"},
-       {"split",
-        "each of " + std::to_string(best.groups) + " groups of repetitions left out in turn"},
-       {"learner", "chosen without the group: " + joined(chosen_in_turn(best.result))},
-       {"macro F-score of windows", fixed(best.result.f_score, 3)},
-       {"model", "no model is saved; this page only evaluates"}});
+  return figure(
+      definitions(
+          {{"data", std::to_string(set.recordings.size()) + " slides over " +
+                        std::to_string(training_result.materials.size()) + " textures, phase M"},
+           {"channels", joined(channels)},
+           {"windows", thousands(best.windows) + " of " + general(best.window_s) +
+                           " s, one every " + general(best.step_s) + " s, " +
+                           std::to_string(best.columns) +
+                           " features (WIDE, of which sets are chosen)"},
+           {"split",
+            "each of " + std::to_string(best.groups) + " groups of repetitions left out in turn"},
+           {"learner", "chosen without the group: " + joined(chosen_in_turn(best.result))},
+           {"macro F-score of windows", fixed(best.result.f_score, 3)},
+           {"model", "no model is saved; this page only evaluates"}}),
+      "How the windows were made and asked about.", bench_badge(set.kind));
 }
 
 // Both protocols of "every": pictures, tables, and what the paper had.

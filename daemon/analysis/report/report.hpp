@@ -57,12 +57,8 @@ bool is_complete(const CampaignSummary& run);
 std::string format_incomplete(const CampaignSummary& run);
 
 /// Refuses a run and a data set that disagree on the kind of bench: every figure of a report bears
-/// the word, so it must not be in doubt. All three writers ask first.
+/// the word, so it must not be in doubt. make_report() asks first.
 Status check(const ReportInput& input);
-
-/// report.html and the record that it is drawn from, report.json: a name that ends in .html, the
-/// other beside it. Keys: daemon/analysis/report/README.md. Each is written whole or not at all.
-Status write_report_files(const ReportInput& input, const std::filesystem::path& html);
 
 /// The end of a demo on a terminal: plain text, at most 80 columns, ends with a newline.
 std::string summary_text(const ReportInput& input);

@@ -303,9 +303,4 @@ bool is_report_json(std::string_view text) {
   return has("bench") && has("dataset_sha256") && has("results") && has("cores") && has("machine");
 }
 
-Status write_report_files(const ReportInput& input, const std::filesystem::path& html) {
-  if (Status ok = check(input); !ok) return ok;
-  return write_page(html, report_record(input), report_document(input));
-}
-
 }  // namespace weft::daemon

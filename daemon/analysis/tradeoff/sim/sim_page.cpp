@@ -190,7 +190,8 @@ Blocks facts(const SimSceneResult& scene) {
   if (scene.cycle.frequency_hz > 0)
     out.emplace_back("its stick-slip cycle", fixed(scene.cycle.peak_to_peak_n, 4) + " N at " +
                                                  fixed(scene.cycle.frequency_hz, 2) + " Hz");
-  return definitions(out);
+  return figure(definitions(out), "What was run, and how far its reference is known.",
+                simulated_badge());
 }
 
 Blocks scene_pictures(const SimSceneResult& scene, const std::vector<std::string>& families) {

@@ -143,7 +143,7 @@ inline const Campaign& campaign() {
   return made;
 }
 
-/// report.html and report.json, as write_report_files() writes them.
+/// report.html and report.json, as make_report() makes them.
 inline std::string report_json(const weft::daemon::ReportInput& input) {
   return record_with_page(report_record(input), report_document(input));
 }

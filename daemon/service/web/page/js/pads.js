@@ -20,6 +20,9 @@ export function heat(share) {
   return { fill: `rgb(${rgb.join(' ')})`, ink: 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2] > 130 ? '#000' : '#fff' };
 }
 
+/** Counts above rest at full colour, of the rig as rig.describe has it. */
+export const span_of = (description) => description?.taxel_span_counts ?? usual_span;
+
 /** What is wrong with each pad: 'saturated', 'dead' or nothing. */
 export function faults_of(counts, still) {
   const changing = still.filter((frames) => frames < dead_frames).length;
@@ -48,7 +51,7 @@ export class PadMap {
 
   /** Counts above rest at full colour. */
   get #span() {
-    return this.store.description?.taxel_span_counts ?? usual_span;
+    return span_of(this.store.description);
   }
 
   /** What is shown: raw where that is wanted or nothing rested yet. */

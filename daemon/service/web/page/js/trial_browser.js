@@ -5,7 +5,7 @@ import { button, el, facts, table } from './dom.js';
 import { attempt } from './dialog.js';
 import { fixed, percent, plural, words } from './format.js';
 import { colour, on_theme } from './frame.js';
-import { heat } from './pads.js';
+import { heat, span_of } from './pads.js';
 import { layout } from './pad_layout.js';
 
 const page_trials = 100;
@@ -58,7 +58,7 @@ function chart(box, curves, names, labels, trial) {
 function pad_picture({ mean_S_counts: rest, mean_M_counts: motion }, description) {
   if (!rest?.length || !motion?.length) return el('p', { class: 'quiet' }, 'Without phases S and M, or without pads.');
   const { places, width, height } = layout(rest.length, description?.taxel_shape);
-  const span = description?.taxel_span_counts ?? 1000;
+  const span = span_of(description);
   const ns = 'http://www.w3.org/2000/svg';
   const svg = document.createElementNS(ns, 'svg');
   for (const [name, value] of [['viewBox', `0 0 ${width} ${height}`], ['class', 'trial-pads'], ['role', 'img'], ['aria-label', 'Mean of phase M over that of phase S, pad by pad']]) svg.setAttribute(name, value);
