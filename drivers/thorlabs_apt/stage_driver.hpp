@@ -53,6 +53,11 @@ struct Motion {
   }
 };
 
+/// A reading that was read late, because the host was held up, is up to this much older than its
+/// arrival, and never older than the arrival of the one before. A host held up for longer is ended
+/// by its monitor.
+inline constexpr Duration longest_wait = std::chrono::milliseconds(250);
+
 /// What a stage that is under way does before it turns to another target.
 struct Braking {
   double way = 0;
@@ -167,7 +172,8 @@ class StageDriver final : public DriverBase {
   Bytes out_;
 
   StageReading last_;
-  TimePoint last_at_{};
+  TimePoint last_at_{};     ///< when it arrived
+  TimePoint last_since_{};  ///< and the earliest that it is taken to be from
   bool have_last_ = false;  ///< and the next reading must be near it
   int implausible_ = 0;     ///< readings in a row
   int unwell_ = 0;          ///< readings in a row that show something wrong

@@ -12,7 +12,7 @@ namespace {
 using namespace protocols::apt;
 
 /// Between two readings a stage moves no further than half as fast again as it can, and this [mm or
-/// degrees].
+/// degrees]. A reading may be older than its arrival, see longest_wait.
 constexpr double jump_margin = 0.1;
 constexpr int most_implausible = 3;
 /// So many statuses in a row must show what is wrong with the stage.
@@ -46,7 +46,7 @@ std::string fault_names(std::uint32_t bits) {
 bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
   if (!settings_.check_jumps || !have_last_ || motion_.kind == MotionKind::home) return true;
   const StageModel& model = *settings_.model;
-  const double units = 1.5 * model.max_speed * to_seconds(arrival - last_at_) + jump_margin;
+  const double units = 1.5 * model.max_speed * to_seconds(arrival - last_since_) + jump_margin;
   const auto step = static_cast<double>(
       std::llabs(std::int64_t{reading.position_counts} - last_.position_counts));
   if (step <= units * model.scale.counts_per_unit) {

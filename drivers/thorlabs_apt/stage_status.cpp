@@ -209,6 +209,8 @@ bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
   if (state() == DriverState::closed) return false;
   if (!plausible(reading, arrival) || !believed(reading)) return false;
   last_ = reading;
+  // It was sent after the one before had arrived.
+  last_since_ = have_last_ ? std::max(last_at_, arrival - longest_wait) : arrival;
   last_at_ = arrival;
   have_last_ = motion_.kind != MotionKind::home;  // homing moves the origin
   if (arming_ && !finish_arming(reading)) return false;

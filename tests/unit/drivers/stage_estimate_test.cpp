@@ -1,5 +1,7 @@
 // Which statuses of a stage its driver believes.
 
+#include <cmath>
+
 #include "tests/unit/drivers/stage_bench.hpp"
 
 namespace stage_estimate_test {
@@ -14,6 +16,13 @@ constexpr std::uint32_t fault_bits[] = {0x4000U,     0x8000U,     0x20000U,    0
                                         0x08000000U, 0x40000000U};
 
 const Bytes request_status = hex("80 04 01 00 50 01");
+
+/// After `wait_s`, a status of a stage that moves.
+void receive_at(StageBench& bench, double wait_s, double place_mm) {
+  bench.loop().run_for(wait_s);
+  bench.receive_status(static_cast<std::int32_t>(std::lround(place_mm * 1e-3 * counts_per_m)),
+                       moving_homed);
+}
 
 }  // namespace
 
@@ -69,6 +78,32 @@ TEST_CASE("a stage that has lost its home is believed at the second status, and 
   CHECK_FALSE(bench.last_sample().homed);
   CHECK(bench.driver->command(MoveCommand{0.01, 0.01}).error().code == Errc::wrong_state);
   CHECK(bench.host.faults.empty());
+}
+
+TEST_CASE("three positions in a row that no motion explains are a fault, one is dropped") {
+  StageBench bench = StageBench::lts(R"(, "check_jumps": true)");
+  bench.arm_lts();
+  const auto receive_after_20_ms = [&](double mm) { receive_at(bench, 0.02, mm); };
+  receive_after_20_ms(0.08);
+  receive_after_20_ms(90);  // damaged
+  receive_after_20_ms(0.16);
+  CHECK(bench.host.faults.empty());
+  for (int i = 0; i < 3; ++i) receive_after_20_ms(90);
+  CHECK(bench.fault_code() == Errc::device_data);
+}
+
+TEST_CASE("a host that was held up takes an old reading and the next one for motion, not a jump") {
+  constexpr double speed_mm_s = 30;
+  for (const double held_up_s : {0.12, 0.24, 2.0}) {
+    INFO(held_up_s);
+    StageBench bench = StageBench::lts(R"(, "check_jumps": true)");
+    bench.arm_lts();
+    receive_at(bench, 0.02, speed_mm_s * 0.02);
+    receive_at(bench, held_up_s, speed_mm_s * 0.03);  // sent 10 ms after the one before
+    for (int i = 1; i <= 3; ++i)
+      receive_at(bench, 1e-3, speed_mm_s * (0.02 + held_up_s + 1e-3 * i));
+    CHECK(bench.host.faults.empty() == (held_up_s < 0.25));  // longer: the monitor has ended it
+  }
 }
 
 }  // namespace stage_estimate_test
