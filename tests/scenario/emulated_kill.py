@@ -147,10 +147,11 @@ class Bench:
         """Until rows of the phase are in the file, of a trial that this host began."""
         end = time.time() + LATEST_S
         before = len(self.past)
-        while time.time() < end and process.poll() is None:
-            if len(self.campaign.asked("SELECT id FROM trial")) > before and self.campaign.begun_phase() == phase:
-                return
-            time.sleep(0.02)
+        with self.campaign.one_connection():
+            while time.time() < end and process.poll() is None:
+                if len(self.campaign.asked("SELECT id FROM trial")) > before and self.campaign.begun_phase() == phase:
+                    return
+                time.sleep(0.02)
 
     def begun(self, kill):
         """A host that has got to the moment, and its console's watch; what it said where it ended before."""

@@ -1,4 +1,5 @@
 """What the file of a campaign says whose host was killed: attempts, phases, rows. It is opened as any other program would."""
+import contextlib
 import hashlib
 import json
 import sqlite3
@@ -18,18 +19,40 @@ class Attempt(typing.NamedTuple):
 class Campaign:
     def __init__(self, path):
         self.path = path
+        self.shared = None  # connection of one_connection(), once the file is there
+        self.shares = False
+
+    @contextlib.contextmanager
+    def one_connection(self):
+        """asked() uses one connection in the block: opening one takes longer than a query, and eight benches that poll keep a machine busy."""
+        self.shares = True
+        try:
+            yield
+        finally:
+            self.shares = False
+            if self.shared:
+                self.shared.close()
+            self.shared = None
+
+    def connection(self):
+        return sqlite3.connect(f"file:{self.path}?mode=ro", uri=True, timeout=10)
 
     def asked(self, sql, *values):
         """Rows; none before the file and its tables are there."""
         if not self.path.exists():
             return []
-        with sqlite3.connect(f"file:{self.path}?mode=ro", uri=True, timeout=10) as file:
-            try:
-                return file.execute(sql, values).fetchall()
-            except sqlite3.OperationalError as problem:
-                if "no such table" in str(problem):
-                    return []
-                raise
+        if self.shares and not self.shared:
+            self.shared = self.connection()
+        file = self.shared or self.connection()
+        try:
+            return file.execute(sql, values).fetchall()
+        except sqlite3.OperationalError as problem:
+            if "no such table" in str(problem):
+                return []
+            raise
+        finally:
+            if file is not self.shared:
+                file.close()
 
     def attempts(self):
         found = []
