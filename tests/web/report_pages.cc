@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -17,6 +18,7 @@
 #include "daemon/analysis/tradeoff/measure_vibro.hpp"
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 #include "daemon/pages/document/document.hpp"
+#include "sim/plant/fidelity/table.hpp"
 
 namespace {
 
@@ -54,7 +56,7 @@ classifier::Interval interval(double low, double high) {
   return {low, high, "made up"};
 }
 
-/// Of two labels that differ in one feature.
+/// Of two labels that differ in one feature; with cores, which a table shows.
 const classifier::Evaluation& small_evaluation() {
   static const classifier::Evaluation made = [] {
     classifier::FeatureMatrix matrix;
@@ -69,7 +71,7 @@ const classifier::Evaluation& small_evaluation() {
     }
     const auto splits = classifier::stratified_splits(matrix.labels, 0.5, 1, 1);
     if (!splits) throw std::runtime_error(to_string(splits.error()));
-    auto made_up = classifier::evaluate(matrix, *splits, classifier::Learner::lda, {});
+    auto made_up = classifier::evaluate(matrix, *splits, classifier::Learner::pvalue, {});
     if (!made_up) throw std::runtime_error(to_string(made_up.error()));
     return std::move(*made_up);
   }();
@@ -165,8 +167,23 @@ RepetitionStudy study_of(const Labels& labels) {
   return out;
 }
 
+ExplorationResult result_of(const std::string& exploration, const Labels& labels) {
+  ExplorationResult out;
+  out.exploration = exploration;
+  out.trials = 20 * labels.size();
+  for (const auto reduction :
+       {classifier::Reduction::pvalue, classifier::Reduction::pca, classifier::Reduction::all})
+    out.reductions.push_back({reduction, evaluation_of(labels, 0.93)});
+  out.best = BestResult{evaluation_of(labels, 0.95), 0.06};
+  return out;
+}
+
+/// As the demo's: the whole campaign's figures, two campaigns beside it. Without results, as one of
+/// imprints.
 Document campaign_page(const Labels& labels, const std::string& rig,
-                       nlohmann::ordered_json& record) {
+                       const std::vector<ExplorationResult>& results,
+                       nlohmann::ordered_json& record,
+                       const std::function<void(ReportInput&)>& add) {
   const Dataset set = dataset_of(labels, rig);
   CampaignSummary run;
   run.name = "made-up";
@@ -176,21 +193,36 @@ Document campaign_page(const Labels& labels, const std::string& rig,
   run.wall_s = 4;
   run.time = {2, 1, 0.5, 0.7};
   run.force.add(0.3, 0.25);
-  ExplorationResult result;
-  result.exploration = "M1";
-  result.trials = set.trials.size();
-  for (const auto reduction : {classifier::Reduction::pca, classifier::Reduction::all})
-    result.reductions.push_back({reduction, evaluation_of(labels, 0.93)});
-  const std::vector<ExplorationResult> results{result};
+  const std::vector<CampaignBeside> beside{{"patches", Repeated::patch, 10, results},
+                                           {"pieces", Repeated::piece, 10, results}};
   ReportInput input{run, set, results, "test machine", "abc123"};
-  Headline headline{"M1", "lda", "each group left out", 340, "trials", {0.9, 0.85, 0.94}};
-  headline.labels = labels.size();
-  headline.confusion = confusion_of(labels);
-  headline.confusion_unit = "trials";
-  input.headlines = {headline};
-  input.design.blocks = design_section(study_of(labels));
+  for (const ExplorationResult& result : results) {
+    Headline headline{result.exploration, "lda", "each group left out", 340, "trials",
+                      {0.9, 0.85, 0.94}};
+    headline.labels = labels.size();
+    headline.confusion = confusion_of(labels);
+    headline.confusion_unit = "trials";
+    input.headlines.push_back(std::move(headline));
+  }
+  if (!results.empty()) input.beside = &beside;
+  if (!results.empty()) input.design.blocks = design_section(study_of(labels));
+  if (add) add(input);
   record = report_record(input);
   return report_document(input);
+}
+
+/// What `weft report` adds where it is asked for.
+void add_options(ReportInput& input, const std::string& fidelity_json) {
+  const auto table = sim::parse_fidelity(fidelity_json);
+  if (!table) throw std::runtime_error(to_string(table.error()));
+  input.fidelity = fidelity_section(*table, "L1 3.072 ms").value();
+  input.audit = {{"M1",
+                  "confounded",
+                  {},
+                  {},
+                  StrongestProbe{"pad pattern alone", 0.99, 0.9, 0.01, 1.0, 0.05, true},
+                  199},
+                 {"M2", "cannot_tell", "few", "too few mountings", {}, 199}};
 }
 
 Document evaluation_page(const Labels& labels) {
@@ -222,7 +254,7 @@ classifier::vibro::CrossValidation scores_of(const Labels& labels) {
   return out;
 }
 
-Result<Document> vibration_page(const Labels& labels) {
+Result<Document> vibration_page(const Labels& labels, const std::string& exploration) {
   RecordingSet set;
   set.name = "made-up";
   set.kind = BenchKind::simulated;
@@ -247,7 +279,7 @@ Result<Document> vibration_page(const Labels& labels) {
       training.tradeoff.points.push_back(std::move(point));
     }
   training.tradeoff.honest = classifier::vibro::Protocol::groups;
-  return vibration_document("V1", set, training);
+  return vibration_document(exploration, set, training);
 }
 
 Result<Document> recordings_page(const Labels& labels) {
@@ -407,18 +439,33 @@ bool write(const std::filesystem::path& folder, const std::string& kind, std::si
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
   const std::filesystem::path folder = argv[1];
-  const std::string rig = text_of(std::filesystem::path(argv[2]) / "sim/rigs/bench17.json");
+  const std::filesystem::path root = argv[2];
+  const std::string rig = text_of(root / "sim/rigs/bench17.json");
+  const std::string fidelity = text_of(root / "sim/fidelity.json");
   bool ok = true;
   for (const std::size_t classes : {2U, 3U, 17U, 50U}) {
     const Labels labels = make_labels(classes);
     const auto add = [&](const char* kind, const Result<Document>& page) {
       ok = write(folder, kind, classes, page) && ok;
     };
-    nlohmann::ordered_json record;
-    const Document campaign = campaign_page(labels, rig, record);
-    ok = write(folder, "campaign", classes, campaign, record) && ok;
+    const std::vector<ExplorationResult> results{result_of("M1", labels), result_of("M2", labels)};
+    const auto add_campaign = [&](const char* kind, const std::vector<ExplorationResult>& of,
+                                  const std::function<void(ReportInput&)>& more) {
+      nlohmann::ordered_json record;
+      const Document page = campaign_page(labels, rig, of, record, more);
+      ok = write(folder, kind, classes, page, record) && ok;
+    };
+    add_campaign("campaign", results, {});
+    add_campaign("campaign_options", results,
+                 [&](ReportInput& input) { add_options(input, fidelity); });
+    add_campaign("campaign_imprints", {},
+                 [&](ReportInput& input) { input.documents = {imprint_page(labels)}; });
+    add_campaign("campaign_vibration", results, [&](ReportInput& input) {
+      for (const char* exploration : {"V1", "V2"})
+        input.documents.push_back(vibration_page(labels, exploration).value());
+    });
     add("evaluation", evaluation_page(labels));
-    add("vibration", vibration_page(labels));
+    add("vibration", vibration_page(labels, "V1"));
     add("recordings", recordings_page(labels));
     add("tradeoff", tradeoff_page(labels));
     add("sim", sim_page(labels));

@@ -151,16 +151,30 @@ chart::Cells map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary
   return out;
 }
 
-/// "Best: 91.2 % at speed 5 mm/s, force 1 N".
-std::string verdict_of(const SweepAnalysis& a, const Quantity& quantity) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < a.cells.size(); ++i) {
-    const double value = quantity.of(a, i).value, before = quantity.of(a, best).value;
-    if (quantity.less_is_better ? value < before : value > before) best = i;
+/// The cells with the best value; none where no value is a number.
+std::vector<std::size_t> best_cells(const SweepAnalysis& a, const Quantity& quantity) {
+  std::vector<std::size_t> best;
+  for (std::size_t i = 0; i < a.cells.size(); ++i) {
+    const double value = quantity.of(a, i).value;
+    if (std::isnan(value)) continue;
+    const double before = best.empty() ? value : quantity.of(a, best.front()).value;
+    if (quantity.less_is_better ? value < before : value > before) best.clear();
+    if (best.empty() || value == before) best.push_back(i);
   }
-  return "Best: " + quantity.of(a, best).words + " at " + format_cell(a, best) +
-         "; chosen: " + quantity.of(a, a.choice.chosen).words + " at " +
-         format_cell(a, a.choice.chosen) + ".";
+  return best;
+}
+
+/// "Best: 91.2 % at speed 5 mm/s, force 1 N, and at 2 other cells; chosen: ...".
+std::string verdict_of(const SweepAnalysis& a, const Quantity& quantity) {
+  const std::vector<std::size_t> best = best_cells(a, quantity);
+  std::string out;
+  if (!best.empty())
+    out = "Best: " + quantity.of(a, best.front()).words + " at " + format_cell(a, best.front());
+  if (best.size() > 1)
+    out += ", and at " + std::to_string(best.size() - 1) +
+           (best.size() == 2 ? " other cell" : " other cells");
+  return out + (out.empty() ? "Chosen: " : "; chosen: ") + quantity.of(a, a.choice.chosen).words +
+         " at " + format_cell(a, a.choice.chosen) + ".";
 }
 
 Blocks maps(const SweepAnalysis& a) {

@@ -179,6 +179,15 @@ Blocks misclassified_table(const ImprintTables& tables) {
       bench_badge(tables.bench));
 }
 
+std::string thumbnails_caption(const ImprintTables& tables) {
+  const std::size_t drawn = tables.pictures.tiles.size();
+  return "The first imprint of each object" +
+         (drawn < tables.objects
+              ? ", " + std::to_string(drawn) + " of " + std::to_string(tables.objects) + " objects"
+              : std::string()) +
+         ", its class below; one scale for all, darker where pressed more.";
+}
+
 /// Answers in 1/N by class, over all features and rules that converged.
 Blocks confusion_section(const ImprintTables& tables) {
   const auto& experiments = tables.options.experiments;
@@ -295,9 +304,7 @@ Document tables_document(const ImprintTables& tables) {
                   std::to_string(tables.objects) + " objects in " + std::to_string(tables.classes) +
                   " classes";
   out.result = confusion_section(tables);
-  out.pictures = section("Imprints", figure(picture(tables.pictures),
-                                            "The first imprint of each object, its class below; "
-                                            "one scale for all, darker where pressed more.",
+  out.pictures = section("Imprints", figure(picture(tables.pictures), thumbnails_caption(tables),
                                             bench_badge(tables.bench)));
   Blocks experiments = paragraph(escape(tables_note(tables)));
   for (std::size_t e = 0; e < tables.options.experiments.size(); ++e)

@@ -130,9 +130,10 @@ Blocks accuracy_method(const ReportInput& input);
 Blocks trace_section(const ReportInput& input);
 Blocks repetition_section(const ReportInput& input);
 Blocks core_section(const ReportInput& input);
-Blocks timing_section(const ReportInput& input);
 Blocks audit_section(const ReportInput& input);
 Blocks force_section(const ReportInput& input);
-Blocks wall_time_section(const ReportInput& input);
+/// Both of "How long it takes", folded.
+Blocks timing_details(const ReportInput& input);
+Blocks wall_time_details(const ReportInput& input);
 
 }  // namespace weft::daemon

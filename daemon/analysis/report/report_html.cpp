@@ -278,15 +278,20 @@ Document report_document(const ReportInput& input) {
   out.pictures = trace_section(input) + force_section(input) + input.design.blocks +
                  accuracy_pictures(input) + input.tradeoff;
   out.tables = accuracy_section(input) + repetition_section(input) + audit_section(input) +
-               core_section(input) + timing_section(input) + wall_time_section(input);
+               core_section(input) +
+               section("How long it takes", timing_details(input) + wall_time_details(input));
   if (input.dataset.info.kind == BenchKind::simulated) out.method = simulated_method();
   out.method += fidelity_method(input.run.simulation) + accuracy_method(input) + input.fidelity;
+  const bool several = input.documents.size() > 1;
+  const auto named = [&](const Document& one, const Blocks& blocks) {
+    return several && !blocks.empty() ? details(one.title, blocks) : blocks;
+  };
   for (const Document& one : input.documents) {
     // The headline has the accuracy and the matrix of sound and vibration.
     if (one.kind == "imprints") out.result += one.result;
-    out.pictures += one.pictures;
-    out.tables += one.tables;
-    out.method += one.method;
+    out.pictures += named(one, one.pictures);
+    out.tables += named(one, one.tables);
+    out.method += named(one, one.method);
   }
   out.provenance = certificate_part(input) + provenance_part(input);
   return out;

@@ -372,12 +372,11 @@ Blocks core_section(const ReportInput& input) {
   return section("What tells two fabrics apart", std::move(out));
 }
 
-Blocks timing_section(const ReportInput& input) {
+Blocks timing_details(const ReportInput& input) {
   if (input.results.empty()) return {};
-  return section("How long it takes",
-                 details("Features, training and test",
-                         figure(timing_table(input.results), timing_caption(input.results),
-                                badge_html(input))));
+  return details(
+      "Features, training and test",
+      figure(timing_table(input.results), timing_caption(input.results), badge_html(input)));
 }
 
 }  // namespace weft::daemon

@@ -218,7 +218,7 @@ Blocks force_section(const ReportInput& input) {
   return section("How well the force was held", out);
 }
 
-Blocks wall_time_section(const ReportInput& input) {
+Blocks wall_time_details(const ReportInput& input) {
   const CampaignSummary& run = input.run;
   if (!(run.wall_s > 0)) return {};
   const std::vector<Share> shares = wall_shares(run);
@@ -229,8 +229,8 @@ Blocks wall_time_section(const ReportInput& input) {
          duration(shares[i].seconds), percent(shares[i].seconds / run.wall_s)});
   table.row({"<b>run</b>", "<b>" + duration(run.wall_s) + "</b>", "100"});
   table.row({"export to HDF5, afterwards", duration(run.time.export_s), std::string(no_value)});
-  return section(
-      "Where the wall time went",
+  return details(
+      "The run\u2019s wall time",
       figure(picture(share_chart(shares)) + details("As a table", table.finish()),
              "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
                  duration(run.virtual_s) + " of bench time, " +

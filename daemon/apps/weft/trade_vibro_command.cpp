@@ -85,13 +85,13 @@ TradeoffReport vibro_report(const TradeVibroArgs& args) {
   TradeoffReport out;
   out.title = "Sound and vibration: F-score against time";
   out.command = "trade vibro";
+  out.measure = "macro F-score";
   out.costs = classifier_costs();
   out.costs.back().title = "window [s]";
   out.costs.back().words = "window";
   out.notes = {
-      "Every mark is a learner with a set of features, a window and a source; accuracy is the "
-      "macro "
-      "F-score. Scaling and three principal components are learnt from training windows alone.",
+      "Every mark is a learner with a set of features, a window and a source. Scaling and three "
+      "principal components are learnt from training windows alone.",
       "Each set of recordings has two sections. Windows at random are the paper's protocol: nearly "
       "every sample of a test window is in some training window, so its figures are too good. "
       "Contiguous parts of a recording share no sample; with one recording of each material even "

@@ -17,13 +17,14 @@ constexpr std::array<int, 95> advance{
     576, 775, 752, 295, 295, 656, 558, 863, 749, 788, 604, 788, 695, 635,  611, 732, 685, 989, 686,
     611, 686, 391, 337, 391, 838, 500, 500, 613, 635, 550, 635, 616, 353,  635, 634, 278, 278, 580,
     278, 975, 634, 612, 635, 635, 412, 521, 393, 634, 592, 818, 592, 592,  525, 637, 337, 637, 838};
-constexpr double bold_factor = 1.16, ascent = 0.95, descent = 0.25;
+constexpr double bold_factor = 1.26, ascent = 0.95, descent = 0.25;
 constexpr std::string_view ellipsis = "\u2026";
 
 double character_width(std::string_view character) {
   const auto byte = static_cast<unsigned char>(character.front());
   if (byte >= ' ' && byte <= '~') return advance.at(byte - ' ') / 1000.0;
-  return character.size() <= 2 ? 0.85 : 1.05;  // Latin, Greek and Cyrillic; symbols, ideographs
+  if (character.size() <= 2) return 1.1;       // Latin, Greek and Cyrillic: "\u0429", "\u0152"
+  return character.size() == 3 ? 1.05 : 1.35;  // symbols and ideographs; pictographs
 }
 
 std::vector<std::string_view> split_characters(std::string_view text) {
