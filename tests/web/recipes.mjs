@@ -47,6 +47,34 @@ async function edit(daemon, page) {
   await says(page, '#edit-checked', /finds nothing wrong/);
 }
 
+const text_of_editor = (page) => page.evaluate(() => document.querySelector('#edit-json .CodeMirror').CodeMirror.getValue());
+
+/** What is not saved is not lost, and a recipe with an open parameter is checked and saved with a value for it. */
+async function edit_another(daemon, page) {
+  await page.fill('#recipe-repetitions', '7');
+  await page.press('#recipe-repetitions', 'Tab');
+  await says(page, '#edit-buttons', /Save/);
+  await page.evaluate(() => { location.hash = '#edit/open_force'; });
+  await page.click('dialog button:text-is("Go back")');
+  assert.match(await text_of_editor(page), /"repetitions": 7/);
+  assert.match(page.url(), /#edit\/plain$/);
+  await page.evaluate(() => { location.hash = '#edit/open_force'; });
+  await page.click('dialog button:text-is("Drop the changes")');
+  await says(page, '#edit-title', /open_force/);
+  await says(page, '#edit-checked', /refuses/);
+  await page.fill('#edit-parameter-force_N', '4');
+  await page.press('#edit-parameter-force_N', 'Tab');
+  await says(page, '#edit-checked', /finds nothing wrong/);
+  await page.fill('#recipe-repetitions', '2');
+  await page.press('#recipe-repetitions', 'Tab');
+  await page.click('#edit-buttons button:text-is("Save"):not([disabled])');
+  await page.waitForFunction(() => /open_force is saved/.test(document.querySelector('#notes').innerText));
+  assert.equal(JSON.parse(readFileSync(join(daemon.folder, 'recipes/open_force.json'), 'utf8')).repetitions, 2);
+  // the keyboard stays where it was when fields come and go
+  await page.selectOption('#recipe-add', 'mount_timeout_s');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'recipe-mount_timeout_s');
+}
+
 await with_daemon(async (daemon, open) => {
   const page = await open(daemon.link(daemon.http, '--role', 'engineer'));
   await connected(page);
@@ -55,6 +83,7 @@ await with_daemon(async (daemon, open) => {
   await page.check('input[value=plain]');
   await says(page, '#checked', /data\s*[\d.]+ [kM]B; [\d.]+ MB must be free on the disk/);
   await edit(daemon, page);
+  await edit_another(daemon, page);
 
   // on a phone the answer comes into view
   const small = await open(daemon.link(), { viewport: phone });

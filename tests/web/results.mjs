@@ -34,7 +34,9 @@ await with_daemon(async (daemon, open) => {
   assert.equal(await page.locator('#run-body table.confusion tbody tr').count(), 2);
   const right = `${(100 * told.accuracy).toFixed(1)} %`;
   await says(page, '#run-head', new RegExp(`M1: ${right.replace('.', '\\.')} right`));
-  await page.click('#run-body button:has-text("Shares")');
+  await page.focus('#run-body button:has-text("Shares")');
+  await page.keyboard.press('Enter');
+  assert.equal(await page.evaluate(() => document.activeElement.textContent), 'Shares', 'the keyboard stays on the button');
   await says(page, '#run-body table.confusion', /%/);
 
   // one number for one thing
@@ -73,10 +75,31 @@ await with_daemon(async (daemon, open) => {
   await see(page, 'archive');
   await says(page, '#archive-list', /R-000002.*R-000001/);
   await page.fill('#archive-filter', 'clamp');
-  await says(page, '#archive-list', /1 of 1 campaign/);
+  await says(page, '#archive-list', /1 campaign/);
   await says(page, '#archive-list', /R-000001.*new sensor/);
   await page.fill('#archive-filter', '');
   await says(page, '#archive-list', /R-000002/);
+
+  // page by page: the daemon is asked for one at a time
+  const tiny = await open(daemon.link(), { before: (made) => made.route('**/rpc', (route) =>
+    route.continue({ postData: route.request().postData().replace('"most":100,', '"most":1,') })) });
+  await connected(tiny);
+  await see(tiny, 'archive');
+  await tiny.click('#archive-list button:text-is("More")');
+  await says(tiny, '#archive-list', /R-000002.*R-000001.*2 campaigns/);
+  await tiny.waitForSelector('#archive-list button:text-is("More")', { state: 'detached' });
+
+  // evaluated again, while a note is being typed
+  await page.click('#archive-list a:has-text("R-000001")');
+  await says(page, '#run-body', /Evaluate again/);
+  await page.fill('#run-note', 'the clamp was loose, and the lamp');
+  await page.evaluate(() => document.querySelector('#run-body [data-key=evaluate]').click()); // the field keeps the focus
+  await says(page, '#run-head', /evaluation waits|being evaluated/);
+  daemon.call('run.wait', { run: 'R-000001', hand_over: true });
+  await says(page, '#run-head', new RegExp(`M1: ${right.replace('.', '\\.')} right`));
+  await page.waitForTimeout(500);
+  assert.equal(await page.inputValue('#run-note'), 'the clamp was loose, and the lamp');
+  await see(page, 'archive');
 
   // two of them
   for (const run of ['R-000001', 'R-000002']) await page.check(`#archive-list [data-key="tick-${run}"]`);
@@ -84,6 +107,15 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#compare-body', /recipe\s*plain\s*small\s*≠ differs/);
   await says(page, '#compare-body', /bench\s*simulated\s*simulated\s*same/);
   assert.equal(await page.locator('#compare-body table.confusion').count(), 2);
+
+  // the tutorial's first campaign: nothing but the page after it was started
+  daemon.weft('start', 'first', '--wait');
+  daemon.call('run.wait', { run: 'R-000003', hand_over: true });
+  const anew = await open(daemon.link());
+  await connected(anew);
+  assert.ok(await count_clicks(anew) <= 3);
+  await says(anew, '#run-head', /R-000003 · first/);
+  assert.equal(await anew.locator('#run-body table.confusion tbody tr').count(), 3);
 
   // and on a phone, where the run just ended
   const small = await open(daemon.link(), { viewport: phone, colorScheme: 'dark' });

@@ -18,10 +18,19 @@ export function recipe(fields) {
   return { ...library, ...fields };
 }
 
+/** The library's M1 with another force in its phases. */
+function with_force(force_N) {
+  const { M1 } = recipe({}).explorations;
+  return { M1: { ...M1, phases: M1.phases.map((phase) => ('force_N' in phase ? { ...phase, force_N } : phase)) } };
+}
+
 export const recipes = {
   plain: recipe({ name: 'plain', description: 'Two fabrics, four times each.', fabrics: ['denim', 'silk'], repetitions: 4 }), // nothing said of an evaluation
   small: recipe({ name: 'small', fabrics: ['denim', 'silk'], repetitions: 4, hand_over: { from: 'taxels', learner: 'svc', groups: 2 } }),
+  first: JSON.parse(readFileSync(join(ROOT, 'recipes/library/first.json'), 'utf8')), // the tutorial's
   broken: recipe({ name: 'broken', fabrics: ['denim', 'tweed'] }),
+  open_force: recipe({ name: 'open_force', fabrics: ['denim', 'silk'], repetitions: 1, parameters: { force_N: { type: 'number', unit: 'N', min: 1, max: 8 } },
+    explorations: with_force({ parameter: 'force_N' }) }),
   people: recipe({ name: 'people', fabrics: ['denim', 'silk'], repetitions: 1,
     operator_steps: [{ before: 'fabric', text: 'Mount {fabric}, smooth it, close the clamps', people_s: 60 }] }),
 };

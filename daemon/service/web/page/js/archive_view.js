@@ -1,15 +1,17 @@
-// Past campaigns: how each ended and what accuracy it reached; searched by the daemon, so that old ones are found too.
-// Two that are ticked are compared.
-import { byId, el, fill } from './dom.js';
+// Past campaigns: how each ended and what accuracy it reached; listed and searched by the daemon page by page, so that old
+// ones are found too. Two that are ticked are compared.
+import { byId, button, el, fill } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, plural, words } from './format.js';
 import { accuracy_text, badge_of, no_accuracy_text, past } from './results.js';
 
-const most_listed = 200;
+const page_runs = 100;
 const search_wait_ms = 300;
 
 export class ArchiveView {
-  #found = null; // ids of a search; null: all that the page knows
+  #listed = new Map(); // by id, as run.list told; the newest page first
+  #next = null; // where the next page begins
+  #search = '';
   #ticked = [];
   #timer = 0;
 
@@ -18,34 +20,42 @@ export class ArchiveView {
     this.store = store;
     byId('archive-filter').addEventListener('input', () => {
       clearTimeout(this.#timer);
-      this.#timer = setTimeout(() => this.#search(), search_wait_ms);
+      this.#timer = setTimeout(() => this.#ask(), search_wait_ms);
     });
     store.on_change(() => { if (!byId('view-archive').hidden) this.#show(); });
   }
 
   refresh() {
     this.#show();
+    return this.#ask();
   }
 
-  async #search() {
+  /** The first page, or the next where `from` says where it begins. */
+  async #ask(from) {
     const search = byId('archive-filter').value.trim();
-    if (search === '') {
-      this.#found = null;
-      return this.#show();
-    }
-    const told = await attempt(() => this.api.call('run.list', { search, most: most_listed, order: 'newest' }));
+    const asked = { most: page_runs, order: 'newest', ...(search ? { search } : {}), ...(from ? { from } : {}) };
+    const told = await attempt(() => this.api.call('run.list', asked));
     if (!told || byId('archive-filter').value.trim() !== search) return;
-    this.#found = told.runs.map((run) => run.run);
-    this.store.take_runs(told.runs.filter((run) => !this.store.run(run.run)));
+    if (!from) this.#listed.clear();
+    for (const run of told.runs) this.#listed.set(run.run, run);
+    this.#next = told.next;
+    this.#search = search;
     this.#show();
   }
 
+  /** As the stream tells them, which is newer; without a search also those that have begun since. */
+  #runs() {
+    const newest = this.#listed.keys().next().value ?? '';
+    const since = this.#search === '' ? this.store.runs.map(({ run }) => run).filter((id) => id > newest) : [];
+    return [...this.#listed.keys(), ...since].sort().reverse().map((id) => this.store.run(id) ?? this.#listed.get(id)).filter((run) => past.has(run.state));
+  }
+
   #show() {
-    const all = this.#found === null ? [...this.store.runs].sort((a, b) => (a.run < b.run ? 1 : -1)) : this.#found.map((id) => this.store.run(id));
-    const found = all.filter((run) => run && past.has(run.state));
-    const shown = found.slice(0, most_listed);
-    fill(byId('archive-list'), [this.#ticked, shown.map((run) => [run.run, run.name, run.outcome, run.state, run.handover?.state, run.result, run.tags])], () => [
-      this.#table(shown), el('p', { class: 'quiet' }, found.length === 0 ? 'No such campaign has ended.' : `${shown.length} of ${plural(found.length, 'campaign')}`)]);
+    const shown = this.#runs();
+    fill(byId('archive-list'), [this.#ticked, this.#next, shown.map((run) => [run.run, run.name, run.outcome, run.state, run.handover?.state, run.result, run.tags])], () => [
+      this.#table(shown),
+      el('p', { class: 'row' }, el('span', { class: 'quiet' }, shown.length === 0 ? 'No such campaign has ended.' : plural(shown.length, 'campaign')),
+        this.#next === null ? null : button('More', () => this.#ask(this.#next), { 'data-key': 'more' }))]);
     const [a, b] = this.#ticked;
     fill(byId('archive-compare'), this.#ticked, () => (b ? el('a', { href: `#compare/${a}/${b}` }, `Compare ${a} and ${b}`) : el('span', { class: 'quiet' }, 'Tick two to compare them.')));
   }

@@ -1,6 +1,6 @@
 // A confusion matrix as a table: rows are what it was, columns what it was taken for; shares of the row also by lightness.
 // Cells are of one size however many labels there are; a long label is cut in its middle and whole in its title.
-import { button, el } from './dom.js';
+import { button, el, fill } from './dom.js';
 import { percent } from './format.js';
 
 const darkest = 9;
@@ -50,11 +50,11 @@ export function matrix(title, labels, counts) {
   const head = (at, scope) => el('th', { scope, title: labels[at] }, el('span', {}, short_label(labels[at])));
   function show() {
     const order = sorted ? by_error(counts) : counts.map((_, at) => at);
-    box.replaceChildren(
+    fill(box, [shares, sorted], () => [
       el('p', { class: 'row' }, toggle('Shares', () => shares, () => { shares = !shares; }), toggle('Most errors first', () => sorted, () => { sorted = !sorted; })),
       el('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': title }, el('table', { class: 'confusion' },
         el('thead', {}, el('tr', {}, el('td', {}), order.map((at) => head(at, 'col')))),
-        el('tbody', {}, order.map((at) => el('tr', {}, head(at, 'row'), order.map((to) => cell(counts[at], at, to))))))));
+        el('tbody', {}, order.map((at) => el('tr', {}, head(at, 'row'), order.map((to) => cell(counts[at], at, to)))))))]);
   }
   show();
   return el('figure', {}, el('figcaption', {}, el('strong', {}, title), el('br'), `A row is what it was, a column what it was taken for. ${worst_of(labels, counts)}`), box);

@@ -3,6 +3,7 @@
 import { byId, button, el, fill } from './dom.js';
 import { ask, attempt, note } from './dialog.js';
 import { answer, diagnostics } from './checker.js';
+import { parameter_fields, typed_parameters } from './parameter_fields.js';
 import { SchemaForm } from './schema_form.js';
 
 const wait_ms = 500; // after the last key
@@ -46,7 +47,10 @@ export class RecipeEditor {
   }
 
   async open(recipe) {
-    if (recipe === this.#recipe && this.#unsaved) return; // back from a look elsewhere
+    if (this.#unsaved && (recipe === this.#recipe || !(await this.#may_drop()))) { // back from a look elsewhere
+      history.replaceState(null, '', `#edit/${this.#recipe}`);
+      return;
+    }
     const got = await attempt(async () => {
       await load_library();
       return Promise.all([this.api.call('recipe.get', { recipe }), this.api.call('recipe.schema')]);
@@ -61,6 +65,11 @@ export class RecipeEditor {
     this.#begin_editor();
     this.#editor.setValue(text);
     this.#editor.clearHistory();
+  }
+
+  async #may_drop() {
+    const answered = await ask({ title: `${this.#recipe} has changes that are not saved`, text: 'To edit another recipe drops them. Go back to save them first.', act: 'Drop the changes', danger: true });
+    return answered !== null;
   }
 
   #begin_editor() {
@@ -95,9 +104,24 @@ export class RecipeEditor {
 
   #check_soon() {
     this.#ok = false;
+    this.#parameters();
     this.#buttons();
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#check(), wait_ms);
+  }
+
+  /** What the recipe leaves open is asked for here: it is checked and saved with these values. */
+  #parameters() {
+    const declared = this.#content?.parameters;
+    if (!declared) return;
+    const open = Object.fromEntries(Object.entries(declared).filter(([, one]) => one !== null && typeof one === 'object' && one.default === undefined));
+    fill(byId('edit-parameters'), open, () => [
+      Object.keys(open).length ? el('p', { class: 'quiet' }, 'Parameters without a default. Values to check the recipe with; they are not saved:') : null,
+      ...parameter_fields(open, 'edit-parameter', () => this.#check_soon())].filter(Boolean));
+  }
+
+  get #typed() {
+    return typed_parameters(byId('edit-parameters'));
   }
 
   async #check() {
@@ -109,7 +133,7 @@ export class RecipeEditor {
       return box.replaceChildren(diagnostics('Problems', 'problem', [{ where: '', message: 'this is no JSON object', hint: this.#json_error() }]));
     }
     this.#editor.getWrapperElement().classList.remove('broken');
-    const report = await attempt(() => this.api.call('recipe.check', { recipe: this.#recipe, content }));
+    const report = await attempt(() => this.api.call('recipe.check', { recipe: this.#recipe, content, ...this.#typed }));
     if (turn !== this.#turn || !report) return;
     this.#ok = report.ok;
     box.replaceChildren(...answer(report, null, this.store.description));
@@ -143,7 +167,7 @@ export class RecipeEditor {
 
   async #save(recipe, more) {
     const text = this.#editor.getValue();
-    const saved = await attempt(() => this.api.change('recipe.put', { recipe, text, ...more }));
+    const saved = await attempt(() => this.api.change('recipe.put', { recipe, text, ...this.#typed, ...more }));
     if (!saved) return;
     note(`Recipe ${recipe} is saved.`);
     this.#saved = text;

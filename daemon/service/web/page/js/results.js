@@ -20,7 +20,8 @@ export function accuracy_text({ result }) {
 export function no_accuracy_text({ handover, state, outcome }) {
   if (!past.has(state)) return '';
   if (!handover) return outcome === 'complete' ? 'not evaluated' : 'not complete: not evaluated';
-  return { waiting: 'evaluation waits', running: 'being evaluated …', failed: 'evaluation failed', cancelled: 'evaluation cancelled', done: 'no accuracy' }[handover.state] ?? handover.state;
+  const texts = { waiting: 'evaluation waits', running: 'being evaluated …', failed: 'evaluation failed', cancelled: 'evaluation cancelled', done: 'evaluated, no accuracy on record' };
+  return texts[handover.state] ?? handover.state;
 }
 
 /** A line of each accuracy with what data it is of, its interval and how it was tested. */

@@ -12,6 +12,10 @@ import { TrialBrowser } from './trial_browser.js';
 const tabs = [['overview', 'Overview'], ['matrix', 'Confusion matrix'], ['report', 'Report'], ['model', 'Model'], ['trials', 'Trials'], ['files', 'Files']];
 const streams = ['taxels', 'wrench', 'stages', 'acceleration', 'sound'];
 
+function evaluation_error({ handover }) {
+  return handover?.error ? el('p', { class: 'problem' }, `${words(handover.state)}: ${handover.error}`) : null;
+}
+
 function matrix_of(name, one) {
   const found = confusion_of(one);
   return found && matrix(name, found.labels, found.counts);
@@ -62,16 +66,28 @@ export class RunView {
     const before = byId('run-head').dataset.from;
     fill(byId('run-head'), [run.run, run.recipe, run.name, run.bench, run.result, run.handover?.state, run.handover?.step, run.state], () => [
       el('h2', {}, `${run.run} · ${run.recipe}${run.name ? ` · ${run.name}` : ''} `, run.result?.length ? '' : badge_of(run)),
-      ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'headline quiet' }, no_accuracy_text(run))])]);
+      ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'headline quiet' }, no_accuracy_text(run))]), evaluation_error(run)].filter(Boolean));
     if (before && before !== byId('run-head').dataset.from && run.handover?.state === 'done' && this.#shown_state !== 'done') this.#again();
     this.#shown_state = run.handover?.state;
   }
 
   #shown_state = '';
 
-  #again() {
+  /** What is being typed stays. */
+  async #again() {
+    const turn = ++this.#turn;
     this.#listed = null;
-    this.open(this.#id, this.#tab);
+    const parts = await this.#parts();
+    if (turn !== this.#turn) return;
+    const typed = ['run-tags', 'run-note'].map((id) => byId(id)).filter(Boolean);
+    const focused = document.activeElement?.id;
+    byId('run-body').replaceChildren(...parts);
+    for (const { id, value, selectionStart, selectionEnd } of typed) {
+      const field = byId(id);
+      field.value = value;
+      if (id === focused) field.focus();
+      if (id === focused) field.setSelectionRange(selectionStart, selectionEnd);
+    }
   }
 
   #links() {
@@ -107,8 +123,14 @@ export class RunView {
       ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ...later_facts(run),
       ['data set', el('code', { class: 'digest' }, run.campaign_since?.dataset_sha256 ?? run.dataset_sha256 ?? 'none')]];
     return [el('div', { class: 'two even' },
-      el('div', {}, three_facts(run), facts(rows), ...problems(run), el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(), { 'data-key': 'verify' }))),
+      el('div', {}, three_facts(run), facts(rows), ...problems(run), el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(), { 'data-key': 'verify' }), this.#evaluate_button(run))),
       this.#notes(run)), ...(await this.#matrices(false))];
+  }
+
+  /** Where its evaluation failed or was cancelled, or is from before accuracies were put on record. */
+  #evaluate_button({ handover }) {
+    const again = handover && !['waiting', 'running'].includes(handover.state) && this.store.may_operate && this.store.live;
+    return again ? button('Evaluate again', () => attempt(() => this.api.change('handover.start', { run: this.#id }), 'It is in line to be evaluated.'), { 'data-key': 'evaluate' }) : null;
   }
 
   /** Tags and a note, for whoever looks for this run. */

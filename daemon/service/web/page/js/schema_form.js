@@ -65,20 +65,26 @@ export class SchemaForm {
     this.changed(structuredClone(this.document));
   }
 
+  /** After a change of the fields themselves: what has the focus then is `wanted`, by its id. */
+  #show_again(wanted) {
+    this.#tell();
+    this.show(this.document);
+    this.box.querySelector(`#${CSS.escape(wanted)}`)?.focus();
+  }
+
   #object(schema, object, path) {
     const known = schema.properties ?? {};
     const open = (name) => known[name] ?? (is_object(schema.additionalProperties) ? schema.additionalProperties : undefined);
     const fields = Object.keys(object).filter((name) => name !== '$schema').map((name) => this.#field(open(name), object, name, `${path}-${name}`));
     const rest = Object.keys(known).filter((name) => !(name in object) && name !== '$schema' && name !== 'bound_parameters');
-    return [...fields, rest.length ? this.#add(schema, object, rest) : null].filter(Boolean);
+    return [...fields, rest.length ? this.#add(schema, object, rest, path) : null].filter(Boolean);
   }
 
-  #add(schema, object, names) {
-    const select = el('select', { 'aria-label': 'What to add' }, el('option', { value: '' }, 'add …'), names.map((name) => el('option', { value: name }, name)));
+  #add(schema, object, names, path) {
+    const select = el('select', { 'aria-label': 'What to add', id: `${path}-add` }, el('option', { value: '' }, 'add …'), names.map((name) => el('option', { value: name }, name)));
     select.addEventListener('change', () => {
       object[select.value] = first_value(schema.properties[select.value], this.schema);
-      this.#tell();
-      this.show(this.document);
+      this.#show_again(`${path}-${select.value}`);
     });
     return el('p', {}, select);
   }
@@ -88,15 +94,15 @@ export class SchemaForm {
     const known = resolve(schema, this.schema, value);
     const hint = known.description ?? '';
     if (is_text_list(known, this.schema) && Array.isArray(value)) return this.#text_list(holder, name, path, hint);
-    if (Array.isArray(value)) return this.#group(name, hint, value.flatMap((_, at) => [this.#field(item_schema(known, at, value.length), value, at, `${path}-${at}`)]));
-    if (is_object(value) && !value.parameter) return this.#group(known.title ?? name, hint, this.#object(known, value, path), () => { delete holder[name]; });
+    if (Array.isArray(value)) return this.#group(name, hint, path, value.flatMap((_, at) => [this.#field(item_schema(known, at, value.length), value, at, `${path}-${at}`)]));
+    if (is_object(value) && !value.parameter) return this.#group(known.title ?? name, hint, path, this.#object(known, value, path), () => { delete holder[name]; });
     if (is_object(value)) return el('p', { class: 'quiet' }, `${name}: the parameter ${value.parameter}`);
     return this.#scalar(known, holder, name, path, hint);
   }
 
-  #group(title, hint, fields, remove) {
-    const drop = remove && button('remove', () => { remove(); this.#tell(); this.show(this.document); }, { class: 'plain link', 'aria-label': `Remove ${title}` });
-    return el('details', { open: '' }, el('summary', {}, el('strong', {}, String(title)), ' ', el('span', { class: 'quiet' }, hint)), el('div', { class: 'inset' }, fields), drop);
+  #group(title, hint, path, fields, remove) {
+    const drop = remove && button('remove', () => { remove(); this.#show_again(`${path.slice(0, path.lastIndexOf('-'))}-add`); }, { class: 'plain link', 'aria-label': `Remove ${title}` });
+    return el('details', { open: '' }, el('summary', { id: path }, el('strong', {}, String(title)), ' ', el('span', { class: 'quiet' }, hint)), el('div', { class: 'inset' }, fields), drop);
   }
 
   #labelled(name, path, hint, input) {

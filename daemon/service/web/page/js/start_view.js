@@ -2,6 +2,7 @@
 // the rig cannot run stand apart, each with the checker's first reason.
 import { byId, button, el, fill } from './dom.js';
 import { attempt, note } from './dialog.js';
+import { parameter_fields, typed_parameters } from './parameter_fields.js';
 import { answer } from './checker.js';
 
 export class StartView {
@@ -54,7 +55,7 @@ export class StartView {
     const { recipes, recipe_descriptions: descriptions = {} } = this.store;
     const fits = recipes.map((name) => this.#fit.get(name));
     fill(byId('recipes'), [recipes, descriptions, fits], () => this.#groups(recipes, descriptions));
-    fill(byId('parameters'), [this.#recipe, this.store.recipe_parameters?.[this.#recipe]], () => this.#parameter_fields());
+    fill(byId('parameters'), [this.#recipe, this.store.recipe_parameters?.[this.#recipe]], () => parameter_fields(this.store.recipe_parameters?.[this.#recipe], 'parameter', () => this.look()));
     const may = this.store.may_operate && this.store.live && !this.lease.others;
     fill(byId('start-buttons'), [may, this.#check?.report?.ok, this.#check?.recipe, this.store.me?.role], () => this.#buttons(may));
   }
@@ -74,29 +75,6 @@ export class StartView {
         fit && !fit.ok ? el('span', { class: 'problem' }, el('br'), `✗ ${fit.why}`) : null));
   }
 
-  #parameter_fields() {
-    return Object.entries(this.store.recipe_parameters?.[this.#recipe] ?? {}).map(([name, { type, default: usual, min, max }]) => {
-      const id = `parameter-${name}`;
-      const shared = { id, 'data-name': name, 'data-type': Array.isArray(type) ? 'text' : type, onchange: () => this.look() };
-      const range = { ...(min === undefined ? {} : { min }), ...(max === undefined ? {} : { max }) };
-      const input = Array.isArray(type) ? el('select', shared, type.map((one) => el('option', { value: one, ...(one === usual ? { selected: '' } : {}) }, one)))
-        : type === 'flag' ? el('input', { ...shared, type: 'checkbox', ...(usual ? { checked: '' } : {}) })
-          : el('input', { ...shared, type: type === 'text' ? 'text' : 'number', step: type === 'integer' ? 1 : 'any', value: usual ?? '', ...range });
-      return el('p', { class: 'field' }, el('label', { for: id }, name), input);
-    });
-  }
-
-  /** Only what was typed: what is left empty keeps its default. */
-  get #parameters() {
-    const typed = {};
-    for (const input of byId('parameters').querySelectorAll('[data-name]')) {
-      const { name, type } = input.dataset;
-      if (type === 'flag') typed[name] = input.checked;
-      else if (input.value !== '') typed[name] = type === 'text' ? input.value : Number(input.value);
-    }
-    return Object.keys(typed).length ? { parameters: typed } : {};
-  }
-
   get #seed() {
     const typed = byId('seed').value;
     return typed === '' ? {} : { seed: Number(typed) };
@@ -110,7 +88,7 @@ export class StartView {
     byId('checked').replaceChildren(el('p', { class: 'quiet' }, `Checking ${this.#recipe} …`));
     this.#show();
     this.store.changed();
-    const asked = { recipe: this.#recipe, ...this.#seed, ...this.#parameters };
+    const asked = { recipe: this.#recipe, ...this.#seed, ...typed_parameters(byId('parameters')) };
     if (go_there && byId('h-checked').getBoundingClientRect().top > innerHeight / 2) byId('checked-panel').scrollIntoView({ block: 'start' });
     const report = await attempt(() => this.api.call('recipe.check', asked));
     const plan = report?.ok ? await attempt(() => this.api.call('recipe.plan', { ...asked, most: 1 })) : null;

@@ -96,7 +96,10 @@ export class TrialBrowser {
 
   async #page(from, before) {
     const told = await attempt(() => this.api.call('data.trials', { run: this.run, from, most: page_trials }, { patience_ms: 120000 }));
-    if (!told) return;
+    if (!told) {
+      if (from === 0) this.list.replaceChildren(el('p', { class: 'problem' }, 'The trials of this run cannot be read.'));
+      return;
+    }
     const trials = [...before, ...told.trials];
     const rows = trials.map((one) => [button(one.label, () => this.#choose(one), { class: 'plain link', 'data-key': one.trial }), `${one.exploration} ${one.repetition}`,
       el('span', { class: `fact outcome-${one.outcome}`, title: one.reason ?? '' }, words(one.outcome)), mN(one.force_rms_error_N), mN(one.force_worst_error_N), share(one.force_in_band_share), String(one.lost_frames)]);
