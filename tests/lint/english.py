@@ -1,0 +1,237 @@
+#!/usr/bin/env python3
+"""Fails on retired phrases in comments and documentation, and on pages of long sentences: docs/reference/glossary.md has the terms.
+
+    english.py ROOT [PATH ...]    checks the parts of ENFORCED, or the files and folders below PATH whole
+    english.py --report ROOT      counts findings by folder, and the sentence length of each page; exit status 0
+    english.py --selftest         checks that the checker refuses what it must refuse
+
+Retired are the phrases of PHRASES, two openings of a sentence, and each phrase of several words in the third column of the glossary
+that has no bracket. Code, file keys in backquotes and quotations in double quotes do not count.
+"""
+import io
+import pathlib
+import re
+import statistics
+import sys
+import tokenize
+
+# Parts of a tree that are clean and stay so: (kind, folder or file). The list grows until it holds everything.
+ENFORCED = []
+MOST_WORDS = 20  # mean of a page's sentences
+CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
+PHRASES = {  # pattern -> what is used instead
+    r"befall(?:s|en)?|befell": "happens to, is injected", r"suffer(?:s|ed|ing)?": "has, is exposed to",
+    r"hear(?:s|d|ing)?": "receives, is notified", r"foretold|foretells?": "forecast",
+    r"(?:tell|tells|told|telling)(?!\s(?:\S+\s){0,3}apart)": "reports, shows, states", r"(?:say|says|said|saying)": "states, reports",
+    r"go(?:es|ing)? on with|gone on with|went on with": "resumes, continues", r"stands(?! for)": "is",
+    r"somebody|nobody": "a person, no user, no one", r"whose": "with its, of which", r"so many": "the number of",
+    r"so long(?! as)": "the duration of", r"likewise": "also, the same", r"by now": "now", r"no more(?! than)": "no longer",
+    r"told right": "accurate", r"taken for": "predicted as", r"in line(?! \d| with)": "in the queue", r"is wanted": "is requested",
+}
+OPENINGS = {r"Of\s": "name the thing", r"(?:What|Whatever|Who|Whoever|Whom)\s[^?]*$": "a noun as the subject"}
+# Phrases of the glossary's third column that are plain English in another sense.
+PLAIN = {"guard trips on", "by then", "of the whole", "room's driver", "come down", "asked about", "good for"}
+COMMENT = re.compile(r'(?P<comment>//[^\n]*|/\*.*?\*/)|(?:u8|[uUL])?R"([^()\\\s]{0,16})\(.*?\)\2"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|`(?:\\.|[^`\\])*`',
+                     re.S)
+QUOTED = re.compile(r'`[^`\n]*`|"[^"\n]*"|\u201c[^\u201d]*\u201d|https?://\S+')
+SENTENCE_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z\"(\[`*\u201c])")
+
+
+def glossary_phrases(text):
+    """Phrases of several words that are retired in every sense."""
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("|")]
+    out = {}
+    for term, _, third, _ in (row for row in rows if len(row) == 4):
+        for phrase in (part.strip() for part in re.split(r",| / ", re.sub(r"([^,]*?)\([^)]*\)", "", third))):
+            if re.fullmatch(r"[a-z][a-z' ]*[a-z]", phrase) and " " in phrase and phrase not in PLAIN:
+                out[re.escape(phrase)] = term
+    return out
+
+
+def join_comments(pieces):
+    """Comment lines that follow each other as one text: [(line, text)] -> [(line of each word's line, text)]."""
+    blocks = []
+    for line, text in pieces:
+        if blocks and line == blocks[-1][-1][0] + 1:
+            blocks[-1].append((line, text))
+        else:
+            blocks.append([(line, text)])
+    return blocks
+
+
+def c_comments(text):
+    out = []
+    for found in COMMENT.finditer(text):
+        if not found["comment"]:
+            continue
+        line = text.count("\n", 0, found.start()) + 1
+        alone = text[text.rfind("\n", 0, found.start()) + 1:found.start()].strip() == ""
+        body = re.sub(r"^\s*(?://[/!]?<?|/\*\*?|\*/|\*)|\*/$", "", found["comment"], flags=re.M)
+        out += [(line + at, one.strip() if alone or at else "\0" + one.strip()) for at, one in enumerate(body.split("\n"))]
+    return out
+
+
+def python_comments(text):
+    out = []
+    try:
+        tokens = list(tokenize.generate_tokens(io.StringIO(text).readline))
+    except (tokenize.TokenError, IndentationError, SyntaxError):
+        return out
+    before = None
+    for token in tokens:
+        if token.type == tokenize.COMMENT and not token.string.startswith("#!"):
+            out.append((token.start[0], token.string.lstrip("# ")))
+        elif token.type == tokenize.STRING and before in (None, tokenize.NEWLINE, tokenize.INDENT, tokenize.NL) and token.string.startswith('"""'):
+            out += [(token.start[0] + at, one.strip()) for at, one in enumerate(token.string.strip('"').split("\n"))]
+        if token.type != tokenize.COMMENT:
+            before = token.type
+    return out
+
+
+def shell_comments(text):
+    return [(at, found[1]) for at, line in enumerate(text.split("\n"), 1) if (found := re.match(r"\s*#(?!!)\s?(.*)", line))]
+
+
+def prose_of_page(text):
+    """Paragraphs and list items as [(line, text)], without code blocks, tables, headings and comments."""
+    out, fenced = [], False
+    for at, line in enumerate(re.sub(r"<!--.*?-->", lambda m: "\n" * m[0].count("\n"), text, flags=re.S).split("\n"), 1):
+        if re.match(r"\s*(```|~~~)", line):
+            fenced = not fenced
+        elif not fenced and not re.match(r"\s*(#|\||    |$)", line):
+            item = re.match(r"\s*(?:[-*+]|\d+\.)\s+(.*)", line)
+            out.append((at, "\0" + item[1] if item else line.strip()))
+    return out
+
+
+def texts_of(path, text):
+    """Blocks of prose of a file: lists of (line, text)."""
+    if path.suffix == ".md":
+        pieces = prose_of_page(text)
+    else:
+        kind = CODE.get(path.suffix) or ("shell" if text.startswith("#!") and "sh" in text.split("\n", 1)[0] else None)
+        if kind is None and text.startswith("#!") and "python" in text.split("\n", 1)[0]:
+            kind = "python"
+        if kind is None:
+            return []
+        pieces = {"c": c_comments, "python": python_comments, "shell": shell_comments}[kind](text)
+    blocks = []
+    for block in join_comments([(line, one) for line, one in pieces if one.strip("\0 ") or path.suffix != ".md"]):
+        for line, one in block:
+            if one.startswith("\0") or not one or not blocks or blocks[-1] is None or line != blocks[-1][-1][0] + 1:
+                blocks.append([])
+            if one.strip("\0 "):
+                blocks[-1].append((line, one.strip("\0 ")))
+            else:
+                blocks[-1].append((line, ""))
+    return [[piece for piece in block if piece[1]] for block in blocks if any(piece[1] for piece in block)]
+
+
+def sentences(block):
+    """(line, sentence) of a block."""
+    text, lines = "", []
+    for line, one in block:
+        lines += [line] * (len(one) + 1)
+        text += one + " "
+    at = 0
+    for sentence in SENTENCE_END.split(text.rstrip()):
+        at = text.index(sentence, at)
+        yield lines[at], sentence
+        at += len(sentence)
+
+
+class Checker:
+    def __init__(self, glossary):
+        phrases = PHRASES | {pattern: f"{term} (glossary)" for pattern, term in glossary_phrases(glossary).items()}
+        self.phrases = [(re.compile(rf"(?<![\w-])(?:{pattern})(?![\w-])", re.I), instead) for pattern, instead in phrases.items()]
+        self.openings = [(re.compile(rf"(?:@\w+\s+)?{pattern}"), instead) for pattern, instead in OPENINGS.items()]
+
+    def problems(self, path, text):
+        """[(line, sentence)] with what is wrong."""
+        out = []
+        for block in texts_of(path, text):
+            for line, sentence in sentences(block):
+                plain = QUOTED.sub("\u2423", sentence)
+                found = [(match[0], instead) for pattern, instead in self.phrases for match in [pattern.search(plain)] if match]
+                found += [(plain.split()[0] + " ...", instead) for pattern, instead in self.openings if pattern.match(plain)]
+                out += [(line, f'"{phrase}" is retired ({instead}): {sentence}') for phrase, instead in found]
+        return out
+
+
+def words_of_sentences(text):
+    return [len(re.findall(r"[\w'\u2019.-]*\w", QUOTED.sub("x", sentence))) for block in texts_of(pathlib.Path("a.md"), text)
+            for _, sentence in sentences(block)]
+
+
+def length_problem(text):
+    counts = words_of_sentences(text)
+    if len(counts) >= 5 and statistics.mean(counts) > MOST_WORDS:
+        return f"mean sentence of {statistics.mean(counts):.1f} words (at most {MOST_WORDS})"
+    return None
+
+
+def files_below(root, places):
+    for place in places:
+        start = root / place
+        for path in [start] if start.is_file() else sorted(start.rglob("*")):
+            if path.is_file() and "node_modules" not in path.parts and path.suffix in (*CODE, ".md", ""):
+                yield path
+
+
+def selftest():
+    checker = Checker("| term | meaning | retired | where |\n|---|---|---|---|\n| handover | x | what is learnt from it, rub (noun), by then | y |\n")
+    cases = {
+        ("a.cpp", "// The reader is told of it.\n"): 1, ("a.cpp", 'auto a = "told";  // \u201ctold\u201d is "told", `told`\n'): 0,
+        ("a.hpp", "/// Of the trial.\n"): 1, ("a.hpp", "/// What the run is.\n"): 1, ("a.hpp", "/// What is it? A run.\n"): 0,
+        ("a.cpp", "// A long sentence that goes on\n// with it.\n"): 1, ("a.cpp", "int a;  // told\nint b;  // heard\n"): 2,
+        ("a.md", "# Told\n\nIt tells.\n\n```sh\ntold\n```\n\n| told |\n"): 1, ("a.md", "Learn to tell fabrics apart.\n"): 0,
+        ("a.py", '"""It says so."""\na = "told"\n'): 1, ("a.py", "a = 1  # said\n"): 1, ("a.sh", "# said\necho said\n"): 1,
+        ("a.md", "That is what is learnt from it.\n"): 1, ("a.md", "A rub by then.\n"): 0, ("a.js", "const a = `// told`;\n"): 0,
+        ("a.md", "Wait no more than 5 s, in line 3.\n"): 0, ("a.md", "- Nobody waits.\n- Nobody goes.\n"): 2, ("a.txt", "told"): 0,
+    }
+    wrong = [case for case, expected in cases.items() if len(checker.problems(pathlib.Path(case[0]), case[1])) != expected]
+    long = "It is a sentence " + "with words " * 20 + ". "
+    if not length_problem(long * 5) or length_problem("Short it is. " * 9) or length_problem("| " + long * 9):
+        wrong.append("length of sentences")
+    if [line for line, _ in checker.problems(pathlib.Path("a.cpp"), "int a;\n// Fine.\n// It was\n// told.\n")] != [3]:
+        wrong.append("the line of a finding")
+    for each in wrong:
+        print(f"not as expected: {each}")
+    return not wrong
+
+
+def report(root, checker):
+    counts = {}
+    for path in files_below(root, ("classifier", "clients", "daemon", "docs", "drivers", "packaging", "protocols", "recipes", "script", "sim", "tests")):
+        folder = "/".join(path.relative_to(root).parts[:2 if path.relative_to(root).parts[0] in ("daemon", "tests") else 1])
+        counts[folder] = counts.get(folder, 0) + len(checker.problems(path, path.read_text(errors="replace")))
+    for folder, count in sorted(counts.items(), key=lambda one: -one[1]):
+        print(f"{count:6} {folder}")
+    for path in sorted(root.rglob("*.md")):
+        words = words_of_sentences(path.read_text())
+        if len(words) >= 5 and "node_modules" not in path.parts:
+            print(f"mean {statistics.mean(words):5.1f}  p90 {sorted(words)[int(0.9 * len(words))]:3}  {path.relative_to(root)}")
+
+
+def main():
+    if sys.argv[1] == "--selftest":
+        sys.exit(0 if selftest() else 1)
+    root = pathlib.Path(sys.argv[2] if sys.argv[1] == "--report" else sys.argv[1])
+    checker = Checker((root / "docs/reference/glossary.md").read_text())
+    if sys.argv[1] == "--report":
+        return report(root, checker)
+    count = files = 0
+    for path in files_below(root, sys.argv[2:] or ENFORCED):
+        text = path.read_text(errors="replace")
+        found = checker.problems(path, text)
+        if path.suffix == ".md" and (long := length_problem(text)):
+            found.append((1, long))
+        files += 1
+        count += len(found)
+        for line, problem in found:
+            print(f"{path.relative_to(root)}:{line}: {problem}")
+    print(f"{files} files, {count} findings")
+    sys.exit(1 if count else 0)
+
+
+main()
