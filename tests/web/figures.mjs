@@ -1,5 +1,5 @@
 // Pictures of every kind of report: no text overlaps another or leaves its picture, at both sizes, light and dark; and how tall pages are.
-// And that weft report --from draws each of them again from its record, to the same bytes. figures.mjs REPORT_PAGES SOURCE_ROOT WEFT
+// No picture is cut on A4. And that weft report --from draws each of them again from its record, to the same bytes. figures.mjs REPORT_PAGES SOURCE_ROOT WEFT
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from 'node:fs';
@@ -34,6 +34,14 @@ function troubles(slack) {
   return out;
 }
 
+/** Runs in the page: pictures and tables that are wider than the printed page. */
+function cut_in_print(slack) {
+  const right = document.documentElement.clientWidth;
+  const wide = (one) => one.getBoundingClientRect().right > Math.min(right, one.closest('figure')?.getBoundingClientRect().right ?? right) + slack;
+  return [...document.querySelectorAll('svg')].filter(wide).map((one) => `"${one.querySelector('title')?.textContent}" is cut in print`);
+}
+
+const a4_px = 703; // 210 mm less margins of 12 mm
 const folder = mkdtempSync(join(tmpdir(), 'weft-figures-'));
 const browser = await chromium.launch({ executablePath: '/usr/bin/chromium', args: ['--no-sandbox'] });
 try {
@@ -61,6 +69,12 @@ try {
       texts += await page.evaluate(() => document.querySelectorAll('svg text').length);
       for (const trouble of await page.evaluate(troubles, slack_px)) found.push(`${file}, ${width} px, ${colorScheme}: ${trouble}`);
     }
+  }
+  const paper = await (await browser.newContext({ viewport: { width: a4_px, height: 1000 } })).newPage();
+  await paper.emulateMedia({ media: 'print' });
+  for (const file of files) {
+    await paper.goto(`file://${join(folder, file)}`);
+    for (const trouble of await paper.evaluate(cut_in_print, slack_px)) found.push(`${file}: ${trouble}`);
   }
   assert.ok(texts > 4000, `${texts} texts`);
   assert.deepEqual(found.slice(0, 40), [], `${found.length} troubles`);

@@ -87,7 +87,8 @@ figure{padding:10px}dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.45rem}}
 @media print{:root,:host{color-scheme:light;--page:#fff;--card:#fff;--ink:#1d2327;--soft:#5a646b;--rule:#dcd9d0;--grid:#e4e2da;
 --blue:#0b66a8;--orange:#c8500a;--on:#fff;--green:#00795c;--pink:#a3487f;--badge:#ffe9b8;--badge-ink:#6b4300;--family-0:#1d2327;--family-1:#0072b2;--family-2:#d55e00;
 --family-3:#00795c;--family-4:#a3487f;--family-5:#7a5c00;--family-6:#5a646b}
-.weft-page{font-size:10pt;background:none;max-width:none;padding:0}figure,.tile,tr{break-inside:avoid}h2,thead{break-after:avoid}
+.weft-page{font-size:10pt;background:none;max-width:none;padding:0}figure,.tile,tr{break-inside:avoid}h2,thead,summary{break-after:avoid}
+svg{max-width:100%;height:auto}
 .tiles{grid-template-columns:repeat(4,1fr)}.pair{grid-template-columns:1fr 1fr}table{font-size:8.5pt}details>*{display:block}details::details-content{content-visibility:visible;block-size:auto}
 .scroll{overflow:visible}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 )css";
