@@ -9,11 +9,11 @@
 namespace weft::recipes {
 namespace {
 
-/// Side of the grid where nobody says otherwise.
+/// Default side of the grid [m].
 constexpr double usual_span_m = 0.1;
-/// A grid narrower than this says little: 1 um across it is 0.1 mrad.
+/// A narrower grid gives a poor angle: 1 um across it is 0.1 mrad [m].
 constexpr double least_span_m = 0.01;
-/// A touch must exceed the sensor's noise, 12 mN a reading. Its steps of 20 mN:
+/// A touch must exceed the sensor's noise, 12 mN per reading. The sensor's steps of 20 mN:
 /// docs/reference/plant.md, Instruments and the force loop.
 constexpr double least_contact_force_n = 0.05;
 constexpr double least_touch_speed_mps = 1e-6;
@@ -32,7 +32,7 @@ std::string in_mm(double metres) {
   return std::to_string(metres / m_per_mm) + " mm";
 }
 
-/// Room for the face's centre along one axis, and its middle: what plate and travel both allow.
+/// Range of the face's centre along one axis that both plate and travel allow [m].
 Range room(const RigLimits& limits, Axis axis, double origin_m, double size_m, double face_m) {
   const Range& travel = limits.geometry.travel[index(axis)];
   return {std::max(travel.min - origin_m, 0.5 * face_m),
@@ -43,7 +43,7 @@ double middle(const Range& range) {
   return 0.5 * (range.min + range.max);
 }
 
-/// Row by row, every other row backwards: neighbours in the list are neighbours on the plate.
+/// Row by row, every other row backwards: consecutive points are neighbours on the plate.
 std::vector<Vec2> grid(Vec2 centre_m, double span_m, unsigned per_side) {
   const auto along = [&](unsigned i) { return span_m * (double(i) / (per_side - 1) - 0.5); };
   std::vector<Vec2> points;
@@ -87,7 +87,8 @@ Status check_judgement(const AlignSettings& s, double largest_tilt_rad) {
   return {};
 }
 
-/// Every rotary stage reaches this far to both sides. Without any the tilt is only measured.
+/// Angle that every rotary stage reaches to both sides. Without rotary stages the tilt is only
+/// measured.
 double rotary_reach_rad(const Geometry& geometry) {
   constexpr double measured_rad = 0.05;
   double reach = geometry.is_fixed(Axis::rx) && geometry.is_fixed(Axis::ry) ? measured_rad : 0.5;

@@ -12,11 +12,11 @@
 namespace weft::recipes {
 namespace {
 
-/// Clear of the surface while crossing to the next point, on top of what its tilt may rise.
+/// Distance to the surface while crossing to the next point, added to its possible rise.
 constexpr double hover_m = 3e-3;
-/// A descent goes on so far under where the surface may be, before it is given up.
+/// A descent ends without contact at this depth below the lowest possible surface.
 constexpr double search_margin_m = 1e-3;
-constexpr double zero_s = 2.5;  // that finding the zero is given, before the timer's grace
+constexpr double zero_s = 2.5;  // time to take the bias, before the timer's grace period
 
 double distance_m(Vec2 a, Vec2 b) {
   return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
@@ -30,7 +30,7 @@ std::string in_deg(double rad) {
   return std::to_string(rad / rad_per_deg) + " deg";
 }
 
-/// One call of step(): the next state and the effects grow here.
+/// One call of step(): collects the next state and the effects.
 class Aligner {
  public:
   Aligner(const AlignPlan& plan, AlignState state, TimePoint now)
@@ -45,7 +45,7 @@ class Aligner {
   // ---- events ----
 
   template <class Other>
-  void on(const Other&) {}  // what only a campaign knows
+  void on(const Other&) {}  // events that only a campaign uses are ignored
 
   void on(const Start&) {
     if (state_.step != AlignStep::ready) return;
@@ -94,14 +94,14 @@ class Aligner {
     give_up_retreat();
   }
 
-  /// Only a retreat still waits: any other step has been cut short by the fault.
+  /// Only a retract still waits for its motion: the fault has ended any other step.
   void on(const MotionLost& event) {
     if (answers(event.ticket, AlignStep::retracting)) give_up_retreat();
   }
 
   void on(const Fault& event) { give_up(event.error); }
 
-  /// A guard that only wants the work finished (the disk) has nothing to say here.
+  /// Some guards only require that the work ends (such as the disk guard); they do not apply here.
   void on(const GuardTripped& event) {
     const GuardAction action = event.trip.action;
     if (action != GuardAction::hold && action != GuardAction::finish_trial)
@@ -118,7 +118,7 @@ class Aligner {
 
   // ---- a round ----
 
-  /// The probe is up at the top: rotary stages, and over the first point.
+  /// The probe is at the top: turn the rotary stages and move over the first point.
   void turn() {
     state_.point = 0;
     state_.touches.clear();
@@ -180,7 +180,7 @@ class Aligner {
     check_round();
   }
 
-  /// The round is over: the plane, and whether it is level.
+  /// The round has ended: fit the plane and check whether it is level.
   void check_round() {
     const Result<TiltFound> found = evaluate_plane();
     if (!found) return give_up(found.error());
@@ -223,7 +223,7 @@ class Aligner {
     cut_short(Outcome::failed);
   }
 
-  /// During the retreat the retreat goes on.
+  /// A retract that is in progress continues.
   void cut_short(Outcome outcome) {
     if (state_.step == AlignStep::ready) {
       state_.outcome = outcome;
@@ -235,7 +235,7 @@ class Aligner {
     retract();
   }
 
-  /// The probe is not known to be up. Whoever calls has noted why.
+  /// The probe is not known to be up. The caller has recorded the reason.
   void give_up_retreat() {
     emit(StopMotion{});
     finish(Cleanup::failed, RigFact::unknown);
@@ -273,16 +273,16 @@ class Aligner {
     if (!state_.error) state_.error = std::move(error);
   }
 
-  /// Stages over the point under way; their z is at the nominal plate.
+  /// Stage positions over the current point, with z at the nominal plate.
   [[nodiscard]] Result<Joints> over_point() const {
     return inverse(plan_.limits.geometry,
                    {plan_.points_m[state_.point], 0, state_.tilts.rx_rad, state_.tilts.ry_rad});
   }
 
-  /// Above the plate wherever its tilt may have put it.
+  /// Above the plate at any tilt that it may have.
   [[nodiscard]] double top_z_m() const { return plan_.limits.clear_z_m() - plan_.rise_m(); }
 
-  /// How far the surface may rise on the way to the point under way from the one before.
+  /// Largest rise of the surface between the previous point and the current one [m].
   [[nodiscard]] double step_rise_m() const {
     const std::vector<Vec2>& p = plan_.points_m;
     return distance_m(p[state_.point], p[state_.point - 1]) * std::tan(plan_.largest_tilt_rad);
@@ -326,7 +326,7 @@ class Aligner {
         .hint = "Check the signs and the scale of the rotary stages, and what holds the plate"};
   }
 
-  /// Where an axis has no stage the tilt about it is only measured.
+  /// If an axis has no stage, the tilt about it is only measured.
   [[nodiscard]] std::optional<Error> out_of_travel(const Tilts& level) const {
     const auto& travel = plan_.limits.geometry.travel;
     for (const auto& [axis, angle] :
@@ -347,7 +347,7 @@ class Aligner {
     return std::nullopt;
   }
 
-  /// A fixed axis stays, within the tolerance.
+  /// A fixed axis keeps its angle.
   [[nodiscard]] Tilts within_reach(const Tilts& level) const {
     const auto& travel = plan_.limits.geometry.travel;
     const auto held = [&](Axis axis, double angle) {

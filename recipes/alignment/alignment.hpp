@@ -1,16 +1,16 @@
 #pragma once
-// Surface alignment as a pure machine: step(plan, state, event, now) gives the next state and what
-// to do, with the effects, events and tickets of the campaign engine.
+// Surface alignment as a pure machine: step(plan, state, event, now) returns the next state and
+// effects. Effects, events and tickets are those of the campaign engine.
 //
 // A round touches every point of the grid, fits the plane and compares its normal with the probe's
-// axis. The first round's tilt is turned away with rx (the platform) and ry (the probe), the next
-// round verifies it. Each touch is an approach at speed, a step back and a slow descent; every
-// motion ends by itself (docs/adr/0002), and every step has a timer.
+// axis. After the first round rx (the plate) and ry (the probe) compensate the tilt; the next round
+// verifies it. Each touch is an approach at speed, a step back and a slow descent. Every motion
+// ends by itself (docs/adr/0002), and every step has a timer.
 //
-// What a touch sees. Heights are those of the face's centre when an edge of the face meets the
-// plate: with the rotary stages at rest the offset is the same at every point, so the plane's slope
-// is not touched by it. The face's own error against its guide moves all touches alike too and
-// stays unseen.
+// Limits of a touch. A height is that of the face's centre when an edge of the face meets the
+// plate. With the rotary stages at rest the offset is equal at every point, so it does not change
+// the slope of the plane. An error of the face against its guide also moves all touches equally and
+// is not measured.
 
 #include <optional>
 #include <variant>
@@ -22,19 +22,20 @@
 
 namespace weft::recipes {
 
-/// A round's outcome. The plate against the probe's axis, signs as the rotary stages count: x > 0
-/// lies higher at larger y, y > 0 higher at larger x. Turning rx by -x and ry by +y levels it.
+/// Result of a round: the tilt of the plate against the probe's axis. Signs are those of the rotary
+/// stages: with x > 0 the plate is higher at larger y, with y > 0 at larger x. Turning rx by -x and
+/// ry by +y levels it.
 struct TiltFound {
   PlaneFit plane;  ///< fabric frame
-  Tilts stages;    ///< of the rotary stages during the round
-  Tilts level;     ///< of the rotary stages that put the probe's axis along the normal
+  Tilts stages;    ///< angles of the rotary stages during the round
+  Tilts level;     ///< angles of the rotary stages that align the probe's axis with the normal
   double tilt_x_rad = 0;
   double tilt_y_rad = 0;
   double lean_rad = 0;     ///< angle between the axis and the normal
-  double lean_sd_rad = 0;  ///< standard deviation, both slopes' together
+  double lean_sd_rad = 0;  ///< standard deviation, both slopes combined
 };
 
-/// Compares a plane with where the rotary stages stand. Errors: those of tilts_along().
+/// Compares a plane with the angles of the rotary stages. Errors: those of tilts_along().
 Result<TiltFound> compute_tilt(const PlaneFit& plane, const Tilts& stages);
 
 /// The machine has ended, with the three facts of a campaign.
@@ -42,44 +43,44 @@ struct AlignDone {
   Outcome outcome = Outcome::complete;
   Cleanup cleanup = Cleanup::done;
   RigFact rig = RigFact::safe;
-  std::optional<Error> error;  ///< why it is not complete
+  std::optional<Error> error;  ///< reason when the outcome is not complete
 };
 
 using AlignEffect = std::variant<MoveTo, BiasSensors, Descend, ArmTimer, StopMotion, AlignDone>;
 
 enum class AlignStep : std::uint8_t {
   ready,
-  clearing,  ///< z up before anything else moves
-  turning,   ///< rotary stages to where the round has them, x and y over the first point
+  clearing,  ///< z goes up before anything else moves
+  turning,   ///< rotary stages to the angles of the round, x and y over the first point
   biasing,
-  crossing,     ///< over the next point
-  approaching,  ///< down at speed until contact
-  backing,      ///< a little up
-  touching,     ///< slowly down: the touch that counts
+  crossing,     ///< moving over the next point
+  approaching,  ///< descending at speed until contact
+  backing,      ///< moving up a little
+  touching,     ///< descending slowly: the touch that counts
   lifting,
-  retracting,  ///< the end, or the clean-up after a failure
+  retracting,  ///< at the end, or as the clean-up after a failure
   done,
 };
 std::string_view to_string(AlignStep step);
 
-/// The whole memory of the machine.
+/// The whole state of the machine.
 struct AlignState {
   AlignStep step = AlignStep::ready;
   Ticket ticket = 0;
-  std::size_t point = 0;            ///< into AlignPlan::points_m
-  Tilts tilts;                      ///< of the round
-  double last_z_m = 0;              ///< where z met the surface last
-  std::vector<TouchPoint> touches;  ///< of the round
-  std::vector<TiltFound> rounds;    ///< that are over; the first is the tilt before
+  std::size_t point = 0;            ///< index into AlignPlan::points_m
+  Tilts tilts;                      ///< angles of the round
+  double last_z_m = 0;              ///< z at the last contact
+  std::vector<TouchPoint> touches;  ///< touches of the round
+  std::vector<TiltFound> rounds;  ///< finished rounds; the first one is the tilt before correction
   Outcome outcome = Outcome::complete;
   std::optional<Error> error;  ///< the first one
 };
 
-/// What a guarded cycle asks of a machine: a retreat goes on after a trip.
+/// Whether the probe is retracting: a retract continues after a guard trips.
 inline bool is_retreating(const AlignState& state) {
   return state.step == AlignStep::retracting;
 }
-/// The force sensor takes its zero, or did not yet.
+/// Whether the bias of the force sensor may still change.
 inline bool zero_moves(const AlignState& state) {
   return state.step < AlignStep::crossing;
 }
@@ -89,9 +90,9 @@ struct AlignTransition {
   std::vector<AlignEffect> effects;
 };
 
-/// Total: an event that a state does not expect changes nothing. After Start the machine always
-/// ends in AlignStep::done. Of the engine's events it knows Start, Biased, MotionDone,
-/// MotionLost, ForceReached, TimerExpired, Fault, GuardTripped, AbortRequested and HaltRequested.
+/// Total: a state ignores an event that it does not expect. After Start the machine always ends in
+/// AlignStep::done. It handles these events of the engine: Start, Biased, MotionDone, MotionLost,
+/// ForceReached, TimerExpired, Fault, GuardTripped, AbortRequested and HaltRequested.
 AlignTransition step(const AlignPlan& plan, const AlignState& state, const Event& event,
                      TimePoint now);
 

@@ -6,7 +6,7 @@
 namespace weft::recipes {
 namespace {
 
-/// Points narrower across than this share of their length are a line.
+/// Points count as a line when their width is below this share of their length.
 constexpr double least_width_share = 1e-3;
 
 /// Second moments of the points about their mean.
@@ -14,7 +14,7 @@ struct Moments {
   double xx = 0, xy = 0, yy = 0, xh = 0, yh = 0;
 
   [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
-  /// Of the extent across to the extent along, squared.
+  /// Squared ratio of the extent across to the extent along.
   [[nodiscard]] double width_share() const {
     const double half_sum = 0.5 * (xx + yy);
     const double greatest = half_sum + std::hypot(0.5 * (xx - yy), xy);
@@ -54,7 +54,7 @@ Moments moments_about(const PlaneFit& mean, std::span<const TouchPoint> points) 
   return m;
 }
 
-/// Residuals of the finished plane, and from them the slopes' spread.
+/// Computes the residuals of the fitted plane and, from them, the deviations of the slopes.
 void check_fit(PlaneFit& fit, std::span<const TouchPoint> points, const Moments& m,
                double resolution_m) {
   double sum = 0;

@@ -8,7 +8,7 @@
 namespace weft::recipes {
 namespace {
 
-/// A stage this share of a quantum from the middle of its own is left there.
+/// A stage within this share of a quantum from the middle of its target is not moved.
 constexpr double middle_share = 0.25;
 
 void begin(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
@@ -18,7 +18,7 @@ void begin(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
   state.z_m = state.target_m = z_m;
 }
 
-/// What the force is now if all goes on as believed.
+/// Estimates the force now from the drift and the motion of the stage.
 void predict(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
   state.force_n += state.drift_nps * input.dt_s + input.stiffness_npm * (z_m - state.z_m);
   state.age_s += input.dt_s;
@@ -26,7 +26,8 @@ void predict(ForceHoldState& state, const ForceHoldInput& input, double z_m) {
   state.z_m = z_m;
 }
 
-/// By one reading, for the time since the last one; that may be long, but is one correction.
+/// Corrects the estimate by one reading for the time since the last one. That time may be long, but
+/// it is one correction.
 void correct(const ForceHoldConfig& config, ForceHoldState& state, const ForceHoldInput& input) {
   const double off_n = input.force_n - state.force_n;
   const double dt_s = std::exchange(state.uncorrected_s, 0);
@@ -40,14 +41,14 @@ void correct(const ForceHoldConfig& config, ForceHoldState& state, const ForceHo
   state.drift_nps += off_n * w * w * dt_s;
 }
 
-/// Whether one quantum more could bring it nearer than is believed: not where the last move has led
-/// here from the other side.
+/// Whether one more quantum could reduce the error. It cannot if the last move came from the other
+/// side.
 bool is_worth_trying(const ForceHoldConfig& config, const ForceHoldState& state, double off_n) {
   return state.still_s >= config.patience_s && std::abs(off_n) > config.offset_n &&
          state.moved * off_n >= 0;
 }
 
-/// Where the stage is to stand when the force will be `off_n` below the set point.
+/// Chooses the stage position. `off_n`: the expected force is this far below the set point.
 void choose_target(const ForceHoldConfig& config, ForceHoldState& state,
                    const ForceHoldInput& input, double off_n) {
   const double way_m = off_n / input.stiffness_npm;
@@ -63,7 +64,7 @@ void choose_target(const ForceHoldConfig& config, ForceHoldState& state,
   state.still_s = 0;
 }
 
-/// False where a reading is far from the set point or from what was expected.
+/// False if a reading is far from the set point or from the expected force.
 bool is_quiet(const ForceHoldConfig& config, const ForceHoldState& state,
               const ForceHoldInput& input) {
   return std::abs(input.setpoint_n - input.force_n) <= config.band_n &&

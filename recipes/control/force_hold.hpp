@@ -1,66 +1,69 @@
 #pragma once
-// Holds a force that is nearly reached, as well as a stage on whole quanta can: the floor is the
+// Holds a force that is nearly reached, as well as a stage with whole quanta can. The limit is the
 // error of the nearest quantum, 1 um times the stiffness over sqrt 12. Source:
 // docs/reference/plant.md, Instruments and the force loop.
 //
-// A loop that answers every reading moves the stage by the sensor's noise, a quantum of force each
-// time; one that leaves half a quantum alone errs by that and by the quantum. So the two questions
-// are parted. What is the force? An observer of two states, the force and its drift (relaxation of
-// the cloth, waves under the slide), corrected by the readings and told of the stage's own steps,
-// which then need not be found again in the noise. Where should the stage stand? On the quantum
-// nearest to the set point, and it moves only when that is another one.
+// A loop that reacts to every reading moves the stage by the sensor's noise, one quantum of force
+// each time. A loop that ignores half a quantum has that error and the error of the quantum.
+// Therefore two questions are separated.
+// 1. The force: an observer estimates it and its drift (relaxation of the fabric, waves during the
+// stroke). Readings correct it. The stage's own steps are an input, so they need not be found in
+// the noise.
+// 2. The stage position: the quantum nearest to the set point. The stage moves only when that
+// quantum changes.
 //
-// The observer has the poles of a steady Kalman filter for a drift that wanders, two at w (1 +- i)
-// / sqrt 2. A cloth's waves weigh by its stiffness, hence w ~ sqrt K; until it has learnt the drift
-// it is quicker, w = learning / age.
+// The observer has the poles of a steady Kalman filter for a drift with random walk, two at w (1 +-
+// i) / sqrt 2. The waves of a fabric scale with its stiffness, hence w ~ sqrt K. Until it has
+// learnt the drift it is faster, w = learning / age.
 //
-// Where the contact is softer than believed (a probe that hangs by its stop has moved too little to
-// measure it), the set point is more quanta away than it seems. A force that stays off is therefore
-// answered by one quantum. Where that brings it further off on the other side the belief was right:
-// the stage goes back, and stays.
+// If the contact is softer than assumed, the set point is more quanta away than estimated (a probe
+// that hangs on its stop has moved too little to measure the stiffness). A lasting error is
+// therefore corrected by one quantum. If that gives a larger error on the other side, the estimate
+// was right: the stage returns and stays.
 
 #include <optional>
 
 namespace weft::recipes {
 
 struct ForceHoldConfig {
-  double band_n = 0.1;    ///< from the set point; a reading further away ends the hold,
-  double quiet_n = 0.06;  ///< and so does one this far from what was expected: no noise
-  double pole_radps = 3;  ///< w on a cloth (and mount) of the stiffness below
+  double band_n = 0.1;  ///< from the set point; a reading further away ends the hold
+  double quiet_n =
+      0.06;  ///< from the expected force; a reading further away is not noise and ends the hold
+  double pole_radps = 3;  ///< w at the stiffness below (fabric and mount)
   double pole_stiffness_npm = 15e3;
-  double learning = 6;  ///< w of a hold that began 1 s ago
+  double learning = 6;  ///< w of a hold that began 1 s ago, times 1 s
   double slowest_radps = 1, fastest_radps = 20;
-  double lead_s = 0.05;     ///< from a reading's instant to the middle of the stage's answer
-  double step_s = 0.1;      ///< in which the stage makes its way, by a velocity that ends by itself
-  double offset_n = 0.03;   ///< more than noise: a stage that stands this far off for
-  double patience_s = 0.5;  ///< this long tries one quantum more
+  double lead_s = 0.05;     ///< from the time of a reading to the middle of the stage's response
+  double step_s = 0.1;      ///< duration of a move, by a velocity that ends by itself
+  double offset_n = 0.03;   ///< more than noise; an error above this
+  double patience_s = 0.5;  ///< for this long makes the stage try one more quantum
 };
 
 struct ForceHoldState {
   bool active = false;
-  double force_n = 0;    ///< believed now
-  double drift_nps = 0;  ///< of the force where the stage stands
+  double force_n = 0;    ///< estimate of the force now
+  double drift_nps = 0;  ///< drift of the force at constant stage position
   double age_s = 0;
-  double uncorrected_s = 0;  ///< since a reading came
-  double z_m = 0;            ///< quantum on which the stage stood at the last step
-  double target_m = 0;       ///< and the one on which it shall stand
+  double uncorrected_s = 0;  ///< since the last reading
+  double z_m = 0;            ///< quantum of the stage at the last step
+  double target_m = 0;       ///< quantum that the stage should reach
   double still_s = 0;        ///< since the target changed
-  double moved = 0;          ///< sign of the last move; 0: none
+  double moved = 0;          ///< sign of the last move; 0 if none
 };
 
 struct ForceHoldInput {
   double setpoint_n = 0;
   double force_n = 0;  ///< reading
-  bool fresh = true;   ///< false: no reading came, force_n is that of the last step
-  double z_m = 0;      ///< of the stage, counted downwards
+  bool fresh = true;   ///< false: no new reading, force_n is that of the last step
+  double z_m = 0;      ///< stage position, counted downwards
   double dt_s = 0;
-  double stiffness_npm = 0;  ///< of cloth and mount in series, as it is believed
-  double quantum_m = 0;      ///< of the stage
+  double stiffness_npm = 0;  ///< estimate for fabric and mount in series
+  double quantum_m = 0;      ///< step of the stage
 };
 
-/// One cycle: the velocity of z, positive downwards, [m/s]; nothing where the force is not nearly
-/// reached or moves by more than noise, and then the hold has ended. One that begins takes
-/// `state.drift_nps` for the drift.
+/// One cycle. Returns the velocity of z, positive downwards [m/s]. Returns nullopt, and the hold
+/// ends, when the force is not nearly reached or moves by more than noise. A new hold starts with
+/// `state.drift_nps` as its drift.
 std::optional<double> hold_force(const ForceHoldConfig& config, ForceHoldState& state,
                                  const ForceHoldInput& input);
 

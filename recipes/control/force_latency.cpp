@@ -6,7 +6,7 @@
 namespace weft::recipes {
 namespace {
 
-constexpr double least_motion_m = 20e-6;  // over the whole memory: ten steps of a stage and more
+constexpr double least_motion_m = 20e-6;  // over the whole memory; more than ten steps of a stage
 constexpr std::size_t least_changes = 64;
 
 struct Sums {

@@ -6,17 +6,17 @@
 namespace weft::recipes {
 namespace {
 
-/// A move shorter than this many quanta says more about rounding than about stiffness.
+/// A move shorter than this many quanta measures rounding rather than stiffness.
 constexpr double move_quanta = 5;
-/// A slower move measures the relaxation of the cloth, not its stiffness [s].
+/// A slower move measures the relaxation of the fabric, not its stiffness [s].
 constexpr double move_max_s = 0.2;
 /// Weight of the past after each measured move.
 constexpr double forgetting = 0.7;
-/// The start value counts as much as one move of this many quanta.
+/// The initial stiffness has the weight of one move of this many quanta.
 constexpr double prior_quanta = 20;
 /// Share of the stage's deceleration that braking before the set point relies on.
 constexpr double braking_share = 0.5;
-/// Half a quantum either way is as near as the stage can stand.
+/// The stage can reach a position to half a quantum either way.
 constexpr double dead_quanta = 0.5;
 
 bool usable(const ForceLoopInput& input) {
@@ -60,21 +60,21 @@ double stiffness(const ForceLoopConfig& config, const ForceLoopState& state, dou
   return std::min(std::max(slope, softest), config.stiffness_max_npm);
 }
 
-/// Takes `dead` off the magnitude of `error`: continuous, so that the edge does not chatter.
+/// Reduces the magnitude of `error` by `dead`: continuous, so that the edge does not chatter.
 double outside_dead_band(double error, double dead) {
   return std::copysign(std::max(0.0, std::abs(error) - dead), error);
 }
 
-/// Fastest speed from which a stage that hears of it late still stops within `way_m`:
-/// v latency + v^2 / (2 a) = way.
+/// Fastest speed from which a stage that receives the stop late still stops within `way_m`: v
+/// latency + v^2 / (2 a) = way.
 double braking_speed(const ForceLoopConfig& config, double way_m) {
   const double a = braking_share * config.max_acceleration_mps2;
   const double lost = a * config.latency_s;
   return std::sqrt(lost * lost + 2 * a * way_m) - lost;
 }
 
-/// Holds, where it can. What follows the relaxation of the cloth is the integral in the one and the
-/// drift in the other; each begins with what the other knew.
+/// Uses the force hold if it can. The integral here and the drift there both follow the relaxation
+/// of the fabric, so each starts from the other's value.
 std::optional<double> hold(const ForceLoopConfig& config, ForceLoopState& state,
                            const ForceLoopInput& input) {
   const double per_s = config.loop_gain / config.cycle_s;
@@ -108,7 +108,7 @@ ForceCommand step(const ForceLoopConfig& config, ForceLoopState& state,
   const double integral_n = state.integral_n + error_n * input.dt_s / config.integral_time_s;
   const double wanted_mps = proportional_mps + mps_per_n * integral_n;
   const double given_mps = std::clamp(wanted_mps, -config.max_speed_mps, config.max_speed_mps);
-  // Anti-windup: no integration while a limit, and not the error, decides the speed.
+  // Anti-windup: no integration while a limit determines the speed instead of the error.
   if (given_mps == wanted_mps && std::abs(mps_per_n * error_n) <= braking_mps)
     state.integral_n = integral_n;
   return {given_mps};

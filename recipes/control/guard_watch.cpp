@@ -9,24 +9,24 @@
 namespace weft::recipes {
 namespace {
 
-/// Share of the top speed that a report may be over it for ever.
+/// A report may exceed the top speed by this factor without limit of time.
 constexpr double speed_tolerance = 1.1;
-/// Reports may come so much late after others that came in time: a stall of the host or the line
-/// looks like speed [s]. Longer ones are the host's own guard's.
+/// Allowed delay of a report after timely ones: a stall of the host or link looks like speed [s]. A
+/// guard of the host covers longer stalls.
 constexpr double speed_reserve_s = 0.25;
-/// The same for a move that has been commanded: it begins and is reported later [s].
+/// The same for a commanded move, which begins and is reported later [s].
 constexpr double following_reserve_s = 0.3;
-/// Distance that is never an error: play, in-position windows, a step of the force loop.
+/// Distance that is never an error: backlash, in-position windows, a step of the force loop.
 constexpr double following_slack_m = 0.2e-3;
 constexpr double following_slack_rad = 2e-3;
-/// Velocities commanded longer ago than this do not count any more [s].
+/// Velocities commanded earlier than this no longer count [s].
 constexpr double driven_memory_s = 0.5;
-/// What the stage may be behind its velocities: latency and ramp [s], never less than for latency
-/// alone, and rounding.
+/// Allowed lag of a stage behind its velocities: latency and ramp [s], at least the latency, and a
+/// distance for rounding.
 constexpr double driven_reserve_s = 0.3;
 constexpr double driven_latency_s = 0.1;
 constexpr double driven_slack_m = 20e-6;
-/// A stage hears so late that it is to stop or to go on more slowly [s].
+/// Delay with which a stage receives a command to stop or slow down [s].
 constexpr double braking_latency_s = 0.075;
 
 std::array<double, 6> joined(const WatchInput& input) {
@@ -39,7 +39,7 @@ struct Ramped {
   double pace = 0;
 };
 
-/// From `pace` towards `speed` along the ramp, and on with it, for `time_s`.
+/// Accelerates from `pace` to `speed` along the ramp, then continues at `speed`, for `time_s`.
 Ramped ramped(double pace, double speed, double acceleration, double time_s) {
   const double ramp_s = std::min(time_s, std::abs(speed - pace) / acceleration);
   const double then = pace + std::copysign(acceleration * ramp_s, speed - pace);
@@ -92,7 +92,7 @@ void GuardWatch::released(Axis axis, TimePoint now) {
   plan.until = now;
 }
 
-// What was commanded since the last call, and how much of the past is left of it.
+// Adds the commanded motion since the last call to the lead, which decays over time.
 void GuardWatch::integrate(Axis axis, TimePoint now) {
   Plan& plan = plans_[index(axis)];
   const double elapsed_s = to_seconds(now - plan.since);
@@ -139,8 +139,8 @@ void GuardWatch::check_wrench(const WatchInput& input) {
   if (!far) believed_ = now;
 }
 
-// Stiff cloth does so within a few micrometres, between two readings. It may swing beyond the
-// weight for a reading or two, which end nothing.
+// A stiff fabric takes the weight within a few micrometres, between two readings. The force may
+// exceed the weight for a reading or two, which does not count as a jump.
 bool GuardWatch::is_landing(const Reading& now, const WatchInput& input) const {
   const auto step = [&](std::size_t i) { return now.value[i] - believed_->value[i]; };
   const double load_n = step(2);
@@ -161,8 +161,7 @@ void GuardWatch::check_taxels(const WatchInput& input) {
   }
 }
 
-// A bucket with a leak: reports that come late fill it for a moment, a stage that runs away for
-// good.
+// Leaky bucket: late reports fill it for a moment, a runaway stage fills it permanently.
 void GuardWatch::check_speed(Axis axis, double position, TimePoint at) {
   const std::size_t i = index(axis);
   const double top = limits_.max_speed[i];
@@ -196,13 +195,13 @@ double GuardWatch::lag_allowed(Axis axis) const {
   const Plan& plan = plans_[index(axis)];
   const double acceleration = limits_.max_acceleration[index(axis)];
   if (plan.driven) {
-    // The ramp is known; what else the reserve was for stays.
+    // The ramp is modelled already; the rest of the reserve remains.
     const double reserve_s =
         std::max(driven_latency_s, driven_reserve_s - 0.5 * plan.peak_speed / acceleration);
     return driven_slack_m +
            std::max(reserve_s * plan.peak_speed, braking_latency_s * plan.past_speed);
   }
-  // Brakes from what it did before, turns and speeds up: two ramps.
+  // The stage may brake from its former motion, reverse and accelerate: two ramps.
   const double ramps_s = 2 * plan.speed / acceleration;
   return (is_linear(axis) ? following_slack_m : following_slack_rad) +
          plan.speed * (following_reserve_s + ramps_s);

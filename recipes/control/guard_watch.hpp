@@ -1,6 +1,6 @@
 #pragma once
-// What single readings cannot show: values that stopped changing, that jump, stages that move
-// faster than they can or not where they were sent. Pure; one step per scan cycle.
+// Detects faults that one reading cannot show: values that do not change or that jump, and stages
+// that are too fast or not at their commanded position. Pure; one step per scan cycle.
 
 #include <array>
 #include <cstdint>
@@ -13,12 +13,12 @@
 namespace weft::recipes {
 
 struct WatchLimits {
-  double wrench_jump_n = 0;  ///< between readings that follow each other; 0: not looked at
-  double landing_n = 0;      ///< along z, that a probe puts on the cloth or takes off it at once
-  Duration wrench_gap{};     ///< readings further apart may differ by anything
-  std::array<double, axis_count> max_speed{};         ///< [m/s] or [rad/s]; 0: not looked at
+  double wrench_jump_n = 0;  ///< between consecutive readings; 0: not checked
+  double landing_n = 0;      ///< change along z when the probe lands on the fabric or leaves it
+  Duration wrench_gap{};     ///< readings further apart than this are not compared
+  std::array<double, axis_count> max_speed{};         ///< [m/s] or [rad/s]; 0: not checked
   std::array<double, axis_count> max_acceleration{};  ///< [m/s2] or [rad/s2], > 0
-  Duration order_age{};                               ///< of velocities, see servo.hpp
+  Duration order_age{};                               ///< age of velocity commands, see servo.hpp
 };
 
 /// The newest frame of a tactile array.
@@ -27,44 +27,45 @@ struct TaxelReading {
   std::optional<TimePoint> at;
 };
 
-/// One cycle's view of the bench.
+/// Readings of the bench in one cycle.
 struct WatchInput {
   std::array<double, 3> force_n{};
   std::array<double, 3> torque_nm{};
   std::optional<TimePoint> wrench_at;
-  std::span<const TaxelReading> taxels;  ///< array by array
+  std::span<const TaxelReading> taxels;  ///< one per array
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
-  bool zero_moves = false;  ///< the sensor is taking its zero: its readings may jump
-  bool can_land = false;    ///< z goes down: the probe may come to lie on the cloth
-  bool can_lift = false;    ///< z goes up off the cloth, and the probe may leave it
+  bool zero_moves = false;  ///< the bias is being taken, so the readings may jump
+  bool can_land = false;    ///< z moves down: the probe may land on the fabric
+  bool can_lift = false;    ///< z moves up: the probe may leave the fabric
 };
 
 class GuardWatch {
  public:
   explicit GuardWatch(const WatchLimits& limits) : limits_(limits) {}
 
-  /// `axis` has been sent from `from` to `target` with `speed` at `now`.
+  /// Records that `axis` was commanded from `from` to `target` with `speed` at `now`.
   void moved(Axis axis, double from, double target, double speed, TimePoint now);
-  /// `axis` has been given `velocity` at `now`, which ends by itself after `horizon`.
+  /// Records that `axis` was commanded `velocity` at `now`; it ends by itself after `horizon`.
   void driven(Axis axis, double velocity, Duration horizon, TimePoint now);
-  /// Nothing is asked of `axis` any more; one that was driven comes to rest along its ramp.
+  /// Ends the commands of `axis`; a driven axis comes to rest along its ramp.
   void released(Axis axis, TimePoint now);
 
   GuardHistory step(const WatchInput& input, TimePoint now);
 
  private:
   struct Plan {
-    bool moving = false;  ///< a move to a target
+    bool moving = false;  ///< moves to a target
     double from = 0, target = 0, speed = 0;
     TimePoint since{};
-    bool driven = false;    ///< velocities, cycle by cycle; `speed` is what the last one comes to
-    bool released = false;  ///< and comes to rest
-    TimePoint until{};      ///< when it ends by itself
-    double pace = 0;        ///< velocity of a stage that does as it is told, along its ramps
-    double lead = 0;        ///< way of that stage less way covered, slowly forgotten
-    double peak_speed = 0;  ///< of the velocities; forgotten alike
-    double past_speed = 0;  ///< the same before it was released last
+    bool driven = false;    ///< commanded by velocities, cycle by cycle; `speed` is the resulting
+                            ///< speed of the last one
+    bool released = false;  ///< driven before, now coming to rest
+    TimePoint until{};      ///< when the velocity ends by itself
+    double pace = 0;        ///< velocity of an ideal stage along its ramps
+    double lead = 0;        ///< way of the ideal stage minus way covered; decays slowly
+    double peak_speed = 0;  ///< largest velocity; decays at the same rate
+    double past_speed = 0;  ///< largest velocity before the last release
     std::optional<double> seen_at;
   };
   struct Reading {
@@ -73,7 +74,7 @@ class GuardWatch {
   };
 
   void check_wrench(const WatchInput& input);
-  /// The cloth has taken the probe's weight over, or given it back.
+  /// Whether the fabric has just taken over the probe's weight or returned it.
   [[nodiscard]] bool is_landing(const Reading& now, const WatchInput& input) const;
   void check_taxels(const WatchInput& input);
   void check_speed(Axis axis, double position, TimePoint at);
@@ -90,9 +91,9 @@ class GuardWatch {
     TaxelReading newest;
     TimePoint changed{};
   };
-  std::vector<TaxelsSeen> taxels_;                        ///< array by array
+  std::vector<TaxelsSeen> taxels_;                        ///< one per array
   std::array<std::optional<Reading>, axis_count> stage_;  ///< value[0] is its position
-  std::array<double, axis_count> excess_{};               ///< way that its speed does not explain
+  std::array<double, axis_count> excess_{};  ///< way that the top speed does not explain
   std::array<Plan, axis_count> plans_{};
 };
 

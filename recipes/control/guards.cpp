@@ -61,7 +61,7 @@ GuardTrip trip(Guard guard, std::string message, std::string where, std::string 
                 .hint = std::move(hint)}};
 }
 
-/// Readings in a row that are far off before the cause is believed to be the bench, not the wire.
+/// Deviating readings in a row after which the bench, not the wire, is assumed to be the cause.
 constexpr unsigned jumps_that_fail = 3;
 
 std::string stage(Axis axis) {
@@ -81,7 +81,7 @@ bool over(double value, double cap) {
   return !(value <= cap);
 }
 
-// What a saturated or broken sensor says is no force: it is not compared with a cap.
+// The value of a saturated or broken sensor is not a force: it is not compared with a cap.
 Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
   const double force = magnitude(readings.force_n);
   if (!readings.wrench_valid)
@@ -124,7 +124,7 @@ Trip check_travel(const GuardLimits& limits, const GuardReadings& readings) {
   return {};
 }
 
-/// Runs every cycle for every stream, so words are only put together once something is wrong.
+/// Runs every cycle for every stream, so text is built only after a limit is exceeded.
 Trip check_age(Guard guard, std::string_view device, const std::optional<TimePoint>& at,
                Duration max_age, TimePoint now) {
   if (at && now - *at <= max_age) return {};

@@ -1,5 +1,5 @@
 #pragma once
-// Guards: evaluated in every cycle, before any command goes out. Pure; the first that trips is
+// Guards: evaluated in every cycle before any command is sent. Pure; the first guard that trips is
 // returned.
 
 #include <array>
@@ -32,17 +32,17 @@ enum class Guard : std::uint8_t {
   disk
 };
 
-/// What a guard that trips does. Whatever it is, no other command of that cycle goes out.
+/// Effect of a guard that trips. With any effect no other command of that cycle is sent.
 enum class GuardAction : std::uint8_t {
-  hold,          ///< nothing is commanded in this cycle: what moves under the force loop stands
-                 ///< still once its servo command has run out
-  fail_trial,    ///< the cloth or the trial misbehaves: stop, retract, then as the recipe says
-  end_campaign,  ///< the rig cannot be trusted: stop, retract and end
-  finish_trial,  ///< nothing is in danger: the trial under way is finished, then the campaign ends
+  hold,  ///< no command in this cycle: motion under the force loop ends when its servo command runs
+         ///< out
+  fail_trial,    ///< the fabric or the trial misbehaves: stop, retract, then follow the recipe
+  end_campaign,  ///< the rig is not trusted: stop, retract and end
+  finish_trial,  ///< no danger: finish the current trial, then end the campaign
 };
 std::string_view to_string(GuardAction action);
 
-/// One line of the table: every guard that a cycle evaluates, most dangerous first.
+/// One row of the table of guards, which lists the most dangerous guard first.
 struct GuardRule {
   Guard guard;
   std::string_view name;
@@ -54,31 +54,32 @@ const std::array<GuardRule, guard_count>& guard_table();
 std::string_view to_string(Guard guard);
 
 struct GuardLimits {
-  double force_cap_n = 0;    ///< on the magnitude of the force
-  double torque_cap_nm = 0;  ///< on the magnitude of the torque
+  double force_cap_n = 0;    ///< limit of the magnitude of the force
+  double torque_cap_nm = 0;  ///< limit of the magnitude of the torque
   std::array<Range, axis_count> travel{};
-  std::array<bool, axis_count> fixed{};  ///< axes without a stage, of which no reading comes
-  double travel_slack = 5e-6;   ///< rounding and overshoot that is not a violation [m] or [rad]
-  double taxel_cap_counts = 0;  ///< on any taxel's change, without a force sensor; 0: not looked at
-  Duration wrench_max_age{};    ///< zero: there is no force sensor
+  std::array<bool, axis_count> fixed{};  ///< axes without a stage; they have no readings
+  double travel_slack = 5e-6;  ///< rounding and overshoot that is not a violation [m] or [rad]
+  double taxel_cap_counts =
+      0;  ///< limit of any taxel's change, without a force sensor; 0: not checked
+  Duration wrench_max_age{};  ///< zero: no force sensor
   Duration taxels_max_age{};
   Duration stage_max_age{};
-  Duration wrench_longest_frozen{};  ///< zero: not looked at
+  Duration wrench_longest_frozen{};  ///< zero: not checked
   Duration taxels_longest_frozen{};
   double wrench_jump_n = 0;       ///< between two readings; for the message
-  Duration cycle_max_lateness{};  ///< zero: not looked at
+  Duration cycle_max_lateness{};  ///< zero: not checked
   std::uint64_t least_free_bytes = 0;
 };
 
-/// What the readings of the last cycles say together; made by GuardWatch.
+/// Findings over the last cycles, made by GuardWatch.
 struct GuardHistory {
-  Duration wrench_frozen{};           ///< all six components unchanged for so long
-  Duration taxels_frozen{};           ///< all counts of an array unchanged for so long
-  unsigned wrench_jumps = 0;          ///< readings in a row far from the last one believed
-  double wrench_jump_n = 0;           ///< how far
+  Duration wrench_frozen{};           ///< time for which all six components have not changed
+  Duration taxels_frozen{};           ///< time for which all counts of an array have not changed
+  unsigned wrench_jumps = 0;          ///< readings in a row far from the last accepted one
+  double wrench_jump_n = 0;           ///< size of the jump
   std::optional<Axis> too_fast;       ///< a stage that covered more than its speed allows
-  std::optional<Axis> not_following;  ///< a stage that is not where its command has put it
-  double following_error = 0;         ///< of that stage [m] or [rad]
+  std::optional<Axis> not_following;  ///< a stage that is not at its commanded position
+  double following_error = 0;         ///< error of that stage [m] or [rad]
 };
 
 /// The newest readings. A reading that never came counts as stale.
@@ -88,12 +89,12 @@ struct GuardReadings {
   bool wrench_valid = true;
   double taxel_change = 0;  ///< largest change of a taxel since the probe hung free [counts]
   std::optional<TimePoint> wrench_at;
-  std::optional<TimePoint> taxels_at;  ///< of the array that has been silent longest
+  std::optional<TimePoint> taxels_at;  ///< of the array with the oldest frame
   Joints position;
   std::array<std::optional<TimePoint>, axis_count> stage_at{};
-  std::optional<TimePoint> deadline;        ///< of the state the engine is in
+  std::optional<TimePoint> deadline;        ///< of the current state of the engine
   Duration cycle_lateness{};                ///< of this cycle
-  std::optional<std::uint64_t> free_bytes;  ///< where the campaign is recorded, when known
+  std::optional<std::uint64_t> free_bytes;  ///< on the disk of the campaign, if known
   GuardHistory history;
 };
 
@@ -103,8 +104,8 @@ struct GuardTrip {
   Error error;
 };
 
-/// What is wrong, most dangerous first, or nothing. A jump of one reading comes last: it only
-/// holds, and must not hide what ends a trial.
+/// The most dangerous guard that trips, or nullopt. A jump of one reading comes last: it only skips
+/// a cycle and must not hide a guard that ends a trial.
 std::optional<GuardTrip> evaluate(const GuardLimits& limits, const GuardReadings& readings,
                                   TimePoint now);
 

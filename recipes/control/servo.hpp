@@ -1,5 +1,5 @@
 #pragma once
-// A stage that is driven by velocities that end by themselves, sent again in each cycle
+// Drives a stage by velocities that end by themselves and are sent again in each cycle
 // (docs/adr/0002).
 
 #include <algorithm>
@@ -10,18 +10,18 @@
 
 namespace weft::recipes {
 
-/// A velocity ends after this time, whatever the rate of the cycle.
+/// A velocity ends after this time at any cycle rate.
 inline constexpr Duration servo_horizon = std::chrono::milliseconds(100);
 
-/// How old the reading is, in the middle, from which an order is counted that is sent again in each
-/// cycle: it is of the cycle before, and the order stands for a cycle.
+/// Mean age of the reading from which a repeated command is counted. The reading is from the cycle
+/// before, and the command is valid for one cycle.
 inline Duration order_age(double cycle_hz) {
   return from_seconds(1.5 / cycle_hz);
 }
 
-/// What a stage that is driven with `speed` reaches: it is sent no further than `speed` takes it
-/// within the horizon from where it was `age` ago, and goes no faster than it can stop by there.
-/// All in m or rad, and > 0.
+/// Speed that a stage reaches when driven with `speed`. It is sent no further than `speed` takes it
+/// within the horizon, counted from its position `age` ago. It goes no faster than it can stop by
+/// there. All in m or rad, and > 0.
 inline double reached_speed(double speed, double acceleration, Duration age,
                             Duration horizon = servo_horizon) {
   const double way = speed * to_seconds(horizon);
@@ -32,8 +32,8 @@ inline double reached_speed(double speed, double acceleration, Duration age,
   return std::min(speed, reached);
 }
 
-/// How far a stage that is driven with `speed` [m/s] may still go after the reading at which it was
-/// told to stop or to turn [m]: to the end of the last order, by which it can stop.
+/// Largest way after the reading that caused a stop or reversal, at `speed` [m/s]; result in m. The
+/// stage can stop by the end of the last command.
 inline double run_on_m(double speed) {
   return speed * to_seconds(servo_horizon);
 }

@@ -32,7 +32,7 @@ std::string unit_of(Axis axis) {
   return is_linear(axis) ? " m" : " rad";
 }
 
-/// "x = 0.2 m outside 0 to 0.15 m; ..." for every stage that cannot go there.
+/// "x = 0.2 m outside 0 to 0.15 m; ..." for every stage that cannot reach its position.
 std::string unreachable(const Geometry& geometry, const Joints& joints) {
   std::string list;
   for (const Axis axis : all_axes) {
@@ -45,7 +45,7 @@ std::string unreachable(const Geometry& geometry, const Joints& joints) {
   return list;
 }
 
-/// Directions this close to the warp leave no digits for rx.
+/// Directions this close to the warp leave no significant digits for rx.
 constexpr double least_across = 1e-9;
 
 double size_of(const Direction& d) {
@@ -62,7 +62,7 @@ std::string_view to_string(Axis axis) {
 ProbePose forward(const Geometry& geometry, const Joints& joints) {
   const double rx = joints[Axis::rx];
   const double ry = joints[Axis::ry];
-  // The face's centre in the world, seen from the fabric's origin at zero tilt (u, v, up).
+  // The face's centre in the world, from the fabric's origin at zero tilt (u, v, up).
   const double u = joints[Axis::x] - geometry.origin_m.x_m + geometry.probe_arm_m * std::sin(ry);
   const double v = joints[Axis::y] - geometry.origin_m.y_m;
   const double up =

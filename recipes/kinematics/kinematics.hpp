@@ -1,10 +1,10 @@
 #pragma once
-// Geometry of the 5-DoF workbench of Khan et al. 2016, section IV-A: the platform carries the
-// fabric on x and y and turns about x; the probe rides on z and turns about y.
+// Geometry of the 5-DoF workbench of Khan et al. 2016, section IV-A. The plate carries the fabric
+// on x and y and turns about x. The probe is mounted on z and turns about y.
 //
-// Frames. World: X and Y horizontal, Z down, fixed to the bench; the untilted probe's face is at
-// X = Y = 0. Fabric: u along the warp (x), v along the weft (y), h up from the plate's surface; its
-// origin is the plate corner with the lowest x and y. With both tilts at zero
+// Frames. World: X and Y horizontal, Z down, fixed to the bench; the untilted probe's face is at X
+// = Y = 0. Fabric: u along the warp (x), v along the weft (y), h up from the surface of the plate.
+// Its origin is the plate corner with the lowest x and y. With both tilts at zero
 //     u = x_stage - x_origin,   v = y_stage - y_origin,   h = surface_z - z_stage.
 
 #include <array>
@@ -34,7 +34,7 @@ struct Vec2 {
   friend bool operator==(const Vec2&, const Vec2&) = default;
 };
 
-/// Closed interval, in the unit of what it bounds.
+/// Closed interval, in the unit of the bounded value.
 struct Range {
   double min = 0;
   double max = 0;
@@ -42,15 +42,15 @@ struct Range {
   [[nodiscard]] constexpr double width() const { return max - min; }
 };
 
-/// Ends of travel may be met exactly; sums of millimetres are not exact in binary [m or rad].
+/// Ends of travel may be reached exactly; sums of millimetres are not exact in binary [m or rad].
 inline constexpr double travel_rounding = 1e-9;
 
-/// `inner` lies in `outer`, its ends by no more than travel_rounding beyond.
+/// Whether `inner` is in `outer`; its ends may exceed it by travel_rounding.
 constexpr bool within(const Range& outer, const Range& inner) {
   return inner.min >= outer.min - travel_rounding && inner.max <= outer.max + travel_rounding;
 }
 
-/// Stage positions: metres for x, y, z (z counts downwards, towards the cloth), radians for rx, ry.
+/// Stage positions: metres for x, y, z (z counts downwards, to the fabric), radians for rx, ry.
 struct Joints {
   std::array<double, axis_count> value{};
   [[nodiscard]] constexpr double operator[](Axis axis) const { return value[index(axis)]; }
@@ -63,25 +63,25 @@ struct Tilts {
   double ry_rad = 0;
 };
 
-/// Where the probe's face is, seen from the cloth.
+/// Pose of the probe's face relative to the fabric.
 struct ProbePose {
   Vec2 contact_m;  ///< foot of the face's centre on the plate, fabric frame
   double clearance_m =
-      0;  ///< height of the face's centre above the plate's surface; < 0 is below it
-  double tilt_x_rad = 0;  ///< lean of the probe's axis from the plate's normal, about the warp
+      0;  ///< height of the face's centre above the surface of the plate; < 0 is below it
+  double tilt_x_rad = 0;  ///< angle of the probe's axis from the plate's normal, about the warp
   double tilt_y_rad = 0;  ///< the same about the weft
 };
 
 /// Constant lengths of the bench.
 struct Geometry {
   std::array<Range, axis_count> travel{};  ///< [m] or [rad]
-  /// Axes without a stage; both ends of their travel are where they stand.
+  /// Axes without a stage; both ends of their travel are their fixed position.
   std::array<bool, axis_count> fixed{};
   Vec2 origin_m;           ///< x and y stage positions that put the probe over the fabric's origin
   Vec2 plate_size_m;       ///< the plate covers [0, size] in the fabric frame
   double surface_z_m = 0;  ///< z stage position at which the face would touch the bare plate
   double tilt_axis_y_m = 0;      ///< v of the axis about which the platform turns
-  double tilt_axis_depth_m = 0;  ///< how far that axis lies under the plate's surface
+  double tilt_axis_depth_m = 0;  ///< depth of that axis below the surface of the plate
   double probe_arm_m = 0;        ///< from the axis about which the probe turns down to its face
 
   [[nodiscard]] bool is_fixed(Axis axis) const { return fixed[index(axis)]; }
@@ -90,21 +90,21 @@ struct Geometry {
 /// Exact forward kinematics; any finite joints have a pose.
 ProbePose forward(const Geometry& geometry, const Joints& joints);
 
-/// Exact inverse. Errc::range when a stage would leave its travel by more than travel_rounding
-/// (all such stages are named), Errc::invalid_argument when the pose is not finite or leans a
-/// quarter turn or more.
+/// Exact inverse. Errors: range when stages would leave their travel by more than travel_rounding
+/// (the error names all of them); invalid_argument when the pose is not finite or leans a quarter
+/// turn or more.
 Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose);
 
 /// Angle between the probe's axis and the plate's normal [rad], 0 to pi.
 double lean_rad(const ProbePose& pose);
 
-// The bench seen from a surface: stage positions to and from a point and a normal, both in the
-// fabric frame. The probe stands on the point with its axis along the normal. Two rotations fix a
-// direction but no turn about it, so the five stages and a point with a normal determine each
-// other.
+// The bench relative to a surface: stage positions to and from a point and a normal, both in the
+// fabric frame. The face of the probe is at the point and its axis is along the normal. Two
+// rotations fix a direction but no turn about it. Therefore five stage positions and a point with a
+// normal determine each other.
 
 /// A direction in the fabric frame: along the warp, along the weft, up from the plate. Any length
-/// but zero.
+/// except zero.
 struct Direction {
   double u = 0;
   double v = 0;
@@ -114,10 +114,10 @@ struct Direction {
 /// The probe's axis, as a unit vector away from the plate, with the rotary stages at `tilts`.
 Direction probe_axis(const Tilts& tilts);
 
-/// Where the rotary stages put the probe's axis along `normal`. Closed form:
+/// Angles of the rotary stages that align the probe's axis with `normal`. Closed form:
 ///     rx = atan2(v, up),   ry = atan2(-u, hypot(v, up)).
 /// Errors: invalid_argument when `normal` is not finite or zero, does not point away from the plate
-/// (a quarter turn or more), or lies along the warp, where rx is not determined (the singularity).
+/// (a quarter turn or more), or is along the warp, where rx is undetermined (singularity).
 Result<Tilts> tilts_along(const Direction& normal);
 
 /// Angle between two directions [rad], 0 to pi, to full precision near 0 too.
@@ -130,11 +130,12 @@ struct SurfacePose {
   Direction normal;        ///< along the probe's axis, away from the plate
 };
 
-/// Forward. Errors: invalid_argument for joints that are not finite or lean a quarter turn or more.
+/// Forward kinematics. Errors: invalid_argument for joints that are not finite or lean a quarter
+/// turn or more.
 Result<SurfacePose> surface_pose(const Geometry& geometry, const Joints& joints);
 
-/// Inverse. Errors: those of tilts_along() and of inverse(): range when a stage would leave its
-/// travel.
+/// Inverse kinematics. Errors: those of tilts_along() and of inverse(): range when a stage would
+/// leave its travel.
 Result<Joints> joints_on(const Geometry& geometry, const SurfacePose& pose);
 
 }  // namespace weft::recipes

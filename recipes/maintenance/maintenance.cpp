@@ -28,7 +28,7 @@ double way_s(const RigLimits& limits, Axis axis, double way, double speed) {
                          : way / speed + tilt_ramp_s;
 }
 
-/// Plans one order: the legs grow here.
+/// Plans one order and collects its legs.
 class MaintenancePlanner {
  public:
   MaintenancePlanner(const RigLimits& limits, const BenchFound& found) : found_(found) {
@@ -51,12 +51,12 @@ class MaintenancePlanner {
     return is_homed(Axis::z) && z_m <= plan_.limits.clear_z_m() + travel_rounding;
   }
 
-  /// One that is up already stays where it is: nothing lowers it.
+  /// A probe that is up already stays at its height: it must not be lowered.
   void lift() {
     if (plan_.begins_up) return;
     const double from = found_.joints[Axis::z];
     if (is_homed(Axis::z)) return add_lift(plan_.limits.clear_z_m(), plan_.limits.max_speed_mps);
-    // Positions have no origin, so the travel says nothing about them.
+    // Positions have no origin yet, so the travel limits do not apply.
     plan_.is_relative = true;
     constexpr double anywhere = std::numeric_limits<double>::max();
     plan_.limits.geometry.travel[index(Axis::z)] = {-anywhere, anywhere};
@@ -142,7 +142,7 @@ class MaintenancePlanner {
                  .hint = "Jog a shorter distance"});
   }
 
-  /// Without a force sensor nothing stops a jog on the cloth.
+  /// Without a force sensor nothing stops a jog on the fabric.
   [[nodiscard]] double lowest_jog_m() const {
     return plan_.limits.has_wrench ? lowest_z_m(plan_.limits) : plan_.limits.clear_z_m();
   }
@@ -156,8 +156,8 @@ class MaintenancePlanner {
                  .hint = "Retract the probe first"});
   }
 
-  /// The force is measured from its value before the jog, because a sensor that was switched on
-  /// since the last trial has no zero. The sum of both stays under the rig's cap.
+  /// The limit is relative to the force before the jog, because a sensor that was switched on since
+  /// the last trial has no bias. The sum of both stays under the rig's cap.
   Status limit_force() {
     if (!plan_.limits.has_wrench) return require_up();
     const double cap_n = plan_.limits.force_cap_n;
@@ -176,7 +176,7 @@ class MaintenancePlanner {
   MaintenancePlan plan_;
 };
 
-/// One call of step(): the next state and the effects grow here.
+/// One call of step(): collects the next state and the effects.
 class MaintenanceMachine {
  public:
   MaintenanceMachine(const MaintenancePlan& plan, MaintenanceState state, TimePoint now)
@@ -191,7 +191,7 @@ class MaintenanceMachine {
   using Step = MaintenanceState::Step;
 
   template <class Other>
-  void on(const Other&) {}  // what only a campaign knows
+  void on(const Other&) {}  // events that only a campaign uses are ignored
 
   void on(const Start&) {
     if (state_.step != Step::ready) return;

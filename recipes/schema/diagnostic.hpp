@@ -1,5 +1,5 @@
 #pragma once
-// Findings about a text that a person wrote: all of them at once, each with its place and a hint.
+// Findings about a text that a person wrote. All are collected, each with its place and a hint.
 
 #include <string>
 #include <string_view>
@@ -21,13 +21,13 @@ struct Diagnostic {
 /// "/explorations/M1: message (expected X, got Y). Hint."
 std::string to_string(const Diagnostic& diagnostic);
 
-/// Collects findings; after a few hundred it only counts, as no person reads more.
+/// Collects findings. After a few hundred it only counts them, because no person reads more.
 class Problems {
  public:
-  /// The hint becomes a sentence: its first letter is made a capital.
+  /// Adds a finding; the first letter of its hint becomes a capital.
   void add(Diagnostic diagnostic);
   [[nodiscard]] bool empty() const { return list_.empty(); }
-  /// The findings in order, closed by one that says how many were left out.
+  /// The findings in order; if some were left out, the last one gives their number.
   [[nodiscard]] std::vector<Diagnostic> take();
 
  private:
@@ -35,7 +35,7 @@ class Problems {
   std::size_t left_out_ = 0;
 };
 
-/// JSON pointers: of a member, of an element.
+/// JSON pointer of a member or of an element.
 using weft::child;
 std::string child(std::string_view parent, std::size_t index);
 

@@ -240,8 +240,7 @@ const json* ObjectReader::typed(std::string_view key, Need need, bool array) {
   return nullptr;
 }
 
-/// The one spelling that the text uses; null (with a finding where one is due) when none or
-/// several.
+/// The one spelling that the text uses; null if none or several. Adds a finding where one is due.
 const Spelling* ObjectReader::spelling_used(const Quantity& quantity, Need need) {
   const Spelling* used = nullptr;
   std::size_t count = 0;
@@ -262,7 +261,7 @@ const Spelling* ObjectReader::spelling_used(const Quantity& quantity, Need need)
   return count == 1 ? used : nullptr;
 }
 
-/// Says so when "speed" or "speed_cm_s" stands where "speed_mm_s" is meant.
+/// Reports "speed" or "speed_cm_s" in the place of "speed_mm_s". True if any was found.
 bool ObjectReader::report_wrong_units(const Quantity& quantity) {
   if (object_ == nullptr) return false;
   bool any = false;

@@ -16,10 +16,10 @@ using nlohmann::json;
 
 constexpr std::size_t most_parameters = 100;
 constexpr std::size_t most_choices = 100;
-constexpr std::size_t longest_text = 500;  // of a value [bytes]: each reference repeats it
+constexpr std::size_t longest_text = 500;  // largest text value [bytes]; each reference copies it
 constexpr const char* reference_key = "parameter";
 
-/// Ends of keys, the longer before what they end with, and the unit each stands for.
+/// Key endings and the units they stand for. A longer ending comes before one that it ends with.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 7> units{{{"_mm_s", "mm/s"},
                                                                               {"_mps", "m/s"},
                                                                               {"_mm", "mm"},
@@ -42,7 +42,7 @@ struct Parameter {
   std::vector<std::string> choices;
   std::string_view unit;
   Bounds bounds;
-  json value;  ///< null: neither given nor a default
+  json value;  ///< null: no value and no default
   bool is_used = false;
 };
 using Parameters = std::map<std::string, Parameter, std::less<>>;
@@ -90,7 +90,7 @@ std::string unit_text(std::string_view unit) {
   return unit.empty() ? "no unit" : std::string(unit);
 }
 
-/// One spelling of equal numbers: equal recipes have equal digests. Null where it is refused.
+/// Gives equal numbers one spelling, so that equal recipes have equal digests. Null if refused.
 json usable_value(const Parameter& parameter, const json& value, const std::string& place,
                   Problems& problems) {
   if (!has_type(parameter, value)) {
@@ -138,7 +138,7 @@ void read_type(ObjectReader& reader, const json& declaration, Parameter& paramet
   }
 }
 
-/// Unit and range go with numbers alone; the unit is the one that the name ends with.
+/// Only numbers have a unit and a range. The unit must match the ending of the name.
 void read_numeric(const std::string& name, ObjectReader& reader, Parameter& parameter,
                   Problems& problems) {
   if (parameter.type != Type::number && parameter.type != Type::integer) {
@@ -229,13 +229,13 @@ bool is_reference(const json& value) {
          value[reference_key].is_string();
 }
 
-/// Puts values in the place of references.
+/// Replaces references with their values.
 class Resolver {
  public:
   Resolver(Parameters& parameters, Problems& problems)
       : parameters_(parameters), problems_(problems) {}
 
-  /// `key`: the nearest member's, whose unit an element of its list has too.
+  /// `key` is the key of the nearest enclosing member; elements of its list share its unit.
   void resolve(json& value, const std::string& place, std::string_view key) {
     if (is_reference(value)) return replace(value, place, key);
     if (value.is_object())
@@ -296,10 +296,12 @@ bool bind_parameters(json& document, std::string_view values_json, Problems& pro
                   "remove the key"});
   parameters = read_declarations(*block, problems);
   document.erase(block);
-  if (!problems.empty()) return true;  // what follows from a wrong declaration is not reported
+  if (!problems.empty())
+    return true;  // a wrong declaration causes further errors, which are not reported
   bind_values(values_json, parameters, problems);
   if (!problems.empty()) return true;
-  Resolver resolver(parameters, problems);  // of the members: the recipe itself is no value
+  Resolver resolver(parameters,
+                    problems);  // resolves the members only: the recipe itself cannot be a value
   for (auto& [key, value] : document.items()) resolver.resolve(value, child("", key), key);
   check_bound(parameters, problems);
   json& bound = document["bound_parameters"] = json::object();

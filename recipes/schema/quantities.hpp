@@ -1,6 +1,6 @@
 #pragma once
-// Every quantity that recipes and rig files may hold, with its accepted spellings. The JSON Schema
-// lists the same ones; a test compares them.
+// All quantities of recipes and rig files with their accepted spellings. The JSON Schema lists the
+// same ones; a test compares them.
 
 #include <numbers>
 
@@ -11,7 +11,7 @@ namespace weft::recipes::quantities {
 inline constexpr double mm_per_m = 1e3;
 inline constexpr double deg_per_rad = 180 / std::numbers::pi;
 
-/// A force under two spellings of its unit.
+/// A force with two spellings of its unit.
 inline Quantity newtons(std::string_view stem, std::string_view newton_upper,
                         std::string_view newton_lower) {
   return {stem, {{newton_upper, 1}, {newton_lower, 1}}};
