@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Uniform in [0, bound) without bias: draws in the incomplete last interval are thrown away.
+/// Uniform in [0, bound) without bias: draws in the incomplete last interval are discarded.
 std::uint64_t below(std::uint64_t bound, std::uint64_t& state) {
   const std::uint64_t remainder = (UINT64_MAX % bound + 1) % bound;
   std::uint64_t draw = next_splitmix64(state);
@@ -40,7 +40,7 @@ void shuffle(std::vector<Item>& list, std::uint64_t& state) {
   for (std::size_t i = list.size(); i > 1; --i) std::swap(list[i - 1], list[below(i, state)]);
 }
 
-/// The trials of a sweep. Each replicate of a fabric is a complete block, drawn anew.
+/// The trials of a sweep. Each replicate of a fabric is a complete block with its own random order.
 class SweptTrials {
  public:
   SweptTrials(const StatedRecipe& stated, const Sweep& sweep)
@@ -95,9 +95,8 @@ std::vector<TrialSpec> shuffled(const StatedRecipe& stated) {
   return trials;
 }
 
-/// Blocked: fabric by fabric, in each piece by piece, in each exploration by exploration, in each
-/// repetition by repetition. Randomised: the blocked list shuffled (Fisher and Yates) by splitmix64
-/// from the order's seed.
+/// Blocked: sorted by fabric, then piece, then exploration, then repetition. Randomised: the
+/// blocked list shuffled (Fisher and Yates) by splitmix64 with the seed of the order.
 std::vector<TrialSpec> ordered_trials(const StatedRecipe& stated) {
   std::vector<TrialSpec> trials = stated.sweep ? SweptTrials(stated, *stated.sweep).all()
                                   : stated.order == Order::randomised ? shuffled(stated)
@@ -191,7 +190,7 @@ json normal(const Handover& handover) {
   return out;
 }
 
-/// The cells follow from it.
+/// The cells are left out because they follow from the rest.
 json normal(const Sweep& sweep) {
   json out{{"replicates", sweep.replicates},
            {"order", sweep.randomised ? "randomised" : "as_listed"},
@@ -206,7 +205,8 @@ json normal(const Sweep& sweep) {
   return out;
 }
 
-/// Swept or not. Where a stroke is swept the start is centred for each, unless it is stated.
+/// Normal form with or without a sweep. A swept stroke has a centred start in each cell, unless the
+/// recipe states one.
 json normal(const StatedExploration& stated, const std::optional<Sweep>& sweep) {
   if (!sweep) return normal(stated.exploration);
   json out = normal(at_first_values(stated.exploration, *sweep));
@@ -219,8 +219,8 @@ json normal_order(const StatedRecipe& stated) {
   return {{"kind", "randomised"}, {"seed", stated.order_seed}};
 }
 
-/// Sorted keys, SI units, defaults and chosen starts written out; description and source left out.
-/// Numbers are the shortest that read back as the same double.
+/// Sorted keys, SI units, defaults and chosen starts included; description and source left out.
+/// Each number is the shortest text that reads back as the same double.
 std::string canonical_json(const StatedRecipe& stated) {
   json explorations = json::object();
   for (const StatedExploration& e : stated.explorations)
@@ -249,7 +249,7 @@ std::string canonical_json(const StatedRecipe& stated) {
   for (const OperatorStep& step : stated.operator_steps)
     document["operator_steps"].push_back(normal(step, stated.fabrics));
   if (!is_empty(stated.finally)) document["finally"] = normal(stated.finally);
-  // By default: a recipe that says nothing of it keeps its digest.
+  // The default is not written, so that a recipe without the key keeps its digest.
   if (stated.declines_handover) document["hand_over"] = false;
   if (stated.handover && !stated.handover->by_default)
     document["hand_over"] = normal(*stated.handover);
@@ -269,8 +269,8 @@ void check_trial_count(const StatedRecipe& stated, Problems& problems) {
                   std::to_string(trials), "lower \"repetitions\""});
 }
 
-/// On a real bench a person puts the cloth on the plate: that is asked for each fabric that the
-/// recipe's own steps say nothing of. Returns whether there was one.
+/// On a real bench a person mounts the fabric. Adds a step for each fabric that no step of the
+/// recipe mentions. Returns whether any was added.
 bool add_mount_steps(Plan& plan) {
   using Before = OperatorStep::Before;
   const bool again = plan.repetition.remount_every > 0 || plan.repetition.pieces > 1;
@@ -284,7 +284,7 @@ bool add_mount_steps(Plan& plan) {
   return true;
 }
 
-/// Free of problems by now, so everything is there.
+/// The recipe has no problems here, so everything is present.
 Plan make_plan(StatedRecipe stated, const RigLimits& limits, std::string canonical) {
   Plan plan;
   plan.canonical_json = std::move(canonical);
@@ -336,7 +336,7 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
   return warnings;
 }
 
-/// Binds the parameters, where there are any. True where there was no problem.
+/// Binds the parameters, if there are any. True if there was no problem.
 bool resolve(json& document, std::string_view values_json, CheckReport& report,
              Problems& problems) {
   if (document.is_object() && document.contains("parameters"))
@@ -352,7 +352,7 @@ bool resolve(json& document, std::string_view values_json, CheckReport& report,
   return problems.empty();
 }
 
-/// The probe's rest has to lie within its mount's slack however late the stage stops.
+/// The rest height must be within the slack of the mount at the latest possible stop of the stage.
 void check_rest(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
   constexpr double margin_m = 10e-6;
   const double needed_m =
@@ -366,7 +366,7 @@ void check_rest(const StatedRecipe& stated, const RigLimits& limits, Problems& p
        "seat more slowly, or lower the rig's probe.rest_travel_mm"});
 }
 
-/// With the rotary stages at their level z follows the plate to every patch.
+/// With the rotary stages at the level angles, z follows the plate to every patch.
 void check_patches(const Plan& plan, Problems& problems) {
   if (!plan.limits.levelled() || plan.repetition.path == Repetition::Path::same) return;
   for (const TrialSpec& trial : plan.trials) {
@@ -382,7 +382,7 @@ void check_patches(const Plan& plan, Problems& problems) {
   }
 }
 
-/// Plan and warnings, where there is no problem.
+/// Adds the plan and the warnings if there is no problem.
 void check_resolved(const json& document, const RigLimits& limits,
                     std::optional<std::uint64_t> seed, CheckReport& report, Problems& problems) {
   StatedRecipe stated = read_recipe(document, limits, seed, problems);

@@ -13,11 +13,11 @@ namespace {
 
 using Row = std::vector<double>;
 
-/// What is better by less is not better: equal designs must not be told apart by rounding.
+/// Least improvement that counts: rounding must not decide between equal designs.
 constexpr double clearly_better = 1e-9;
-/// Each pass looks at every chosen row once; a handful is enough in practice.
+/// Each pass checks every chosen row once; a few passes are enough in practice.
 constexpr std::size_t most_passes = 20;
-/// Of the information matrix before any row is chosen, so that it has an inverse.
+/// Added to the information matrix before any row is chosen, so that it has an inverse.
 constexpr double ridge = 1e-6;
 
 double scaled(const Factor& factor, std::size_t level) {
@@ -29,8 +29,8 @@ double dot(const Row& a, const Row& b) {
   return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
-/// The inverse of the information matrix sum x x', kept while rows come and go (Sherman and
-/// Morrison 1950).
+/// The inverse of the information matrix sum x x', updated as rows are added and removed (Sherman
+/// and Morrison 1950).
 class Information {
  public:
   explicit Information(std::size_t terms) : inverse_(terms, Row(terms, 0.0)) {
@@ -43,7 +43,7 @@ class Information {
     for (const Row& line : inverse_) out.push_back(dot(line, x));
     return out;
   }
-  /// Variance of the prediction at x, in units of the noise's.
+  /// Variance of the prediction at x, in units of the noise variance.
   [[nodiscard]] double variance(const Row& x) const { return dot(x, times(x)); }
 
   void add(const Row& x, double sign) {
@@ -57,7 +57,7 @@ class Information {
   std::vector<Row> inverse_;
 };
 
-/// log |X'X / rows| by Cholesky; -infinity where it has no full rank.
+/// log |X'X / rows| by Cholesky; -infinity without full rank.
 double log_determinant(const std::vector<Row>& rows, const std::vector<std::size_t>& chosen) {
   const std::size_t p = rows.front().size();
   std::vector<Row> m(p, Row(p, 0.0));
@@ -87,7 +87,7 @@ class Exchange {
     for (std::size_t i = 0; i < count; ++i) take(least_known());
   }
 
-  /// Swaps one row after the other for the one outside that raises the determinant most.
+  /// Swaps each row in turn for the unchosen one that raises the determinant most.
   void improve() {
     for (std::size_t pass = 0; pass < most_passes; ++pass) {
       bool better = false;

@@ -1,6 +1,6 @@
 #pragma once
-// Numbers drawn from seeds: the same with every standard library, unlike std::shuffle and the
-// distributions of <random>.
+// Random numbers from seeds. They are equal with every standard library, unlike std::shuffle and
+// the distributions of <random>.
 
 #include <cstdint>
 

@@ -6,8 +6,8 @@
 
 #include "recipes/engine/machine.hpp"
 
-// What each event means in each step. How a trial goes on is in machine_steps.cpp, how trials and
-// campaigns end in machine_ends.cpp.
+// The effect of each event in each step. machine_steps.cpp has the steps of a trial,
+// machine_ends.cpp the ends of trials and campaigns.
 
 namespace weft::recipes {
 
@@ -77,7 +77,7 @@ void Machine::on(const ForceReached& event) {
 
 void Machine::on(const RestMeasured& event) {
   constexpr double sure_deviations = 3;
-  constexpr double zero_n = 0.05;  // how far off the sensor's zero may be
+  constexpr double zero_n = 0.05;  // allowed error of the sensor's bias
   const double weight_n = plan_.limits.probe_weight_n;
   const double tolerance_n =
       std::max({plan_.limits.rest_tolerance * weight_n, sure_deviations * event.error_n, zero_n});
@@ -135,7 +135,7 @@ void Machine::on(const Fault& event) {
 }
 
 void Machine::on(const GuardTripped& event) {
-  if (event.trip.action == GuardAction::hold) return;  // the cycle itself commands nothing
+  if (event.trip.action == GuardAction::hold) return;  // the scan cycle itself sends no command
   if (event.trip.action == GuardAction::finish_trial) {
     note(event.trip.error);
     return on(StopRequested{});
@@ -143,7 +143,7 @@ void Machine::on(const GuardTripped& event) {
   const bool grave = event.trip.action == GuardAction::end_campaign;
   if (is_concluding())
     return give_up_last(event.trip.error, grave ? RigFact::unknown : RigFact::safe);
-  // Whoever is at work on the plate touches it, and may load the sensor beyond its rating.
+  // A person working on the plate may load the sensor beyond its rating.
   if (between_trials() && (!grave || event.trip.guard == Guard::invalid_wrench)) return;
   if (grave) {
     note(event.trip.error);
@@ -170,7 +170,7 @@ void Machine::on(const ResumeRequested&) {
 void Machine::on(const StopRequested&) {
   state_.stop_requested = true;
   if (between_trials()) return end_at_rest(Outcome::stopped);
-  // Nothing has been touched yet: there is no repetition to finish.
+  // Nothing has been touched yet: there is no trial to finish.
   if (state_.step <= Step::mounting) {
     state_.campaign_outcome = Outcome::stopped;
     cut_short(Outcome::stopped, std::nullopt);

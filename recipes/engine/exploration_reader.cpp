@@ -19,7 +19,7 @@ constexpr std::array phase_order{Phase::rest, Phase::press, Phase::motion, Phase
 constexpr Bounds recorded_s{0.1, 3600, {}};
 constexpr Bounds displacement_m{-10, 10, {}};
 constexpr std::size_t most_legs = 1000;
-/// Where a recipe gives no band: 5 % of the paper's 5 N.
+/// Band of a recipe that states none: 5 % of the paper's 5 N.
 constexpr double default_band_n = 0.25;
 constexpr double unstated_n = -1;
 
@@ -27,10 +27,10 @@ std::string letter(Phase phase) {
   return std::string(1, to_char(phase));
 }
 
-/// Reads the phases of one exploration; the members are what its parts share.
+/// Reads the phases of one exploration; the members are shared by its parts.
 class PhaseReader {
  public:
-  /// `press`: without phase M.
+  /// `press`: an exploration without phase M.
   PhaseReader(bool press, const RigLimits& limits, Problems& problems, StatedExploration& out)
       : press_(press), limits_(limits), problems_(problems), out_(out) {}
 
@@ -47,7 +47,7 @@ class PhaseReader {
   void read_phase(const json& value, const std::string& place) {
     ObjectReader reader(value, place, problems_);
     const auto kind = reader.choice("phase", {"S", "P", "M", "E"});
-    if (!kind) return;  // which keys belong here is not known
+    if (!kind) return;  // without a phase the valid keys are not known
     PhaseStep step;
     step.phase = phase_order[*kind];
     if (step.phase == Phase::motion)
@@ -60,7 +60,7 @@ class PhaseReader {
     out_.exploration.phases.push_back(std::move(step));
   }
 
-  /// By force where it is measured, else by depth.
+  /// By force if the rig measures it, else by depth.
   void read_press(ObjectReader& reader, PhaseStep& step) {
     if (limits_.has_wrench) {
       for (const char* key : {"press_depth_mm", "press_depth_m"})
@@ -150,7 +150,7 @@ class PhaseReader {
           key, "phase " + letter(phase) + " has no force control: the probe's weight alone acts");
   }
 
-  /// Each once and in this order; a press has no M.
+  /// Each phase once and in this order; a press has no M.
   void check_order(const std::string& place) {
     const std::vector<PhaseStep>& phases = out_.exploration.phases;
     bool once = true;
@@ -175,10 +175,10 @@ class PhaseReader {
     if (!std::equal(phases.begin(), phases.end(), expected.begin(), expected.end(), same))
       problems_.add(
           {place, "the phases are in another order", press_ ? "S, P, E" : "S, P, M, E", "", ""});
-    if (press_) out_.path_pointer = place;  // its point must lie on the plate
+    if (press_) out_.path_pointer = place;  // its point must be on the plate
   }
 
-  /// One set point per trial: the force loop is switched on once, for P and M together.
+  /// One set point per trial: the force loop is switched on once, for both P and M.
   void check_constant_force(const std::string& place) {
     std::vector<PhaseStep>& phases = out_.exploration.phases;
     const auto find = [&](Phase phase) {
@@ -188,7 +188,7 @@ class PhaseReader {
     const auto press = find(Phase::press);
     const auto motion = find(Phase::motion);
     if (press == phases.end()) return;
-    if (press->force_n == unstated_n) press->force_n = 0;  // which is a finding
+    if (press->force_n == unstated_n) press->force_n = 0;  // already reported as a problem
     if (motion == phases.end()) return;
     if (motion->force_n == unstated_n) motion->force_n = press->force_n;
     if (motion->force_n != press->force_n)
@@ -204,7 +204,7 @@ class PhaseReader {
 };
 
 constexpr std::size_t longest_model_name = 1000;
-constexpr double surest = 0.999999;  // nothing is ever more certain
+constexpr double surest = 0.999999;  // largest accepted probability
 
 std::optional<StopEarly> read_stop_early(ObjectReader& vote) {
   std::optional<ObjectReader> reader = vote.section("stop_early");

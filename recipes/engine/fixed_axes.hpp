@@ -1,5 +1,5 @@
 #pragma once
-// The axes that a rig has no stage for: `fixed` of the rig file says where each of them stands.
+// Axes without a stage: `fixed` in the rig file gives their positions.
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -8,9 +8,9 @@
 
 namespace weft::recipes {
 
-/// Reads {"fixed": {"y_mm": 75, "rx_deg": 0, "ry_deg": 0}} of a rig file, or the same in m and rad:
-/// a fixed axis has no travel but the place where it stands. x and z cannot be fixed.
-/// Errors, with their JSON pointers, go into `problems`.
+/// Reads {"fixed": {"y_mm": 75, "rx_deg": 0, "ry_deg": 0}} of a rig file, or the same in m and rad.
+/// The travel of a fixed axis is only its position. x and z cannot be fixed.
+/// Errors: collected in `problems`, each with its JSON pointer.
 void read_fixed_axes(const nlohmann::json& rig, Geometry& geometry, Problems& problems);
 
 }  // namespace weft::recipes

@@ -9,7 +9,8 @@ namespace weft::recipes {
 namespace {
 
 constexpr std::int64_t most_groups = 1000;
-constexpr std::uint32_t least_trained = 2;  // trials of a fabric, or there is no spread to learn
+constexpr std::uint32_t least_trained =
+    2;  // trials of a fabric; fewer have no spread to learn from
 constexpr double longest_s = 86'400;
 
 /// In the order of the enumeration.
@@ -18,7 +19,7 @@ const std::vector<std::string_view>& from_names() {
   return names;
 }
 
-/// Of the largest group left out.
+/// Training trials per fabric when the largest group is held out.
 std::uint32_t left_to_train(std::uint32_t repetitions, std::uint32_t groups) {
   const std::uint32_t used = std::min(groups, repetitions);
   return repetitions - (repetitions + used - 1) / used;
@@ -48,7 +49,7 @@ const std::vector<std::string_view>& handover_learners(HandoverSource from) {
 
 void check_left_to_train(const Handover& handover, const std::string& place, std::size_t fabrics,
                          std::uint32_t repetitions, Problems& problems) {
-  // 0 of either has been found wanting by itself
+  // zero fabrics or repetitions are reported elsewhere
   if (fabrics == 1)
     problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});
   if (repetitions > 0 && left_to_train(repetitions, handover.groups) < least_trained)
@@ -56,7 +57,7 @@ void check_left_to_train(const Handover& handover, const std::string& place, std
                   "at least 2 of each fabric",
                   std::to_string(left_to_train(repetitions, handover.groups)),
                   "raise \"repetitions\" or \"groups\""});
-  // One group is set aside to ask, another to choose the learner by.
+  // One group is the test part, another one is for the choice of the learner.
   const std::uint32_t used = std::min(handover.groups, repetitions);
   if (handover.from == HandoverSource::vibration && repetitions > 0 && used < 3)
     problems.add({place, "too few groups of repetitions to choose a learner by", "at least 3",

@@ -1,5 +1,5 @@
 #pragma once
-// What is learnt from a campaign once it is complete, as the recipe says.
+// Handover of a complete campaign, as the recipe states it: training and evaluation.
 
 #include <cstdint>
 #include <optional>
@@ -11,46 +11,48 @@
 
 namespace weft::recipes {
 
-/// What a hand-over learns from.
+/// Source of the training data.
 enum class HandoverSource : std::uint8_t {
-  taxels,     ///< and force: a model of all trials of each exploration, and its evaluation
-  vibration,  ///< sound and acceleration of phase M: an evaluation, no model
+  taxels,     ///< taxels and force: a model of all trials of each exploration, and its evaluation
+  vibration,  ///< sound and acceleration of phase M: an evaluation without a model
   imprints    ///< the last scan of phase P of presses: Ellis' experiments, and a model
 };
 std::string_view to_string(HandoverSource from);
 
-/// A complete data set goes to the classifier by itself, and is evaluated by models that were
-/// trained without what they are asked about.
+/// A complete data set is trained and evaluated automatically. Each test trial is evaluated by
+/// models that were trained without it.
 struct Handover {
   std::string learner = "best";  ///< one of handover_learners(from)
-  /// The repetitions are dealt into so many groups; each is left out of the training once, with
-  /// every fabric's trials, and asked about.
+  /// Number of groups of repetitions. Each group is held out of the training once, with every
+  /// fabric's trials, and tested.
   std::uint32_t groups = 5;
-  double at_most_s = 3600;  ///< wall time; longer, and the hand-over has failed
+  double at_most_s = 3600;  ///< wall time; a longer handover has failed
   HandoverSource from = HandoverSource::taxels;
-  bool by_default = false;  ///< the recipe says nothing of it
+  bool by_default = false;  ///< the recipe does not state a handover
   friend bool operator==(const Handover&, const Handover&) = default;
 };
 
-/// Names as `weft fabric train --learner` takes them; of vibration "best", chosen on training
-/// windows alone, and "every": the paper's ten, ours, and best; of imprints "every" rule there is.
+/// Names that `weft fabric train --learner` accepts. Vibration adds "best", chosen on training
+/// windows alone, and "every": the paper's ten, ours, and best. For imprints "every" means all
+/// rules.
 const std::vector<std::string_view>& handover_learners(HandoverSource from);
 
-/// Reads the recipe's "hand_over", where it has one that is not `false`. A problem as well: fewer
-/// than two fabrics, repetitions of which fewer than two would be left to train on, a learner of
-/// another source, and vibration from a rig without a sensor of it (`has_vibration`). Imprints are
-/// left out one by one and by object: there groups are refused and one repetition is enough.
+/// Reads the recipe's "hand_over", if present and not `false`. Errors: collected in `problems`:
+/// fewer than two fabrics, fewer than two repetitions left to train on, a learner of another
+/// source, and vibration on a rig without a vibration sensor (`has_vibration`).
+/// Imprints are held out one by one and by object. For them groups are refused and one repetition
+/// is enough.
 std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
                                       std::uint32_t repetitions, bool has_vibration,
                                       Problems& problems);
 
-/// Adds what keeps a hand-over `from` taxels or vibration from learning: see read_handover().
+/// Adds the problems that prevent training from taxels or vibration; see read_handover().
 void check_left_to_train(const Handover& handover, const std::string& place, std::size_t fabrics,
                          std::uint32_t repetitions, Problems& problems);
 
-/// Repetitions 1 to `repetitions` in `groups` runs of equal length, give or take one: the group of
-/// each, from 0. Neighbours stay together, so that what drifts in the course of a campaign is not
-/// on both sides. With fewer repetitions than groups each is its own.
+/// Deals repetitions 1 to `repetitions` into `groups` runs of nearly equal length. Returns the
+/// group of each, from 0. Neighbours stay together, so that slow drift during a campaign is not in
+/// both training and test part. With fewer repetitions than groups each is a group of its own.
 std::vector<std::size_t> repetition_groups(std::uint32_t repetitions, std::uint32_t groups);
 
 }  // namespace weft::recipes

@@ -1,6 +1,6 @@
 #pragma once
-// The campaign's machine behind step(): one call's next state and effects grow here. Only
-// engine.cpp and the two machine_*.cpp beside it see this.
+// The campaign's machine behind step(): one call collects the next state and the effects. Only
+// engine.cpp and the two machine_*.cpp files beside it include this header.
 
 #include <optional>
 #include <string>
@@ -32,20 +32,20 @@ class Machine {
     if (answers(event.ticket, Step::biasing)) approach();
   }
   void on(const MotionDone& event);
-  /// Only a retreat still waits: any other step has been cut short by the fault.
+  /// Only a retract still waits for its motion: the fault has ended any other step.
   void on(const MotionLost& event) {
     if (answers(event.ticket, Step::retracting)) give_up_retreat();
   }
   void on(const ForceReached& event);
-  /// E is judged during the retreat, which it does not interrupt.
+  /// E is checked during the retract, which it does not interrupt.
   void on(const RestMeasured& event);
   void on(const ForceSettled& event) {
     if (answers(event.ticket, Step::pressing)) record(Step::holding, Phase::press);
   }
-  /// A recorded phase ends by its timer; any other step has failed to end by itself.
+  /// The timer ends a recorded phase; in any other step it means failure.
   void on(const TimerExpired& event);
   void on(const AttemptRejected& event);
-  // The axes come to rest while z goes back up, as in a trial that is cut short.
+  // The axes come to rest while z moves up, as in a trial that ends early.
   void on(const EndSlide&);
   void on(const Fault& event);
   void on(const GuardTripped& event);
@@ -57,7 +57,7 @@ class Machine {
 
   // ---- steps of a trial, in order; machine_steps.cpp ----
 
-  /// What a person is asked for comes first; `up_first` where the stages may have been touched.
+  /// Operator steps come first; `up_first` if the stages may have been touched.
   void begin_trial(bool up_first);
   void prompt_operator(std::size_t operator_step);
   void clear();
@@ -79,33 +79,33 @@ class Machine {
   void unload(double slack_end_z_m);
   void rest_again();
   void retract();
-  /// A phase that ends by its timer and is recorded.
+  /// Starts a recorded phase, which ends by its timer.
   void record(Step step, Phase phase);
   void descend(Step step, double speed_mps, double stop_force_n);
   void ascend(Step step, double speed_mps, double stop_force_n, double way_m);
-  /// Held with this set point the probe hangs on its stop, at the lower end of the slack.
+  /// With this set point the probe hangs on its stop, at the lower end of the slack.
   [[nodiscard]] bool hangs(double force_n) const;
-  /// Without a force sensor z presses by its position.
+  /// Without a force sensor z presses by position.
   [[nodiscard]] bool by_depth() const { return !plan_.limits.has_wrench; }
   [[nodiscard]] double force_n() const { return exploration().step(Phase::press).force_n; }
 
   // ---- ends; machine_ends.cpp ----
 
   void fail_trial(Error error) { cut_short(Outcome::failed, std::move(error)); }
-  /// Ends the trial under way with a retreat. During a retreat the retreat goes on.
+  /// Ends the current trial with a retract. A retract that is in progress continues.
   void cut_short(Outcome outcome, std::optional<Error> error);
-  /// The probe is not known to be up: nothing follows. Whoever calls has noted why.
+  /// The probe is not known to be up: nothing follows. The caller has recorded the reason.
   void give_up_retreat();
   void end_trial(Cleanup cleanup);
   void hold() { enter(Step::held, to_seconds(longest_hold)); }
   void next_trial();
-  /// The campaign has ended but for what the recipe does finally, where the probe is up.
+  /// Ends the campaign except for the final steps, which run if the probe is up.
   void finish(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe);
-  /// Somebody may have a hand at the plate: nothing moves any more, and nothing is done finally.
+  /// A person may have a hand at the plate: nothing moves, and the final steps are skipped.
   void end_at_rest(Outcome outcome);
   void next_last_step();
   void last_step_timed_out();
-  /// The rest is left out. What the trials came to stays as it is.
+  /// Skips the remaining final steps. The outcome of the trials does not change.
   void give_up_last(std::optional<Error> error, RigFact rig);
   void end(Outcome outcome, Cleanup cleanup, RigFact rig = RigFact::safe);
 
@@ -149,7 +149,7 @@ class Machine {
   [[nodiscard]] double move_s(double distance_m, double speed_mps) const {
     return move_duration_s(distance_m, speed_mps, plan_.limits.max_acceleration_mps2);
   }
-  /// Which trial and step, for sentences.
+  /// The current trial and step, for messages.
   [[nodiscard]] std::string place() const;
 
   const Plan& plan_;

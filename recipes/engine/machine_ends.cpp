@@ -1,4 +1,4 @@
-// How trials and the campaign end: cut short, judged, gone on with, and what is done finally.
+// Ends of trials and of the campaign: early end, quality check, repeat, and final steps.
 
 #include <algorithm>
 #include <optional>
@@ -13,8 +13,8 @@
 namespace weft::recipes {
 namespace {
 
-/// How the trial under way has ended. One that came to its end with a bad record is taken again, or
-/// has failed at last; `place` says where, for people.
+/// Outcome of the current trial. A finished trial with a bad record is repeated, or fails after the
+/// last attempt. `place` names the trial in messages.
 Outcome evaluated(const Plan& plan, State& state, const std::string& place) {
   const Outcome outcome = state.trial_outcome.value_or(Outcome::complete);
   std::optional<Error> bad = std::exchange(state.bad_attempt, {});
@@ -28,14 +28,14 @@ Outcome evaluated(const Plan& plan, State& state, const std::string& place) {
   return Outcome::failed;
 }
 
-/// How the campaign ends before a trial is run again, or nothing when it goes on.
+/// Outcome of the campaign if it ends before a trial is repeated; nullopt if it continues.
 std::optional<Outcome> end_before_repeat(const State& state) {
   if (state.campaign_outcome) return state.campaign_outcome;
   if (state.stop_requested) return Outcome::stopped;
   return std::nullopt;
 }
 
-/// How the campaign ends after a trial with this outcome, or nothing when it goes on.
+/// Outcome of the campaign if it ends after this trial; nullopt if it continues.
 std::optional<Outcome> campaign_end(const Plan& plan, const State& state, Outcome trial_outcome) {
   if (state.campaign_outcome) return state.campaign_outcome;
   const bool stops = plan.on_trial_failure == OnTrialFailure::stop;

@@ -1,4 +1,4 @@
-// The steps of a trial, in order: what each asks of the bench, and how long it may take.
+// The steps of a trial in order: the effects of each and its time limit.
 
 #include <algorithm>
 
@@ -8,19 +8,19 @@
 namespace weft::recipes {
 namespace {
 
-/// Within the slack of the mount the cloth bears the probe's weight. Where the slack begins and
-/// ends shows in the force: shares of the weight, the rest is for the sensor's noise and zero.
+/// Within the slack of the mount the fabric carries the probe's weight. The force shows the ends of
+/// the slack: shares of the weight, with a margin for the sensor's noise and bias.
 constexpr double seated_share = 0.9, unloaded_share = 1.1, pressed_share = 1.2;
-/// How far the slack's lower end may have sunk since the cloth bore the probe [m].
+/// Largest sinking of the slack's lower end since the fabric carried the probe [m].
 constexpr double most_sunk_m = 1e-3;
 constexpr double bias_timeout_s = 10;
 
-/// How far z may be past where its way down was told to end.
+/// Largest overrun of z past the commanded end of its descent.
 double past_the_end_m(const Approach& approach) {
   return run_on_m(std::max(approach.speed_mps, approach.seat_speed_mps));
 }
 
-/// From the clear height down to where a way down is given up.
+/// From the clear height to the lowest z of a descent.
 double deepest_way_m(const RigLimits& limits) {
   return lowest_z_m(limits) - limits.clear_z_m();
 }
@@ -87,7 +87,7 @@ void Machine::lower_to_rest(double touch_z_m) {
   const Range& travel = plan_.limits.geometry.travel[index(Axis::z)];
   if (!travel.contains(state_.rest_z_m))
     return fail_trial(rest_out_of_travel(place(), state_.rest_z_m));
-  // z still brakes from its way down, and may have to come back.
+  // z still brakes from its descent and may have to return.
   const double speed = plan_.approach.seat_speed_mps;
   const double way_m = plan_.limits.rest_travel_m + past_the_end_m(plan_.approach);
   enter(Step::lowering, move_timeout_s(move_s(way_m, speed)));
@@ -101,7 +101,7 @@ void Machine::press() {
   hangs(force_n()) ? lighten() : hold_force();
 }
 
-/// The clear height alone is surely above a soft cloth.
+/// Only the clear height is certain to be above a soft fabric.
 void Machine::hover() {
   enter(Step::lifting, retreat_timeout_s(plan_));
   move({lift()});
@@ -112,7 +112,7 @@ void Machine::lighten() {
          plan_.limits.rest_travel_m + most_sunk_m);
 }
 
-/// Below where the taxels touched, as deep as the rig allows at most.
+/// Presses to the depth below the touch of the taxels, at most as deep as the rig allows.
 void Machine::press_by_depth() {
   const double depth_m = exploration().step(Phase::press).depth_m;
   const double target_m = state_.rest_z_m - plan_.limits.rest_travel_m + depth_m;
@@ -157,12 +157,12 @@ void Machine::release() {
   const double weight_n = plan_.limits.probe_weight_n, speed = plan_.approach.seat_speed_mps;
   if (force_n() >= pressed_share * weight_n)
     return ascend(Step::releasing, speed, unloaded_share * weight_n, deepest_way_m(plan_.limits));
-  // A probe held at about its weight is anywhere in the slack: on to the upper end.
+  // A probe held at about its weight is anywhere in the slack: go to the upper end.
   const double share = hangs(force_n()) ? seated_share : pressed_share;
   descend(Step::releasing, speed, share * weight_n);
 }
 
-/// Without a force sensor the probe goes back to where it rested in phase S.
+/// Without a force sensor the probe returns to its rest height of phase S.
 void Machine::rest_again() {
   const double speed = plan_.approach.seat_speed_mps;
   enter(Step::unloading, move_timeout_s(move_s(plan_.limits.most_press_depth_m, speed)));

@@ -11,7 +11,7 @@
 namespace weft::recipes {
 namespace {
 
-/// How well the rig file knows the plate's height [m].
+/// Uncertainty of the plate's height in the rig file [m].
 constexpr double plate_height_tolerance_m = 1e-3;
 
 std::string format_newtons(double force_n) {
@@ -59,7 +59,7 @@ std::vector<AxisMove> transfer(const Plan& plan, const Joints& joints) {
 
 namespace {
 
-/// x and y stages over a point of the cloth.
+/// Positions of the x and y stages over a point of the fabric.
 Result<Vec2> stages_over(const RigLimits& limits, Vec2 point_m) {
   if (!limits.levelled()) return sum(point_m, limits.geometry.origin_m);
   const Result<Joints> joints = over(limits, point_m, limits.clearance_m);

@@ -1,4 +1,4 @@
-// Reads a recipe's operator steps and its last steps; declared in recipe_reader.hpp.
+// Reads the operator steps and the final steps of a recipe; declared in recipe_reader.hpp.
 
 #include "protocols/base/closest.hpp"
 #include "recipes/engine/recipe_reader.hpp"
@@ -17,7 +17,7 @@ constexpr std::size_t most_operator_steps = 16;
 constexpr std::size_t longest_request_bytes = 500;
 constexpr double longest_work_s = 86'400;
 
-/// The schema's pattern in code: no control characters, braces only around the marks.
+/// The pattern of the schema in code: no control characters, braces only around the marks.
 bool is_request(std::string_view text) {
   while (!text.empty()) {
     std::string_view mark = text.substr(0, 1);
@@ -90,7 +90,7 @@ OperatorStep read_step(const json& value, const std::string& place,
 constexpr std::size_t most_last_steps = 16;
 constexpr double longest_budget_s = 3600;
 
-/// Where y has no stage it stays where it stands.
+/// Without a stage y keeps its position.
 double read_park_y(ObjectReader& reader, const RigLimits& limits, const Bounds& travel) {
   const bool fixed = limits.geometry.is_fixed(Axis::y);
   return reader.quantity(quantities::y, travel, fixed ? Need::optional : Need::required)
@@ -115,7 +115,7 @@ LastStep read_last_step(const json& value, const std::string& place, const RigLi
           WaitStep{reader.quantity(quantities::duration, {0.1, longest_budget_s, {}}).value_or(0)};
       break;
     default:
-      return step;  // which members it should have nobody knows
+      return step;  // its valid members are not known
   }
   reader.finish();
   return step;

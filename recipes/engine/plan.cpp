@@ -43,21 +43,21 @@ double move_duration_s(double distance_m, double speed_mps, double acceleration_
 
 namespace {
 
-// What cannot be known before the cloth is touched: estimates. The forecast is meant to be right
-// within a few per cent, not to the second; tests compare it with runs on the simulated bench.
-constexpr double cloth_height_m = 1.2e-3;    ///< mean height at first contact
-constexpr double seat_travel_m = 0.1e-3;     ///< from first contact until the cloth bears the probe
-constexpr double bias_s = 1.0;               ///< settling and averaging of the sensors
-constexpr double press_s = 0.8;              ///< force rise, without the dwell
+// Estimates of quantities that are unknown before contact. The forecast should be right within a
+// few per cent, not to the second. Tests compare it with runs on the simulated bench.
+constexpr double cloth_height_m = 1.2e-3;  ///< mean height at first contact
+constexpr double seat_travel_m = 0.1e-3;  ///< from first contact until the fabric carries the probe
+constexpr double bias_s = 1.0;            ///< settling and averaging of the sensors
+constexpr double press_s = 0.8;           ///< force rise, without the dwell
 constexpr double release_travel_m = 0.1e-3;  ///< from the set point's z to the end of the slack
-/// Confirmation of each move: the last status message and the look at the position.
+/// Confirmation of each move: the last status message and the check of the position.
 constexpr double confirm_s = 0.1;
 
 /// Recorded row sizes, docs/dataset.md "Chunks": stamps, counters and values.
 constexpr double taxel_row_overhead_bytes = 17;
 constexpr double wrench_row_bytes = 37;
 constexpr double stage_row_bytes = 28;
-constexpr double vibration_value_bytes = 4.8;  // 4, and a fifth for the heads of blocks
+constexpr double vibration_value_bytes = 4.8;  // 4, and a fifth for block headers
 
 struct Moves {
   double acceleration_mps2;
@@ -103,7 +103,7 @@ void widen_by(std::array<Range, axis_count>& envelope, const Plan& plan, Vec2 po
   for (const Axis axis : all_axes) widen(envelope[index(axis)], (*joints)[axis]);
 }
 
-/// Parks are places of the stages themselves.
+/// Parks are given in stage positions.
 void widen_by_parks(std::array<Range, axis_count>& envelope, const std::vector<LastStep>& steps) {
   for (const LastStep& step : steps) {
     const auto* const park = std::get_if<ParkStep>(&step);
@@ -156,8 +156,8 @@ double motion_duration_s(const Exploration& exploration, double acceleration_mps
 
 namespace {
 
-/// What a set point below the weight takes more: up to the stop and down again, or up to the clear
-/// height and all the way down.
+/// Additional time of a set point below the weight [s]: up to the stop and down again, or up to the
+/// clear height and down to the fabric.
 double light_s(const Plan& plan, double force_n, double to_touch_m) {
   const RigLimits& limits = plan.limits;
   if (force_n >= limits.probe_weight_n) return 0;
@@ -166,7 +166,7 @@ double light_s(const Plan& plan, double force_n, double to_touch_m) {
   return to_touch_m * (1 / plan.approach.transfer_speed_mps + 1 / seat_mps);
 }
 
-/// A press by depth: from the rest down and back up.
+/// A press by depth: down from the rest height and back up.
 double depth_s(const Plan& plan, double depth_m) {
   const Moves move{plan.limits.max_acceleration_mps2};
   return 2 * move(depth_m - plan.limits.rest_travel_m, plan.approach.seat_speed_mps);
@@ -180,7 +180,7 @@ double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m) {
   const Approach& approach = plan.approach;
   const Moves move{limits.max_acceleration_mps2};
   const double down_mps = limits.has_wrench ? approach.speed_mps : touch_speed_mps(plan);
-  // A probe that hangs free is lower by the slack.
+  // A freely hanging probe is lower by the slack.
   const double to_touch_m =
       std::max(0.0, limits.clearance_m - cloth_height_m - limits.slack_m.value_or(0));
   return transfer_s(plan, from_m, start_of(plan, trial)) + bias_s +
@@ -203,13 +203,13 @@ double clearing_s(const Plan& plan) {
   return move(plan.limits.clear_z_m(), plan.approach.transfer_speed_mps);
 }
 
-/// By the stages' own positions, to which parks are given.
+/// In stage positions, as parks are given.
 Vec2 stages_at(const RigLimits& limits, Vec2 point_m) {
   const Result<Joints> joints = over(limits, point_m, limits.clearance_m);
   return joints ? Vec2{(*joints)[Axis::x], (*joints)[Axis::y]} : Vec2{};
 }
 
-// After a campaign that is complete, from where its last trial ends.
+// After a complete campaign, from the end of its last trial.
 double finally_s(const Plan& plan) {
   Vec2 at = stages_at(plan.limits, end_of(plan, plan.trials.back()));
   double total_s = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// The plan: a recipe checked against a rig, in SI units, immutable from here on. Everything that
-// can be refused has been refused when a Plan exists.
+// The plan: a recipe checked against a rig, in SI units, immutable. All checks have passed when a
+// Plan exists.
 
 #include <array>
 #include <cstddef>
@@ -26,77 +26,78 @@ struct PhaseStep {
   double duration_s = 0;  ///< S, P, E: recorded time. M: derived from path, speed and acceleration
   double force_n = 0;     ///< P, M: set point of the force loop, along the plate's normal
   double force_band_n = 0;   ///< P, M: |force - set point| that counts as regulated
-  double depth_m = 0;        ///< P, without a force sensor: z below where the taxels touched
+  double depth_m = 0;        ///< P, without a force sensor: z below the touch of the taxels
   double speed_mps = 0;      ///< M: along the path
   std::vector<Vec2> path_m;  ///< M: corner points relative to the start of the path, without (0, 0)
 };
 
-/// When a slide has told enough: it ends then as at the end of its path.
+/// Ends a stroke as soon as the live vote is sure, as at the end of its path.
 struct StopEarly {
-  double sure_probability = 0;  ///< of the fabric that the vote is for
-  double least_slide_s = 0;     ///< of phase M, before which nothing is sure
+  double sure_probability = 0;  ///< least probability of the fabric that the vote names
+  double least_slide_s = 0;     ///< least duration of phase M before the vote counts as sure
 };
 
-/// A trained model that is asked while the slide goes on.
+/// A trained model that classifies during the stroke.
 struct LiveVote {
-  std::string model;                    ///< file, from the recipe's folder
-  std::optional<StopEarly> stop_early;  ///< without it the model votes and nothing follows
+  std::string model;                    ///< file, relative to the recipe's folder
+  std::optional<StopEarly> stop_early;  ///< nullopt: the model votes and nothing else happens
 };
 
-/// An exploratory movement: phases S, P, M, E in this order (paper, section III-B), or S, P, E: a
-/// press without a slide, for a static imprint.
+/// An exploration: phases S, P, M, E in this order (paper, section III-B), or S, P, E: a press
+/// without a stroke, for an imprint.
 struct Exploration {
   std::string name;  ///< "M1"
   std::vector<PhaseStep> phases;
-  Vec2 start_m;  ///< where on the cloth the probe touches down, fabric frame
+  Vec2 start_m;  ///< touch-down point on the fabric, fabric frame
   std::optional<LiveVote> live_vote = {};
-  std::vector<double> factors = {};  ///< SI, in the order of Plan::sweep's factors; or none
+  std::vector<double> factors = {};  ///< SI, in the order of Plan::sweep's factors; may be empty
 
-  /// It must have the phase.
+  /// The exploration must have the phase.
   [[nodiscard]] const PhaseStep& step(Phase phase) const;
-  /// It has a phase M; otherwise it presses and stands still.
+  /// It has a phase M; otherwise it is a press.
   [[nodiscard]] bool slides() const;
-  /// The last phase under a regulated force: M, or P where it stands still.
+  /// The last phase with a regulated force: M, or P for a press.
   [[nodiscard]] Phase held_phase() const { return slides() ? Phase::motion : Phase::press; }
-  /// Corner points of phase M; none where it stands still.
+  /// Corner points of phase M; empty for a press.
   [[nodiscard]] const std::vector<Vec2>& path_m() const;
 };
 
-/// What one repetition has in common with the next. Default: what a bench does whose cloth is
-/// fastened once (as in the paper, section IV-A): the same path on the same mounted piece.
+/// The properties that one repetition shares with the next. The default is that of a bench with a
+/// fabric that is fastened once (as in the paper, section IV-A): the same path on the same
+/// mounting.
 struct Repetition {
   enum class Path : std::uint8_t {
     same,      ///< retraced
     new_patch  ///< elsewhere on the mounted piece
   };
   Path path = Path::same;
-  std::uint32_t remount_every = 0;  ///< trials of one mounting; 0: only where the cloth changes
-  std::uint32_t pieces = 1;         ///< of each fabric, which share the repetitions in order
+  std::uint32_t remount_every = 0;  ///< trials of one mounting; 0: only when the fabric changes
+  std::uint32_t pieces = 1;         ///< of each fabric; they share the repetitions in order
   bool operator==(const Repetition&) const = default;
 };
 
-/// What of its cloth a trial touches, counted from 1 for each fabric.
+/// The part of its fabric that a trial touches, counted from 1 for each fabric.
 struct TrialPlace {
   std::uint32_t piece = 1;
-  std::uint32_t mounting = 1;  ///< in order of execution: how often this fabric was put on
+  std::uint32_t mounting = 1;  ///< in order of execution: mountings of this fabric so far
   std::uint32_t patch = 1;
-  Vec2 offset_m;  ///< of the path from the exploration's start
+  Vec2 offset_m;  ///< of the path from the start of the exploration
   bool operator==(const TrialPlace&) const = default;
 };
 
-/// For simulated cloth, one for each level of what differs between trials. Each depends on its own
-/// level alone, so that the order of trials, or leaving some out, changes no other.
+/// Seeds for simulated fabric, one for each level of variation between trials. Each depends on its
+/// own level alone, so another order of trials, or missing ones, change no other trial.
 struct TrialSeeds {
-  std::uint64_t piece = 0;     ///< of recipe seed, fabric and piece
-  std::uint64_t mounting = 0;  ///< of recipe seed, fabric and mounting
+  std::uint64_t piece = 0;     ///< from recipe seed, fabric and piece
+  std::uint64_t mounting = 0;  ///< from recipe seed, fabric and mounting
   std::uint64_t touch = 0;     ///< see patch_seed()
 };
 
-/// One experiment: a fabric, an exploration and a repetition.
+/// One trial: a fabric, an exploration and a repetition.
 struct TrialSpec {
-  std::size_t index = 0;         ///< position in the campaign's order
-  std::size_t fabric = 0;        ///< into Plan::fabrics
-  std::size_t exploration = 0;   ///< into Plan::explorations
+  std::size_t index = 0;         ///< position in the order of the campaign
+  std::size_t fabric = 0;        ///< index into Plan::fabrics
+  std::size_t exploration = 0;   ///< index into Plan::explorations
   std::uint32_t repetition = 1;  ///< from 1
   TrialPlace place;
   TrialSeeds seeds;
@@ -104,84 +105,84 @@ struct TrialSpec {
 
 struct Approach {
   double speed_mps = 2e-3;           ///< down to first contact
-  double seat_speed_mps = 0.5e-3;    ///< from first contact until the cloth bears the probe
+  double seat_speed_mps = 0.5e-3;    ///< from first contact until the fabric carries the probe
   double contact_force_n = 0.1;      ///< first contact
-  double transfer_speed_mps = 4e-3;  ///< every move that does not touch the cloth
+  double transfer_speed_mps = 4e-3;  ///< every move without contact
 };
 
 /// When a regulated force counts as settled.
 struct Settle {
-  double dwell_s = 0.5;  ///< inside the band for this long without a break
+  double dwell_s = 0.5;  ///< inside the band for this time without a break
   double timeout_s = 30;
 };
 
 enum class OnTrialFailure { stop, carry_on };
 
-/// A repetition whose record is bad is kept, marked, and taken again.
+/// A trial with a bad record is kept, marked, and repeated.
 struct RepeatBad {
-  std::uint32_t at_most = 0;            ///< further takes of one repetition
-  double lost_fraction = 0.01;          ///< of the frames or readings of one sensor: more is bad
-  double saturated_fraction = 0.01;     ///< of the frames, for any one taxel: more is bad
-  double still_taxel_s = 1;             ///< a taxel that stays the same for so long is dead
-  double force_in_band_fraction = 0.8;  ///< of phase M: less is bad
+  std::uint32_t at_most = 0;            ///< further attempts of one trial
+  double lost_fraction = 0.01;          ///< frames or readings of one sensor; a larger share is bad
+  double saturated_fraction = 0.01;     ///< frames of any one taxel; a larger share is bad
+  double still_taxel_s = 1;             ///< a taxel without change for this time is dead
+  double force_in_band_fraction = 0.8;  ///< of phase M; a smaller share is bad
 };
 
-/// What stands for the fabric in the text of an operator step: its name, its place in the recipe
+/// Marks in the text of an operator step, for the name of the fabric and its place in the recipe,
 /// from 1.
 inline constexpr std::string_view fabric_mark = "{fabric}", number_mark = "{number}";
-/// And for the piece of it and how often it was put on, likewise from 1.
+/// Marks for the piece of the fabric and its mounting number, both from 1.
 inline constexpr std::string_view piece_mark = "{piece}", mounting_mark = "{mounting}";
 
-/// What a person does between trials, while the stages are at rest and the probe is up.
+/// A task of a person between trials, while the stages are at rest and the probe is up.
 struct OperatorStep {
   enum class Before : std::uint8_t {
-    campaign,  ///< once, and again when an interrupted campaign is gone on with
-    fabric,    ///< each time the fabric changes, and likewise
-    mounting   ///< each time a cloth is put on, and likewise
+    campaign,  ///< once, and again when an interrupted campaign is resumed
+    fabric,    ///< each time the fabric changes, and on resuming
+    mounting   ///< each time a fabric is mounted, and on resuming
   };
   Before before = Before::campaign;
-  std::vector<std::size_t> fabrics;  ///< into Plan::fabrics, those it is for; empty: every one
-  std::string text;                  ///< what is asked, with the marks in it
-  double people_s = 0;               ///< how long people usually take [s]
+  std::vector<std::size_t> fabrics;  ///< indices into Plan::fabrics of its fabrics; empty: all
+  std::string text;                  ///< the prompt, with marks in it
+  double people_s = 0;               ///< usual duration [s]
 };
 
-/// Where the x and y stages go, at the clear height [m, stage positions].
+/// Target of the x and y stages, at the clear height [m, stage positions].
 struct ParkStep {
   double x_m = 0, y_m = 0;
 };
-/// The rig stands still.
+/// The rig does not move.
 struct WaitStep {
   double duration_s = 0;
 };
-/// What the rig does once no trial is left, the probe up.
+/// A final step of the rig after the last trial, with the probe retracted.
 using LastStep = std::variant<ParkStep, WaitStep>;
 
-/// By how the campaign ends. Nothing of it is done where the probe is not known to be up.
+/// Final steps by the outcome of the campaign. They are skipped if the probe is not known to be up.
 struct Finally {
   std::vector<LastStep> on_success;  ///< complete
   std::vector<LastStep> on_stop;     ///< stopped or aborted
   std::vector<LastStep> on_fault;    ///< failed
-  double budget_s = 300;             ///< for all of it; what is not done by then is left out
+  double budget_s = 300;             ///< time limit of all final steps; the rest is skipped
 };
 
-/// What the campaign will take, worked out before anything moves.
+/// Duration, data and travel of the campaign, computed before anything moves.
 struct Forecast {
-  double duration_s = 0;    ///< of the machine; people's time is beside it
-  double finally_s = 0;     ///< of that, what is done once no trial is left of a complete campaign
+  double duration_s = 0;    ///< machine time, without people_s
+  double finally_s = 0;     ///< part of duration_s: the final steps of a complete campaign
   double people_s = 0;      ///< for all operator steps
-  std::size_t prompts = 0;  ///< how often people are asked
-  std::size_t mounts = 0;   ///< how often a cloth is put on the plate
+  std::size_t prompts = 0;  ///< number of operator prompts
+  std::size_t mounts = 0;   ///< number of mountings
   [[nodiscard]] double total_s() const { return duration_s + people_s; }
   [[nodiscard]] double trials_s() const { return duration_s - finally_s; }
   std::uint64_t bytes = 0;                   ///< recorded samples, before compression
   std::array<Range, axis_count> envelope{};  ///< stage positions used [m, rad]
   std::array<double, axis_count> margin{};   ///< least distance to the end of travel [m, rad]
   std::array<bool, axis_count> fixed{};      ///< axes without a stage
-  /// Least and greatest set point, the probe's weight included; none without a force sensor.
+  /// Least and greatest set point, including the probe's weight; nullopt without a force sensor.
   std::optional<Range> force_n;
 };
 
-/// What recipe and plan have in common.
+/// Common part of recipe and plan.
 struct RecipeTerms {
   std::string name;
   std::uint64_t seed = 1;
@@ -191,51 +192,51 @@ struct RecipeTerms {
   Settle settle;
   Repetition repetition;
   OnTrialFailure on_trial_failure = OnTrialFailure::stop;
-  std::optional<RepeatBad> repeat_bad;  ///< none: no repetition is judged
+  std::optional<RepeatBad> repeat_bad;  ///< nullopt: no quality check of the records
   std::vector<OperatorStep> operator_steps;
   Finally finally;
-  std::optional<Handover> handover;  ///< none: the data set is all there is
-  std::optional<Sweep> sweep;        ///< none: every exploration as the recipe states it
-  double mount_timeout_s = 600;      ///< a person may have to change the cloth
+  std::optional<Handover> handover;  ///< nullopt: only the data set is written
+  std::optional<Sweep> sweep;        ///< nullopt: every exploration as the recipe states it
+  double mount_timeout_s = 600;      ///< a person may have to change the fabric
 };
 
 struct Plan : RecipeTerms {
-  std::vector<Exploration> explorations;  ///< of a sweep: one for each cell
+  std::vector<Exploration> explorations;  ///< with a sweep: one for each cell
   std::vector<TrialSpec> trials;          ///< in order of execution
   RigLimits limits;
   Forecast forecast;
-  /// The recipe in normal form (sorted keys, SI units, defaults filled in): hash this for
+  /// The recipe in normal form (sorted keys, SI units, defaults filled in), to be hashed for
   /// provenance. Two texts that plan the same campaign have the same normal form.
   std::string canonical_json;
 };
 
-/// "trial 3 (denim, M2, repetition 1)", counted from 1 as people do, for sentences. `trial` is
-/// below the number of trials.
+/// "trial 3 (denim, M2, repetition 1)", counted from 1, for messages. `trial` is below the number
+/// of trials.
 std::string format_trial(const Plan& plan, std::size_t trial);
 
-/// How many takes there are of a repetition at most.
+/// Largest number of attempts of a trial.
 inline std::uint32_t most_attempts(const Plan& plan) {
   return 1 + (plan.repeat_bad ? plan.repeat_bad->at_most : 0);
 }
 
-/// All problems at once. `plan` is there exactly when `problems` is empty.
+/// All problems together. `plan` is present exactly when `problems` is empty.
 struct CheckReport {
   std::optional<Plan> plan;
   std::vector<Diagnostic> problems;
   std::vector<Diagnostic> warnings;
-  /// The resolved recipe, which is what is recorded: the text as given where it has no parameters,
-  /// or a problem.
+  /// The resolved recipe, which is recorded. It is the given text if there are no parameters, or if
+  /// there is a problem.
   std::string recipe_json = {};
-  std::string parameters_json = "{}";  ///< as the recipe declares them
+  std::string parameters_json = "{}";  ///< as declared in the recipe
 };
 
-/// Longest recipe that is looked at; a longer one is refused by its size alone.
+/// Longest accepted recipe; a longer one is refused by its size alone.
 inline constexpr std::size_t max_recipe_bytes = std::size_t{1} << 20;
 inline constexpr std::size_t max_trials = 1'000'000;
 
-/// Parses, resolves and checks a recipe against a rig. `seed` takes the place of the recipe's own,
-/// which is checked all the same. `values_json`: {NAME: value} of its parameters, or empty
-/// (recipes/schema/parameters.hpp). Never throws; any text is an input.
+/// Parses, resolves and checks a recipe against a rig. `seed` replaces the recipe's own, which is
+/// checked nevertheless. `values_json`: {NAME: value} of its parameters, or empty
+/// (recipes/schema/parameters.hpp). Never throws; any text is a valid input.
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
                          std::optional<std::uint64_t> seed = {}, std::string_view values_json = {});
 
@@ -252,12 +253,12 @@ double move_duration_s(double distance_m, double speed_mps, double acceleration_
 
 Forecast forecast(const Plan& plan);
 
-/// Expected time of one trial [s], coming from `from_m` (fabric frame) at the clear height.
-/// Changing the cloth by hand is not in it.
+/// Expected time of one trial [s], coming from `from_m` (fabric frame) at the clear height. The
+/// time for changing the fabric is not included.
 double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m);
 
-/// Of every trial of the plan, in order, the way to the first among it; their sum is the
-/// forecast's trials_s() [s].
+/// Times of all trials of the plan in order [s], including the way to the first one. Their sum is
+/// the forecast's trials_s().
 std::vector<double> trial_durations_s(const Plan& plan);
 
 /// Time of phase M [s]: the probe stops at every corner.

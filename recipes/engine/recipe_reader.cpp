@@ -143,7 +143,7 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated, Problems& problems
   stated.on_trial_failure = on_failure == 1 ? OnTrialFailure::carry_on : OnTrialFailure::stop;
 }
 
-/// Of each class two imprints must be left where any of its objects is set aside.
+/// Each class must keep at least two imprints when any one of its objects is held out.
 void check_left_to_learn(const StatedRecipe& stated, Problems& problems) {
   const std::size_t of_an_object = stated.explorations.size() * stated.repetitions;
   std::map<std::string, std::size_t> objects;
@@ -156,7 +156,7 @@ void check_left_to_learn(const StatedRecipe& stated, Problems& problems) {
                     "Take more objects, or more repetitions of two objects"});
 }
 
-/// Imprints are of presses, and of objects in classes.
+/// Imprints need presses, and objects in classes.
 void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
   if (limits.imprint_array && stated.repeat_bad)
     problems.add({"/repeat_bad", "an imprint array's taxels stand still under an object that does",
@@ -181,7 +181,7 @@ void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problem
   check_left_to_learn(stated, problems);
 }
 
-/// What is learnt from taxels cannot be wanted of a rig that has none.
+/// A handover from taxels needs a rig with taxels.
 void check_roles(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
   if (limits.taxels > 0) return;
   const auto refuse = [&](const std::string& place) {
@@ -198,9 +198,9 @@ bool can_end_early(const StatedExploration& stated) {
   return vote && vote->stop_early;
 }
 
-/// What a recipe that says nothing of it is evaluated by: taxels, or on an imprint array its
-/// imprints. Nothing where a hand-over that is stated would be refused, or would have the slides
-/// alone that a vote was unsure of.
+/// Handover of a recipe that states none: from taxels, or from imprints on an imprint array.
+/// Nullopt if the same handover would be refused when stated. Nullopt also if strokes can end
+/// early: only the strokes with an unsure vote would then be complete.
 std::optional<Handover> default_handover(const StatedRecipe& stated, const RigLimits& limits) {
   if (stated.sweep || stated.fabrics.size() < 2 || stated.repetitions == 0 ||
       std::ranges::any_of(stated.explorations, can_end_early))
@@ -220,7 +220,7 @@ std::optional<Handover> default_handover(const StatedRecipe& stated, const RigLi
   return refused.empty() ? evaluated.handover : std::nullopt;
 }
 
-/// Before the order is read: an order without a seed of its own draws from this one.
+/// Called before the order is read: an order without a seed of its own uses this one.
 void read_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems& problems) {
   if (!seed) return;
   stated.seed = *seed;

@@ -1,5 +1,4 @@
-// What a repetition is: which piece of cloth, how often mounted, where touched; declared in
-// recipe_reader.hpp.
+// The place of a repetition: piece of fabric, mounting and patch; declared in recipe_reader.hpp.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +15,7 @@ using nlohmann::json;
 
 constexpr std::int64_t most_pieces = 1000;
 
-/// A number, or "never". Whatever else it is the reader says.
+/// A number, or "never". `reader` reports anything else.
 std::uint32_t read_remount(const json& repetition, ObjectReader& reader) {
   const auto found = repetition.find("remount_every");
   if (found != repetition.end() && found->is_string() && *found == "never") {
@@ -40,8 +39,8 @@ std::uint32_t repetitions_of(const StatedRecipe& stated) {
   return stated.sweep ? static_cast<std::uint32_t>(stated.sweep->replicates) : stated.repetitions;
 }
 
-/// Point `index` of the sequence R2 (Roberts 2018) in the unit square: however many there are, they
-/// lie evenly. The first is the middle.
+/// Point `index` of the sequence R2 (Roberts 2018) in the unit square. Any number of points is
+/// evenly spread. The first is the middle.
 Vec2 spread_point(std::uint32_t index) {
   constexpr double plastic = 1.32471795724474602596;
   const auto part = [&](double step) {
@@ -51,7 +50,7 @@ Vec2 spread_point(std::uint32_t index) {
   return {part(1 / plastic), part(1 / (plastic * plastic))};
 }
 
-/// From the exploration's own start, which is the first patch.
+/// Offset from the exploration's own start, which is the first patch.
 Vec2 offset_of(const Exploration& exploration, const std::array<Range, 2>& starts,
                std::uint32_t patch) {
   if (patch == 1) return {};
@@ -124,7 +123,7 @@ void assign_places(const StatedRecipe& stated, const RigLimits& limits,
   for (const StatedExploration& e : stated.explorations)
     starts.push_back(find_starts(e.exploration, limits));
   std::map<std::size_t, std::uint32_t> mountings;  // of each fabric so far
-  std::uint32_t touches = 0;                       // of the mounting
+  std::uint32_t touches = 0;                       // trials of the mounting so far
   const TrialSpec* before = nullptr;
   for (TrialSpec& trial : trials) {
     TrialPlace& place = trial.place;
@@ -148,7 +147,7 @@ void assign_places(const StatedRecipe& stated, const RigLimits& limits,
 
 namespace {
 
-/// Of the patches of one exploration [m]; of the first thousand.
+/// Least distance between patches of one exploration [m], for the first thousand patches.
 double nearest_patches_m(const Plan& plan, std::size_t exploration) {
   constexpr std::size_t most = 1000;
   std::map<std::uint32_t, Vec2> patches;

@@ -23,9 +23,9 @@ constexpr Bounds position_m{-10, 10, {}};
 
 const Quantity slack{"slack", {{"slack_mm", mm_per_m}}};
 constexpr Bounds slack_bounds_m{0, 0.05, {}};
-constexpr double modelled_slack_m = 1e-3;  ///< where a simulated rig does not say
+constexpr double modelled_slack_m = 1e-3;  ///< default of a simulated rig
 
-/// Reads the sections of one rig file; the members are what they share.
+/// Reads the sections of one rig file, which share the members.
 class RigReader {
  public:
   RigReader(RigLimits& limits, Problems& problems) : limits_(limits), problems_(problems) {}
@@ -50,7 +50,7 @@ class RigReader {
     read_fabrics(rig);
   }
 
-  /// What only shows once every section is known.
+  /// Checks that need all sections.
   void check_together() {
     const Range& z = limits_.geometry.travel[index(Axis::z)];
     if (!z.contains(limits_.geometry.surface_z_m) || !z.contains(limits_.clear_z_m()))
@@ -100,7 +100,7 @@ class RigReader {
 
   [[nodiscard]] bool is_fixed(Axis axis) const { return limits_.geometry.is_fixed(axis); }
 
-  /// Campaigns, parks and the plate's level take a fixed axis where it stands.
+  /// Campaigns, parks and level angles use the position of a fixed axis.
   void hold_fixed() {
     const auto place = [this](Axis axis) { return limits_.geometry.travel[index(axis)].min; };
     limits_.level = {place(Axis::rx), place(Axis::ry)};
@@ -108,7 +108,7 @@ class RigReader {
       if (is_fixed(axis)) limits_.park[axis] = place(axis);
   }
 
-  /// Strict: a limit that is misspelled is a limit that is not there.
+  /// Unknown keys are refused: a misspelled limit would be a missing limit.
   void read_limits(ObjectReader& r) {
     r.set(limits_.max_speed_mps, quantities::speed, {1e-6, 1, {}}, Need::required);
     r.set(limits_.max_acceleration_mps2,
@@ -167,7 +167,7 @@ class RigReader {
       if (!is_fixed(axis)) limits_.geometry.travel[index(axis)] = range;
   }
 
-  /// Every campaign begins at home, and a guard looks at the travel from then on.
+  /// Every campaign begins at home, and a guard checks the travel from then on.
   void check_home(Axis axis) {
     const Range& range = limits_.geometry.travel[index(axis)];
     if (is_fixed(axis) || range.contains(0)) return;
@@ -212,7 +212,7 @@ class RigReader {
       r.set(limits_.touch_counts, {"touch", {{"touch_counts", 1}}}, {1, 65535, {}}, Need::required);
   }
 
-  /// A simulated mount may be described where the simulation is; it hangs on a stop.
+  /// The slack of a simulated mount may be in the simulation section; such a probe hangs on a stop.
   void read_slack(const json& document) {
     const bool is_modelled = limits_.bench != "real";
     limits_.hangs_on_stop = hangs_on_stop_.value_or(is_modelled);
@@ -246,7 +246,7 @@ class RigReader {
     if (const json* level = r.object("level", Need::optional)) read_level(*level, r.at("level"));
   }
 
-  /// What weft align found, as weft run --level writes it, or a person.
+  /// The result of weft align, written by weft run --level or by a person.
   void read_level(const json& value, const std::string& where) {
     ObjectReader r(value, where, problems_);
     const auto angle = [&](Quantity quantity, Axis axis, double& into) {
@@ -259,14 +259,14 @@ class RigReader {
     };
     angle({"rx", {{"rx_deg", deg_per_rad}, {"rx_rad", 1}}}, Axis::rx, limits_.level.rx_rad);
     angle({"ry", {{"ry_deg", deg_per_rad}, {"ry_rad", 1}}}, Axis::ry, limits_.level.ry_rad);
-    // For whoever reads the data set later.
+    // For later readers of the data set.
     for (const Quantity& note : {Quantity{"measured", {{"measured_unix_s", 1}}},
                                  Quantity{"lean_left", {{"lean_left_rad", 1}}}})
       static_cast<void>(r.quantity(note, {0, 1e12, {}}, Need::optional));
     r.finish();
   }
 
-  /// An axis that is left out parks at home.
+  /// An axis that is not given parks at home.
   void read_park(const json& value, const std::string& where) {
     ObjectReader r(value, where, problems_);
     const auto axis = [&](Quantity quantity, Axis of) {

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Under this the force loop swings about the set point, and a zero of 50 readings takes its time.
+/// Below this the force loop oscillates about the set point, and a bias of 50 readings takes long.
 constexpr double least_wrench_rate_hz = 20;
 
 const json& devices_of(const json& rig) {
@@ -25,7 +25,7 @@ std::string name_of(const json& device) {
   return found != device.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// A number of them, or rows and columns of an array that keeps imprints.
+/// A number of taxels, or rows and columns of an imprint array.
 void read_array(const json& device, ObjectReader& config, TaxelArray& array, RigLimits& limits) {
   config.set(array.rate_hz, {"rate_hz", {{"rate_hz", 1}}}, {0.1, 1e4, {}});
   const auto taxels = config.integer("taxels", 1, 64, Need::optional);
@@ -76,7 +76,7 @@ void join_arrays(RigLimits& limits, Problems& problems) {
                   "Record imprints with the one alone"});
 }
 
-/// A scene without taxels: its phases are told with the wrench's readings.
+/// A scene without taxels: the readings of the wrench carry the phases.
 void forgo(const json& rig, RigLimits& limits, Problems& problems) {
   if (!limits.has_wrench) limits.wrench_rate_hz = 0;
   if (has_role(rig, "taxels")) return;

@@ -1,5 +1,5 @@
 #pragma once
-// The sensors of a rig file: rates, taxels, noise, and what the rig does without.
+// The sensors of a rig file: rates, taxels, noise, and missing sensors.
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -8,11 +8,11 @@
 
 namespace weft::recipes {
 
-/// Whether a device of the rig file has this role; true where it lists no devices at all.
+/// Whether a device of the rig file has this role; true if the file lists no devices.
 bool has_role(const nlohmann::json& rig, const char* role);
 
-/// What the sensors' drivers are told of their streams; the drivers themselves check the rest.
-/// Errors go into `problems`. has_wrench must be set.
+/// Reads the stream settings of the sensors' drivers; the drivers check the rest. Errors go into
+/// `problems`. has_wrench must be set.
 void read_sensors(const nlohmann::json& rig, RigLimits& limits, Problems& problems);
 
 }  // namespace weft::recipes

@@ -21,7 +21,7 @@ const KindNames& names_of(FactorKind kind) {
   return kinds.at(static_cast<std::size_t>(kind));
 }
 
-/// Six digits are more than any stage or sensor resolves, and hide that mm are no whole m.
+/// Six digits are finer than any stage or sensor, and hide the rounding of mm in metres.
 std::string number(FactorKind kind, double si) {
   std::array<char, 32> digits{};
   const auto [end, error] =

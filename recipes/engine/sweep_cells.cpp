@@ -1,4 +1,4 @@
-// The explorations in the cells of a sweep, made and checked; declared in recipe_reader.hpp.
+// Makes and checks the explorations in the cells of a sweep; declared in recipe_reader.hpp.
 
 #include "recipes/engine/recipe_reader.hpp"
 
@@ -52,7 +52,7 @@ StatedExploration in_cell(const StatedExploration& base, const Sweep& sweep,
   return out;
 }
 
-/// Of a path that a stroke has scaled.
+/// Length of the shortest leg of a path that a stroke has scaled.
 double shortest_leg_m(const Exploration& exploration) {
   double shortest = HUGE_VAL;
   Vec2 from;
@@ -63,7 +63,7 @@ double shortest_leg_m(const Exploration& exploration) {
   return shortest;
 }
 
-/// A stroke keeps the path's shape, so that its shortest leg may come to nothing.
+/// A stroke keeps the shape of the path, so its shortest leg may become too short.
 void check_legs(const StatedExploration& stated, Problems& problems) {
   const double shortest = shortest_leg_m(stated.exploration);
   if (shortest >= least_leg_m) return;
@@ -73,7 +73,7 @@ void check_legs(const StatedExploration& stated, Problems& problems) {
                 "take a longer stroke, or leave the short leg out"});
 }
 
-/// The longest name among the cells of one exploration is told, once.
+/// Reports the longest name among the cells of one exploration, once.
 void check_names(const std::string& pointer, std::span<const StatedExploration> cells,
                  Problems& problems) {
   const auto longest = std::ranges::max_element(
@@ -88,7 +88,7 @@ std::string mm(double metres) {
   return nlohmann::json(std::round(metres * 1e6) / 1e3).dump() + " mm";
 }
 
-/// One direction of the plate, with what the messages need to say.
+/// One direction of the plate, with the names for messages.
 struct LayoutAxis {
   const char* name;
   const char* key;
@@ -98,15 +98,16 @@ struct LayoutAxis {
 constexpr LayoutAxis directions[]{{"x", "dx_mm", &Vec2::x_m, Axis::x},
                                   {"y", "dy_mm", &Vec2::y_m, Axis::y}};
 
-/// The rig as if its stages went anywhere.
+/// The rig with unlimited travel.
 RigLimits without_ends(RigLimits limits) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   limits.geometry.travel.fill({-inf, inf});
   return limits;
 }
 
-/// Which contact points the stage's travel reaches. With the rotary stages at their level, which
-/// shift and foreshorten it, a stage's position is still linear in the point: two tell it all.
+/// Contact points within the travel of the stage. With the rotary stages at the level angles, which
+/// shift and foreshorten it, the stage position is still linear in the point: two points determine
+/// it.
 Range reached(const RigLimits& limits, const LayoutAxis& direction) {
   const RigLimits free = without_ends(limits);
   Vec2 far;
@@ -119,7 +120,7 @@ Range reached(const RigLimits& limits, const LayoutAxis& direction) {
   return {point(travel.min), point(travel.max)};
 }
 
-/// Where the contact point may go along one direction of the fabric frame.
+/// Range of the contact point along one direction of the fabric frame.
 Range allowed(const RigLimits& limits, const LayoutAxis& direction) {
   const double half_face = limits.footprint_m.*direction.part / 2;
   const double size = limits.geometry.plate_size_m.*direction.part;
@@ -142,7 +143,7 @@ std::string room_hint(const Range& room) {
          mm(room.min) + " to " + mm(room.max);
 }
 
-/// False, with the reason, where the path moves along an axis that has no stage.
+/// False, with a problem, if the path moves along an axis without a stage.
 bool check_stage(const LayoutAxis& direction, const RigLimits& limits, const Range& path,
                  const StatedExploration& stated, Problems& problems) {
   if (!limits.geometry.is_fixed(direction.axis) || path.width() <= 0) return true;
@@ -154,7 +155,7 @@ bool check_stage(const LayoutAxis& direction, const RigLimits& limits, const Ran
   return false;
 }
 
-/// Centres the path in the room there is; true when it fits.
+/// Centres the path in the available range; true when it fits.
 bool check_centred(const LayoutAxis& direction, const Range& room, const Range& path,
                    StatedExploration& stated, Problems& problems) {
   stated.exploration.start_m.*direction.part = (room.min + room.max - path.min - path.max) / 2;
@@ -164,7 +165,7 @@ bool check_centred(const LayoutAxis& direction, const Range& room, const Range& 
   return false;
 }
 
-/// True when the path stays in the room there is.
+/// True when the path stays in the available range.
 bool check_start(const LayoutAxis& direction, const Range& room, const Range& path,
                  const StatedExploration& stated, Problems& problems) {
   const double start = stated.exploration.start_m.*direction.part;
@@ -177,8 +178,8 @@ bool check_start(const LayoutAxis& direction, const Range& room, const Range& pa
   return false;
 }
 
-/// A press by depth keeps its z, while the plate may rise under the probe. `by_turn_m`: as the
-/// rotary stages turn it; its own lean about the weft comes on top.
+/// A press by depth keeps its z, while the plate may rise under the probe. `by_turn_m`: rise caused
+/// by the rotary stages; the tilt of the plate about the weft is added.
 void check_level(const StatedExploration& stated, const RigLimits& limits, double by_turn_m,
                  Problems& problems) {
   constexpr double most_rise_m = 50e-6;
@@ -194,7 +195,7 @@ void check_level(const StatedExploration& stated, const RigLimits& limits, doubl
                 "level the plate or shorten the path: no force is measured that z could follow"});
 }
 
-/// With the rotary stages at their level z follows the plate along the path.
+/// With the rotary stages at the level angles, z follows the plate along the path.
 void check_height(const StatedExploration& stated, const RigLimits& limits, Problems& problems) {
   const RigLimits free = without_ends(limits);
   const Exploration& exploration = stated.exploration;
@@ -222,7 +223,7 @@ std::size_t samples(double seconds, double rate_hz) {
   return static_cast<std::size_t>(seconds * rate_hz);
 }
 
-/// The cell of an exploration whose phase is shortest, told where it is too short.
+/// Reports the cell of an exploration with the shortest phase, if it is too short.
 void check_phase(const Plan& plan, std::size_t exploration, Phase phase, std::size_t least,
                  std::vector<Diagnostic>& out) {
   const std::size_t cells = plan.sweep->cells.size();
@@ -247,7 +248,7 @@ void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& probl
   if (!stated.sweep) return;
   Sweep& sweep = *stated.sweep;
   std::vector<StatedExploration> spread;
-  std::set<std::string> reported;  // a stroke that is too long is told once, not in every cell
+  std::set<std::string> reported;  // a stroke that is too long is reported once, not in every cell
   for (const StatedExploration& base : stated.explorations) {
     sweep.explorations.push_back(base.exploration.name);
     for (const std::vector<std::size_t>& cell : sweep.cells) {
@@ -299,7 +300,7 @@ void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems
     fits &= stated.start_m ? check_start(direction, room, path, stated, problems)
                            : check_centred(direction, room, path, stated, problems);
   }
-  if (fits) check_height(stated, limits, problems);  // beyond the room z goes nowhere
+  if (fits) check_height(stated, limits, problems);  // outside the range z cannot be checked
 }
 
 std::vector<Diagnostic> warnings_about_sweep(const Plan& plan) {

@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-/// More combinations than that are no pilot study, and each is an exploration in memory; the search
-/// for a fraction takes the square.
+/// More combinations are no pilot study, and each is an exploration in memory. The time to choose a
+/// fraction grows with the square.
 constexpr std::uint64_t most_cells = 10'000, most_cells_to_choose_from = 2'000;
 constexpr double least_stroke_m = 1e-6, longest_stroke_m = 10;
 constexpr double least_press_s = 0.1, longest_press_s = 3600;
@@ -43,7 +43,7 @@ std::vector<std::string_view> spelled_names() {
   return out;
 }
 
-/// A factor as the recipe spells it.
+/// A factor with the spelling of the recipe.
 struct Spelled {
   FactorKind kind = FactorKind::force;
   Spelling spelling;
@@ -56,7 +56,7 @@ std::optional<Spelled> spelled(std::string_view name) {
   return std::nullopt;
 }
 
-/// What the rig allows of one factor, over all explorations, in SI.
+/// Limits of the rig for one factor, over all explorations, in SI.
 Bounds bounds_of(FactorKind kind, const RigLimits& limits) {
   switch (kind) {
     case FactorKind::force:
@@ -154,7 +154,7 @@ class SweepReader {
       return problems_.add({place, "the factor has too many values",
                             "at most " + std::to_string(most_cells), std::to_string(list.size()),
                             "give fewer values"});
-    std::set<std::string> seen;  // as cells are named: two values of one name would be one cell
+    std::set<std::string> seen;  // by cell name: two values with one name would be one cell
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string at = child(place, i);
       const auto si = read_value(list[i], at, known);
@@ -218,7 +218,7 @@ class SweepReader {
     sweep_.fraction = fraction;
   }
 
-  /// All factors are good by now.
+  /// All factors are valid here.
   void choose_cells(const std::string& place) {
     if (!check_counts(place)) return;
     std::vector<std::vector<std::size_t>> all{{}};
