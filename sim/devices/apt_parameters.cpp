@@ -15,7 +15,7 @@ Bytes bytes_of(const Body& body) {
   return bytes;
 }
 
-/// A body of which only the channel, 1, is known.
+/// A body with only the channel, 1, set.
 Bytes blank(std::size_t size) {
   Bytes bytes(size, 0);
   bytes[0] = 1;
@@ -34,8 +34,8 @@ VelocityParams velocity_of(const StageModel& model) {
   return velocity;
 }
 
-// 5 mm at 10 mm/s and 10 mm/s2, 5 degrees at 15 (device-facts.md, APT stage data), as far as the
-// stage goes so fast.
+// 5 mm at 10 mm/s and 10 mm/s2, 5 degrees at 15 (device-facts.md, APT stage data), limited to what
+// the stage can do.
 JogParams jog_of(const StageModel& model) {
   const double speed = model.family == Family::servo ? 15 : 10;
   JogParams jog;
@@ -56,8 +56,8 @@ HomeParams homing_of(const StageModel& model) {
   return homing;
 }
 
-/// From deflections of 20, 50, 80 and 100 on, as in the document's example; a tenth, a fifth, three
-/// tenths and half of the default speed, in position counts a second [E].
+/// Deflections from 20, 50, 80 and 100, as in the document's example. They give a tenth, a fifth,
+/// three tenths and half of the default speed, in position counts per second [E].
 PotParams slider_of(const StageModel& model) {
   const auto part = [&](double of_speed) {
     return or_zero(position_to_counts(model.scale, of_speed * model.default_speed));
@@ -123,8 +123,8 @@ AptParameters::Answer AptParameters::handle(const Message& message) {
     const auto documented = documented_data_size(set);
     const bool fits = documented ? message.data.size() == *documented : !message.data.empty();
     if (!fits) return {Outcome::refused, set, nullptr};
-    // Issues and hosts disagree on how much of a K-cube's messages there is; the answer keeps its
-    // own length.
+    // Issues and hosts disagree on the length of a K-cube's messages; the answer keeps its own
+    // length.
     std::copy_n(message.data.begin(), std::min(body.size(), message.data.size()), body.begin());
     limits_ = this->body<LimitSwitchParams>(MessageId::set_limswitchparams);
     return {Outcome::taken, set, nullptr};

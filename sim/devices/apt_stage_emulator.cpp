@@ -1,5 +1,5 @@
-// Conversation: who is addressed, what is answered. Motion, the counters and the status word are
-// in apt_stage_motion.cpp.
+// Message handling: addressing and answers. Motion, the counters and the status word are in
+// apt_stage_motion.cpp.
 #include "sim/devices/apt_stage_emulator.hpp"
 
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace {
 using namespace protocols::apt;
 
 constexpr Duration update_period = std::chrono::milliseconds(100);  // APT16: 10 Hz
-/// The rest of a message is not waited for longer, counted from its beginning: its host has gone,
-/// or its length was damaged.
+/// Longest wait for the rest of a message, from its beginning: later its host has gone, or its
+/// length was damaged.
 constexpr Duration partial_message_timeout = std::chrono::milliseconds(500);
 constexpr std::uint16_t kcube_hardware_type = 16;  // K-cubes; no source [E]
 constexpr std::uint16_t card_hardware_type = 44;
@@ -68,7 +68,7 @@ void AptStageEmulator::meet_new_host() {
   forget_host();
 }
 
-/// What a host has asked for as long as it is there.
+/// Clears the requests that are valid only while their host is connected.
 void AptStageEmulator::forget_host() {
   next_update_.reset();
   unacknowledged_ = 0;
@@ -101,9 +101,10 @@ void AptStageEmulator::wake(TimePoint now, ByteSink& out) {
   }
 }
 
-/// Counts a message that nobody asked for. Silent without acknowledgements fall those that list it,
-/// and the BSC, which lists none: there only a host that begins anew helps
-/// (docs/reference/device-facts.md, APT conversation). Its cards are named SCC.
+/// Counts an unsolicited message; false once the controller is silent. Controllers that list
+/// acknowledgements fall silent without them. So does the BSC, which lists none and then needs a
+/// host that begins anew (docs/reference/device-facts.md, APT conversation). Its cards are named
+/// SCC.
 bool AptStageEmulator::can_send_unsolicited() {
   const bool falls_silent =
       servo() || params_.model.starts_with("BSC") || params_.model.starts_with("SCC");
@@ -118,14 +119,13 @@ void AptStageEmulator::send_update(TimePoint now, ByteSink& out) {
   reply_status(servo() ? MessageId::get_dcstatusupdate : MessageId::get_statusupdate, now, out);
 }
 
-/// Ends of moves are status messages too: a servo that is not acknowledged keeps them to itself.
+/// Ends of moves are status messages too: a servo without acknowledgement does not send them.
 void AptStageEmulator::send_end(MessageId id, TimePoint now, ByteSink& out) {
   if (servo() && !can_send_unsolicited()) return;
   reply_status(id, now, out);
 }
 
-/// A unit with one channel answers to each of the addresses that hosts use for it: clients
-/// disagree.
+/// A unit with one channel answers to all addresses that hosts use for it, because clients differ.
 bool AptStageEmulator::is_for_us(std::uint8_t destination) const {
   if (destination == address::rack || destination == unit_) return true;
   return !params_.bay && (destination == address::usb_unit || destination == address::bay_first);
@@ -150,8 +150,8 @@ void AptStageEmulator::handle(const Message& message, TimePoint now, ByteSink& o
 
 bool AptStageEmulator::handle_system(const Message& message, TimePoint now, ByteSink& out) {
   switch (message.id) {
-    // What a host says when it begins shows that it lives as an acknowledgement does: one that went
-    // without a word, on a terminal where hosts change unseen, is not held against the next.
+    // The first messages of a host reset the count as an acknowledgement does. On a terminal hosts
+    // change unseen, and the count of a former host must not affect the next one.
     case MessageId::hw_no_flash_programming:
       unacknowledged_ = 0;
       return true;
@@ -211,7 +211,7 @@ bool AptStageEmulator::handle_status(const Message& message, TimePoint now, Byte
 }
 
 bool AptStageEmulator::handle_counters(const Message& message, TimePoint now, ByteSink& out) {
-  const bool whole = servo();  // position and encoder are one count
+  const bool whole = servo();  // position and encoder share one counter
   const auto body = decode_body<ChannelCounts>(message.data);
   switch (message.id) {
     case MessageId::req_poscounter:
@@ -264,7 +264,7 @@ std::int16_t AptStageEmulator::velocity_counts(TimePoint now) const {
   return static_cast<std::int16_t>(std::clamp(counts, -most, most));
 }
 
-/// The 14 bytes that status updates and the ends of moves share.
+/// The 14 bytes shared by status updates and ends of moves.
 void AptStageEmulator::reply_status(MessageId id, TimePoint now, ByteSink& out) {
   if (servo())
     reply(id, DcStatusUpdate{1, counter(now), velocity_counts(now), 0, status_bits(now)}, out);
@@ -292,7 +292,7 @@ void AptStageEmulator::reply_info(TimePoint now, ByteSink& out) {
   reply(MessageId::hw_get_info, info, out);
 }
 
-// What the controller is plugged into: bays, hub, digital outputs, analogue input.
+// Connections of the controller: bays, hub, digital outputs, analogue input.
 
 using namespace protocols::apt;
 
@@ -310,7 +310,7 @@ bool AptStageEmulator::handle_rack(const Message& message, ByteSink& out) {
       reply_short(MessageId::rack_get_bayused, message.param1,
                   message.param1 == params_.bay.value_or(0) ? occupied : vacant, out);
       return true;
-    case MessageId::hub_req_bayused:  // of cubes
+    case MessageId::hub_req_bayused:  // for cubes
       if (servo()) reply_short(MessageId::hub_get_bayused, off_the_hub, 0, out);
       return servo();
     case MessageId::rack_req_statusbits:
@@ -327,8 +327,8 @@ bool AptStageEmulator::handle_rack(const Message& message, ByteSink& out) {
   }
 }
 
-/// Controllers have them; an LTS, whose controller is built in, has not (device-facts.md, APT
-/// controllers).
+/// Separate controllers have them; an LTS, with a built-in controller, has not (device-facts.md,
+/// APT controllers).
 bool AptStageEmulator::handle_inputs_and_outputs(const Message& message, ByteSink& out) {
   if (!lists_end_message_switch()) return false;
   switch (message.id) {

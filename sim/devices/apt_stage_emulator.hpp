@@ -16,21 +16,21 @@
 
 namespace weft::sim {
 
-/// APT tables count in millimetres and degrees, the plant in metres and radians.
+/// Factor from the units of the APT tables (mm, degrees) to those of the plant (m, rad).
 constexpr double si_per_unit(const protocols::apt::StageModel& model) {
   return model.axis == protocols::apt::Axis::linear ? m_per_mm : rad_per_deg;
 }
 
-/// The parameters that an APT controller keeps: bodies as they were set, given back on request.
+/// The parameters that an APT controller keeps: message bodies are stored and returned on request.
 class AptParameters {
  public:
-  /// The stage database's defaults.
+  /// Starts with the defaults of the stage database.
   explicit AptParameters(const protocols::apt::StageModel& model);
 
   enum class Outcome : std::uint8_t {
     unknown,    ///< no parameter message
     taken,      ///< a SET
-    refused,    ///< a SET whose body has another length than documented
+    refused,    ///< a SET with a body of another length than documented
     is_request  ///< a REQ: answer with `reply`
   };
   struct Answer {
@@ -40,12 +40,12 @@ class AptParameters {
   };
   Answer handle(const protocols::apt::Message& message);
 
-  /// By the id of the SET message. There must be one: all that have a struct are there.
+  /// Body by the id of the SET message, which must exist. All messages with a struct exist.
   template <class Body>
   [[nodiscard]] Body body(protocols::apt::MessageId set) const {
     return protocols::apt::decode_body<Body>(stored_.at(set)).value();
   }
-  /// body() of set_limswitchparams, decoded once: each status asks for it.
+  /// body() of set_limswitchparams, decoded once because each status needs it.
   [[nodiscard]] const protocols::apt::LimitSwitchParams& limits() const { return limits_; }
 
  private:
@@ -53,10 +53,10 @@ class AptParameters {
   protocols::apt::LimitSwitchParams limits_;
 };
 
-/// What a move command does to the move under way: not specified in APT16, so it can be chosen.
+/// Effect of a move command during a move. APT16 does not specify it, so it can be chosen.
 enum class RetargetPolicy : std::uint8_t {
-  replan,  ///< go to the new target at once, from the present velocity
-  ignore,  ///< finish what was begun
+  replan,  ///< move to the new target at once, from the present velocity
+  ignore,  ///< complete the current move
 };
 
 struct AptStageParams {
@@ -64,27 +64,27 @@ struct AptStageParams {
   const protocols::apt::StageModel* stage = nullptr;  ///< scale, limits and defaults
   std::string model = "LTS150";                       ///< of the controller, at most 8 characters
   std::int32_t serial = 45000001;
-  /// Of MOVE_VELOCITY and MOVE_JOG: the one that increases the counts, 1 or 2; 0: as the
-  /// controller of this model has it.
+  /// Direction of MOVE_VELOCITY and MOVE_JOG that increases the counts, 1 or 2; 0: default of this
+  /// controller model.
   std::uint8_t positive_direction = 0;
   std::array<std::uint8_t, 3> firmware{1, 2, 3};  ///< major, interim, minor
   std::string notes = "Weft emulator";
-  /// A card in this bay, from 0, of a rack of `bays`; nothing: a unit with one channel of its own.
+  /// Bay of the card, from 0, in a rack of `bays`; nullopt: a unit with one channel of its own.
   std::optional<std::uint8_t> bay;
   std::uint8_t bays = 3;
-  bool enabled = true;   ///< the channel, when the power comes on
-  bool homed = false;    ///< the controller has been on since it was homed last
-  bool encoder = false;  ///< steppers: the status tells where the carriage is beside the step count
+  bool enabled = true;   ///< state of the channel at power-on
+  bool homed = false;    ///< at power-on the controller is already homed
+  bool encoder = false;  ///< steppers: the status has the carriage position beside the step count
   RetargetPolicy retarget = RetargetPolicy::replan;
-  /// Servos and BSC fall silent after this many status messages that nobody asked for, servos until
-  /// they are acknowledged (APT16 p. 98); 0 switches it off.
+  /// Servos and BSC fall silent after this number of unsolicited status messages, servos until they
+  /// are acknowledged (APT16 p. 98); 0 disables this.
   std::uint32_t silent_after = 50;
 };
 
 class AptStageEmulator final : public Emulator {
  public:
-  /// Powered on: unless params.homed, the counter is at zero wherever the carriage is.
-  /// `bench_plant` outlives it.
+  /// Powered on. Unless params.homed, the counter is zero at the present carriage position.
+  /// `bench_plant` must outlive the emulator.
   AptStageEmulator(const AptStageParams& params, BenchPlant& bench_plant, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
@@ -92,7 +92,7 @@ class AptStageEmulator final : public Emulator {
   void wake(TimePoint now, ByteSink& out) override;
   void meet_new_host() override;
 
-  /// Messages that were not for this unit, unknown to it, or with a body of the wrong length.
+  /// Messages for another unit, unknown messages, and bodies of the wrong length.
   [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
 
  private:
@@ -100,7 +100,7 @@ class AptStageEmulator final : public Emulator {
   using MessageId = protocols::apt::MessageId;
   enum class Motion : std::uint8_t { none, home, home_run_off, move, jog, stopping };
 
-  // conversation
+  // messages
   [[nodiscard]] bool is_for_us(std::uint8_t destination) const;
   void handle(const Message& message, TimePoint now, ByteSink& out);
   bool handle_system(const Message& message, TimePoint now, ByteSink& out);
@@ -149,7 +149,7 @@ class AptStageEmulator final : public Emulator {
   [[nodiscard]] double inside_soft_limits(double target) const;
 
   // counters and status
-  [[nodiscard]] double length(std::int32_t counts) const;  ///< a count as a way, [m] or [rad]
+  [[nodiscard]] double length(std::int32_t counts) const;  ///< counts as a way, [m] or [rad]
   [[nodiscard]] std::int32_t counts_at(double position) const;
   [[nodiscard]] double believed(TimePoint now) const;
   [[nodiscard]] std::int32_t counter(TimePoint now) const;
@@ -166,17 +166,17 @@ class AptStageEmulator final : public Emulator {
   BenchPlant* bench_plant_;
   AptParameters parameters_;
   protocols::apt::Splitter splitter_{protocols::apt::LineEnd::controller};
-  std::optional<TimePoint> begun_;  ///< when the message in progress began to come
-  Message message_;                 ///< kept for the room of its data
+  std::optional<TimePoint> begun_;  ///< when the first byte of the incomplete message arrived
+  Message message_;                 ///< kept to reuse the memory of its data
   Bytes buffer_;
   std::uint8_t host_ = protocols::apt::address::host;
-  std::uint8_t unit_ = protocols::apt::address::usb_unit;  ///< whose messages come unasked
-  std::uint8_t self_ = protocols::apt::address::usb_unit;  ///< who speaks now
+  std::uint8_t unit_ = protocols::apt::address::usb_unit;  ///< sender of unsolicited messages
+  std::uint8_t self_ = protocols::apt::address::usb_unit;  ///< sender of the current answer
   bool enabled_ = true;
   bool homed_ = false;
   bool end_messages_ = true;
   double zero_ = 0;  ///< stage position at which the counter is zero [m] or [rad]
-  std::int32_t encoder_zero_counts_ = 0;  ///< steppers: what SET_ENCCOUNTER moved it by
+  std::int32_t encoder_zero_counts_ = 0;  ///< steppers: offset set by SET_ENCCOUNTER
   Motion motion_ = Motion::none;
   bool runs_to_low_end_ = false;  ///< a velocity move or endless jog backwards, or a move beyond
   bool on_low_end_ = false;       ///< such a motion has ended at the switch
@@ -187,20 +187,20 @@ class AptStageEmulator final : public Emulator {
   std::uint8_t rack_outputs_ = 0;  ///< digital, of its rack
   std::uint64_t ignored_ = 0;
 
-  // What faults have done.
+  // Effects of faults.
   struct LateEnd {
     TimePoint due;
     MessageId id;
   };
   std::optional<LateEnd> late_end_;
   std::optional<std::int32_t> frozen_counter_;
-  bool held_ = false;  ///< the motor stands, the motion goes on in the controller's mind
-  bool hung_ = false;  ///< a homing whose end will not be seen
-  double goal_ = 0;    ///< of the motion under way
+  bool held_ = false;  ///< the motor is at rest while the controller continues the motion
+  bool hung_ = false;  ///< a homing that will not report its end
+  double goal_ = 0;    ///< target of the current motion
   MotionLimits goal_limits_{};
-  double lost_ = 0;           ///< ways that the counter went and the motor did not
-  double lossy_from_ = 0;     ///< where the motor was when the present motion was planned
-  double steps_per_way_ = 1;  ///< above 1 while steps get lost
+  double lost_ = 0;           ///< ways that the counter counted and the motor did not move
+  double lossy_from_ = 0;     ///< motor position when the present motion was planned
+  double steps_per_way_ = 1;  ///< above 1 while steps are lost
 };
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// Motion commands of the APT stage, what is sent at their ends, the counters and the status word.
+// Motion commands of the APT stage, messages at their ends, the counters and the status word.
 
 #include <algorithm>
 #include <array>
@@ -11,10 +11,10 @@ namespace {
 
 using namespace protocols::apt;
 
-constexpr double slowest = 1e-9;  // units/s; a zero in VELPARAMS would never arrive
+constexpr double slowest = 1e-9;  // units/s; with a zero in VELPARAMS a move would never end
 constexpr int highest_bow = 18;
-/// Closer to home than this, in mm or degrees, the home switch is made already: the stage runs off
-/// it first, so that homing always moves.
+/// Closer to home than this, in mm or degrees, the home switch is active already. The stage then
+/// runs off it first, so that homing always moves.
 constexpr double on_home_switch = 0.1;
 constexpr std::uint8_t forward = 1, reverse = 2;
 
@@ -23,12 +23,12 @@ double bow_value(const BowIndex& bow) {
   return bow.index == 0 ? 0 : std::ldexp(1.0, std::min<int>(bow.index, highest_bow) - 1);
 }
 
-/// In SI: as fast as the counts say, as far as the stage goes so fast.
+/// Speed of the counts in SI units, limited to that of the stage.
 double speed_of(const StageModel& model, std::int32_t velocity_counts) {
   const double speed = velocity_from_counts(model.scale, velocity_counts);
   return si_per_unit(model) * std::clamp(speed, slowest, model.max_speed);
 }
-/// An S-curve without a jerk of its own reaches its acceleration in this time.
+/// An S-curve without a given jerk reaches its acceleration in this time.
 constexpr double usual_ramp_s = 0.1;
 
 double acceleration_of(const StageModel& model, std::int32_t acceleration_counts) {
@@ -43,7 +43,7 @@ MotionLimits AptStageEmulator::limits() const {
   const auto body = parameters_.body<VelocityParams>(MessageId::set_velparams);
   const double acceleration = acceleration_of(model, body.acceleration_counts);
   double jerk = si_per_unit(model) * bow_value(parameters_.body<BowIndex>(MessageId::set_bowindex));
-  if (model.is_brushless()) {  // the scale of its jerk is not known
+  if (model.is_brushless()) {  // the scale of its jerk is unknown
     const auto profile = parameters_.body<ProfileMode>(MessageId::set_pmdprofilemode);
     jerk = profile.mode == 2 ? acceleration / usual_ramp_s : 0;
   }
@@ -63,8 +63,8 @@ MotionLimits AptStageEmulator::home_limits() const {
   return result;
 }
 
-/// The home switch lies the stage's own offset below its zero; the offset that is set leads back
-/// from there. Homing forwards goes to the other end.
+/// The home switch is below the zero by the stage's own offset, and the configured offset leads
+/// back from there. Homing forwards goes to the other end.
 double AptStageEmulator::home_position() const {
   const StageModel& model = *params_.stage;
   const auto offset = parameters_.body<HomeParams>(MessageId::set_homeparams).offset_counts;
@@ -73,7 +73,7 @@ double AptStageEmulator::home_position() const {
   return offset != usual ? length(offset) - length(usual) : 0;
 }
 
-/// A rotary stage has one switch: it is met from either side.
+/// A rotary stage has one switch, reached from either side.
 bool AptStageEmulator::homes_at_high_end() const {
   return params_.stage->axis == Axis::linear &&
          parameters_.body<HomeParams>(MessageId::set_homeparams).direction == forward;
@@ -128,7 +128,7 @@ void AptStageEmulator::home(TimePoint now, ByteSink& out) {
   home_to(switch_at, Motion::home, now);
 }
 
-/// Homing ends where the motor stands, so steps that get lost make no difference.
+/// Homing ends at the true motor position, so lost steps make no difference.
 void AptStageEmulator::home_to(double target, Motion leg, TimePoint now) {
   zero_ -= believed(now) - stage().position(now);
   lost_ = 0;
@@ -159,12 +159,12 @@ void AptStageEmulator::jog(const Message& message, TimePoint now) {
   move_to(believed(now) + sign * length(body.step_counts), jog_limits(), Motion::jog, now);
 }
 
-/// "Forward" is the controller's word: where it leads differs (device-facts.md, APT messages).
+/// "Forward" is the controller's term; its direction differs (device-facts.md, APT messages).
 bool AptStageEmulator::increases_counts(std::uint8_t direction) const {
   return (direction == reverse) == (params_.positive_direction == reverse);
 }
 
-/// APT16 names this the velocity move: until stopped or at a limit.
+/// APT16 names this the velocity move: it ends by a stop or at a limit.
 void AptStageEmulator::run_towards_limit(std::uint8_t direction, const MotionLimits& limits,
                                          Motion kind, TimePoint now) {
   const StageParams& travel = stage().params();
@@ -232,7 +232,7 @@ void AptStageEmulator::send_end_of_motion(MessageId id, TimePoint at, ByteSink& 
     send_end(id, at, out);
 }
 
-/// Faults that begin, end or go on while the stage moves.
+/// Applies faults that begin, end or continue while the stage moves.
 void AptStageEmulator::apply_motion_faults(TimePoint now, ByteSink& out) {
   if (!has_faults() && !hung_ && !held_ && !frozen_counter_) return;
   if (hung_ && active_fault(FaultKind::never_homes, now) == nullptr) hung_ = false;
@@ -270,10 +270,10 @@ std::uint32_t AptStageEmulator::status_bits(TimePoint now) const {
   return bits;
 }
 
-/// The bits of one motion add up: "in motion, moving clockwise" is of the shaft, "performing a
-/// homing move" and "jogging" of why (issue of December 2025, GET_USTATUSUPDATE; Thorlabs' adapter
-/// for Micro-Manager: "1 - moving, 0 - stationary"). No source shows the word of a real unit that
-/// homes.
+/// The bits of one motion combine: "in motion, moving clockwise" describes the shaft, "performing a
+/// homing move" and "jogging" the reason (issue of December 2025, GET_USTATUSUPDATE; Thorlabs'
+/// adapter for Micro-Manager: "1 - moving, 0 - stationary"). No source shows the word of a real
+/// unit during homing.
 std::uint32_t AptStageEmulator::motion_bits(TimePoint now) const {
   const double velocity = stage().velocity(now);
   const bool forward = velocity == 0 ? goal_ >= stage().position(now) : velocity > 0;
@@ -317,7 +317,7 @@ std::int32_t AptStageEmulator::counts_at(double position) const {
   return position_to_counts(params_.stage->scale, units).value_or(0);
 }
 
-/// Where the controller takes the stage to be: it counts lost steps as done.
+/// Stage position in the controller's view: lost steps count as moved.
 double AptStageEmulator::believed(TimePoint now) const {
   const double at = stage().position(now);
   if (lost_ == 0 && steps_per_way_ == 1) return at;
@@ -329,7 +329,7 @@ std::int32_t AptStageEmulator::counter(TimePoint now) const {
 }
 
 std::int32_t AptStageEmulator::encoder(TimePoint now) const {
-  if (!params_.encoder) return -encoder_zero_counts_;  // none is fitted
+  if (!params_.encoder) return -encoder_zero_counts_;  // without an encoder
   if (frozen_counter_) return *frozen_counter_ - encoder_zero_counts_;
   return counts_at(stage().position(now)) - encoder_zero_counts_;
 }
@@ -341,8 +341,8 @@ bool AptStageEmulator::lists_end_message_switch() const {
 }
 
 /// Whether the controller's list has a message about counters or parameters (device-facts.md, APT
-/// controllers; buttons: issue of December 2025): what it does not list, it neither takes nor
-/// answers.
+/// controllers; buttons: issue of December 2025). Unlisted messages are neither accepted nor
+/// answered.
 bool AptStageEmulator::lists(MessageId id) const {
   static constexpr std::array not_of_the_lts{
       MessageId::set_enccounter,      MessageId::set_powerparams,  MessageId::set_dcpidparams,

@@ -12,13 +12,13 @@ namespace digital = protocols::ati_digital;
 using namespace protocols::modbus;
 using protocols::modbus::Reply;
 
-/// A request is over when the line has been silent for so long. On a wire 3.5 characters would do;
-/// an operating system may hold back the second half of a write for longer.
+/// A request ends when the line has been silent for this time. On a wire 3.5 characters are enough,
+/// but an operating system may delay the second half of a write for longer.
 constexpr Duration silence = std::chrono::milliseconds(20);
-/// Silence means nothing on TCP; the rest of a request is not waited for longer.
+/// Silence has no meaning on TCP; this is the longest wait for the rest of a request.
 constexpr Duration partial_request_timeout = std::chrono::milliseconds(500);
 
-/// The gauges' converter is what limits and quantises here.
+/// Here only the converter of the gauges limits and quantises.
 FtSensorParams unlimited(FtSensorParams params) {
   params.range.fill(std::numeric_limits<double>::infinity());
   params.quantum.fill(0);
@@ -53,7 +53,7 @@ std::uint8_t code_of(Function function) {
   return static_cast<std::uint8_t>(function);
 }
 
-/// Another calibration in the sensor: told by its serial number and its scale.
+/// Another calibration in the sensor, visible by its serial number and its scale.
 digital::Calibration changed(digital::Calibration calibration, double factor) {
   constexpr std::size_t longest_serial = 8;
   calibration.serial = calibration.serial.substr(0, longest_serial - 1) + "x";
@@ -123,7 +123,7 @@ void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out)
   rtu_.push(bytes);
   while (const std::optional<ByteView> pdu = rtu_.next()) {
     const Reply reply = answer(*pdu, now);
-    if (rtu_.to_all()) continue;  // obeyed, and answered by nobody
+    if (rtu_.to_all()) continue;  // executed, but a broadcast is not answered
     buffer_.clear();
     append_rtu(buffer_, params_.slave, reply);
     if (firing_fault(FaultKind::crc_errors, now) != nullptr) buffer_.back() ^= 0x55;
@@ -134,8 +134,8 @@ void AtiDigitalEmulator::serve_rtu(ByteView bytes, TimePoint now, ByteSink& out)
 void AtiDigitalEmulator::serve_tcp(ByteView bytes, TimePoint now, ByteSink& out) {
   tcp_.push(bytes);
   while (const std::optional<MbapFrame> frame = tcp_.next()) {
-    // 0 and 255 mean the device at this address itself (Modbus messaging on TCP/IP, implementation
-    // guide, "unit identifier")
+    // 0 and 255 address the device at this IP address itself (Modbus messaging on TCP/IP,
+    // implementation guide, "unit identifier").
     const bool ours = frame->unit == params_.slave || frame->unit == 0 || frame->unit == 255;
     const std::uint8_t function = frame->pdu.empty() ? std::uint8_t{0} : frame->pdu[0];
     buffer_.clear();
@@ -212,8 +212,8 @@ Reply AtiDigitalEmulator::execute_vendor_order(const Vendor& order, TimePoint no
   return Vendor{order.function, digital::done};
 }
 
-/// What the converters say: strain times the active gain, moved by the active offset. How gain and
-/// offset act is an estimate; at the calibration's own values both do nothing.
+/// Converter output: strain times the active gain, shifted by the active offset. The effect of gain
+/// and offset is an estimate; at the calibration's own values both have no effect.
 AtiDigitalEmulator::GaugeCounts AtiDigitalEmulator::convert(TimePoint at) {
   FtReading reading = sensor_.read(bench_plant_->contact(at), conversion_at(at), fz_off_n(at));
   hold_if_stuck(reading, at);
@@ -249,7 +249,7 @@ std::uint16_t AtiDigitalEmulator::status_word(TimePoint at) const {
 }
 
 TimePoint AtiDigitalEmulator::record_time(std::uint64_t record) const {
-  // From the start each time, so that rates that do not divide a second do not drift.
+  // Counted from the start each time: rates that do not divide a second do not drift.
   return started_ + from_seconds(static_cast<double>(record) / params_.rate_hz);
 }
 
@@ -301,7 +301,7 @@ DigitalRegisters::DigitalRegisters(const Calibration& calibration, int number,
                                    std::uint16_t status_word) {
   const CalibrationRegisters record = encode(calibration);
   std::copy(record.begin(), record.end(), values_.begin() + calibration_address(number));
-  // What is active after power-on is not sourced: the calibration's own values [E].
+  // No source gives the active values after power-on: here the calibration's own [E].
   std::copy(calibration.gain.begin(), calibration.gain.end(), values_.begin());
   std::copy(calibration.offset.begin(), calibration.offset.end(),
             values_.begin() + holding::active_offset);

@@ -1,5 +1,5 @@
 #pragma once
-// An ATI Digital F/T sensor: Modbus requests in, answers and a raw stream out. Source:
+// An ATI Digital F/T sensor: receives Modbus requests, sends answers and a raw stream. Source:
 // docs/reference/device-facts.md, ATI Digital F/T.
 
 #include <array>
@@ -20,27 +20,27 @@ namespace weft::sim {
 // The registers of an emulated ATI Digital F/T sensor. Source: docs/reference/device-facts.md,
 // ATI Digital F/T.
 
-/// A calibration of a Mini40 SI-40-2 in the pattern of a real Mini40 (CAL80): gauges 0, 2
-/// and 4 carry Fz, Tx and Ty, the others Fx, Fy and Tz. The rated load of one axis is 10000 counts
-/// of its strongest gauge, so that three axes at once stay inside the converter [E].
+/// A calibration of a Mini40 SI-40-2 in the pattern of a real Mini40 (CAL80): gauges 0, 2 and 4
+/// carry Fz, Tx and Ty, the others Fx, Fy and Tz. The rated load of one axis is 10000 counts of its
+/// strongest gauge, so that loads on three axes stay inside the converter's range [E].
 protocols::ati_digital::Calibration mini40_calibration(const std::string& serial,
                                                        double counts_per_n, double counts_per_nm);
 
-/// What is read and written. Places that no source tells of read as zero.
+/// The registers that hosts read and write. Addresses without a source read as zero.
 class DigitalRegisters {
  public:
   using Exceptional = std::optional<protocols::modbus::ExceptionCode>;
 
-  /// All calibrations but `number` (1 to 16) are empty.
+  /// All calibrations except `number` (1 to 16) are empty.
   DigitalRegisters(const protocols::ati_digital::Calibration& calibration, int number,
                    std::uint16_t status_word);
 
   /// Errors: illegal_address beyond the last calibration.
   Exceptional read_holding(std::uint16_t address, std::uint16_t count,
                            protocols::modbus::Registers& out) const;
-  /// Gains, offsets and the speed's registers, while unlocked. Errors: illegal_address,
-  /// device_failure while locked [E], illegal_value for a speed that does not exist. Nothing is
-  /// written then.
+  /// Writes gains, offsets and the speed's registers while unlocked. Errors, after which nothing is
+  /// written: illegal_address, device_failure while locked [E], illegal_value for a speed that does
+  /// not exist.
   Exceptional write(std::uint16_t address, std::span<const std::uint16_t> values);
   void lock(bool locked) { locked_ = locked; }
 
@@ -57,21 +57,21 @@ class DigitalRegisters {
 };
 
 struct AtiDigitalParams {
-  double rate_hz = 100;  ///< records a second; the real sensor sends about 7000 at 1.25 Mbaud
+  double rate_hz = 100;  ///< records per second; the real sensor sends about 7000 at 1.25 Mbaud
   std::uint8_t slave = protocols::ati_digital::slave_address;
-  int calibration = 1;  ///< the one that is not empty, 1 to 16
+  int calibration = 1;  ///< number of the calibration that is not empty, 1 to 16
   std::string serial = "FT40001";
   std::uint16_t status_word = 0;  ///< faults that the sensor reports
-  /// Behind a Modbus TCP gateway, which passes registers on but no stream.
+  /// Behind a Modbus TCP gateway, which passes registers but no stream.
   bool modbus_tcp = false;
-  /// Behind a half-duplex adapter, which gives back what is sent through it.
+  /// Behind a half-duplex adapter, which returns the sent bytes as an echo.
   bool echo = false;
-  FtSensorParams sensor;  ///< its quantum and range are the gauges' own here
+  FtSensorParams sensor;  ///< its quantum and range are those of the gauges here
 };
 
 class AtiDigitalEmulator final : public ForceEmulator {
  public:
-  /// `bench_plant` outlives the emulator.
+  /// `bench_plant` must outlive the emulator.
   AtiDigitalEmulator(const AtiDigitalParams& params, BenchPlant& bench_plant, std::uint64_t seed);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
@@ -104,14 +104,14 @@ class AtiDigitalEmulator final : public ForceEmulator {
   BenchPlant* bench_plant_;
   FtSensor sensor_;
   protocols::ati_digital::Calibration calibration_;
-  /// Gauge counts for counts of the wrench.
+  /// Gauge counts per count of the wrench.
   std::array<std::array<double, 6>, protocols::ati_digital::gauges> gauges_per_count_{};
   DigitalRegisters registers_;
   protocols::modbus::RtuSplitter rtu_;
   protocols::modbus::MbapSplitter tcp_;
   TimePoint received_at_{};  ///< last bytes from the host
   bool streaming_ = false;
-  std::size_t jam_bytes_ = 0;  ///< heard while streaming
+  std::size_t jam_bytes_ = 0;  ///< received while streaming
   std::uint64_t sent_ = 0;     ///< records since the stream was started
   TimePoint started_{};
   Bytes buffer_;

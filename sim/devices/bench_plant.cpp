@@ -74,8 +74,8 @@ void BenchPlant::mount(const Patch& patch, TimePoint now, bool same_place) {
   if (record_motion_) motion_ = BenchMotion{patch, memory, there, plant_time_, next_, {}};
 }
 
-/// A patch is taken off between two points of the grid, and the sensors go on: they hear the old
-/// one until then.
+/// A patch is removed between two points of the grid while the sensors continue: until then they
+/// measure vibrations on the old patch.
 void BenchPlant::drain_vibration(const Pose& there, TimePoint now) {
   plant_.advance(there, std::max(0.0, to_seconds(now - plant_time_)));
   gather_vibration();

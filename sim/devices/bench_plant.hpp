@@ -1,7 +1,7 @@
 #pragma once
-// The five stages and the plant in one time. The plant's state moves only on a fixed grid, the
-// pads' conversion times; what is asked in between is a step that is thrown away. So the result
-// does not depend on who asked for what in which order.
+// The five stages and the plant with one time. The plant's state moves only on a fixed grid, the
+// pads' conversion times. A request between grid points makes a step that is discarded. So the
+// result does not depend on the order of requests.
 
 #include <array>
 #include <cstdint>
@@ -18,10 +18,10 @@
 
 namespace weft::sim {
 
-/// The plant's grid: the ends of the pads' conversions and of their frames, nine points a frame.
+/// The plant's grid: the ends of the pads' conversions and of their frames, nine points per frame.
 struct GridPoint {
   std::uint64_t frame = 0;
-  int stage = 0;  ///< 0 to 7 end a conversion, 8 ends the frame
+  int stage = 0;  ///< 0 to 7: end of a conversion; 8: end of the frame
 
   [[nodiscard]] bool ends_frame() const { return stage == pad_timing::stages; }
   [[nodiscard]] TimePoint time() const {
@@ -35,24 +35,24 @@ struct GridPoint {
   }
 };
 
-/// How the stages moved under one mounted patch, on the plant's grid: all that the plant was given,
-/// so that the same minutes can be simulated again at another fidelity.
+/// Motion of the stages under one mounted patch, on the plant's grid. It is the whole input of the
+/// plant, so the same period can be simulated again at another fidelity.
 struct BenchMotion {
-  /// More than a day; what comes later is not kept.
+  /// More than a day; later poses are not kept.
   static constexpr std::size_t most_poses = 30'000'000;
 
   Patch patch;
   std::optional<PlantMemory> memory;  ///< of earlier touches of the patch
-  Pose mounted;                       ///< stages when the patch was put on
+  Pose mounted;                       ///< stage positions at mounting
   TimePoint mounted_at{};
   GridPoint first;          ///< the grid point of poses[0]
-  std::vector<Pose> poses;  ///< one for each grid point
+  std::vector<Pose> poses;  ///< one per grid point
 };
 
 enum class AxisId : std::uint8_t { x, y, z, rx, ry };
 constexpr std::size_t axis_count = 5;
 
-/// From stage readings to the fabric frame (sim/README.md, recipes/kinematics).
+/// Converts stage readings to the fabric frame (sim/README.md, recipes/kinematics).
 struct BenchGeometry {
   double origin_x_m = 0;  ///< stage positions with the probe over the fabric frame's origin
   double origin_y_m = 0;
@@ -75,29 +75,29 @@ class BenchPlant {
  public:
   BenchPlant(const BenchPlantParams& params, std::uint64_t seed);
 
-  /// Moves the plant along its grid up to `now`. Earlier times than before change nothing.
+  /// Moves the plant along its grid up to `now`. An earlier time than before has no effect.
   void advance_to(TimePoint now);
-  /// Puts another patch on the plate. Where the piece is mounted as it was (Patch::mounted), it is
-  /// the next touch of it: pads and, with `same_place`, cloth remember the ones before.
+  /// Mounts another patch. If the piece is mounted as before (Patch::mounted), this is its next
+  /// touch: the pads remember the earlier ones, and so does the fabric with `same_place`.
   void mount(const Patch& patch, TimePoint now, bool same_place = true);
-  /// The stage after everything up to `now` has happened. Plan its moves through this only.
+  /// The stage after all events up to `now`. Plan its moves only through this.
   Stage& stage(AxisId axis, TimePoint now);
   [[nodiscard]] const Stage& stage(AxisId axis) const { return stages_[index(axis)]; }
-  /// The contact at `now`, which must not lie before the last advance.
+  /// The contact at `now`, which must not be before the last advance.
   ContactState contact(TimePoint now);
   /// The last scan that was complete at `now`.
   const PadFrame& frame(TimePoint now);
   [[nodiscard]] const Plant& plant() const { return plant_; }
-  /// What lies on the plate, and how often that was changed or touched anew.
+  /// The patch on the plate, and the number of changes or new touches of it.
   [[nodiscard]] const Patch& patch() const { return patch_; }
   [[nodiscard]] std::uint64_t mounts() const { return mounts_; }
-  /// What accelerometer and microphone have read since this was last called, without a gap from one
-  /// patch to the next; nothing below level L3.
+  /// Readings of accelerometer and microphone since the last call, without a gap between patches;
+  /// empty below level L3.
   VibrationReadings extract_vibration(TimePoint now);
 
-  /// From the next mount() on, the stages' motion is kept, or not any more.
+  /// Starts or stops keeping the stages' motion, from the next mount() on.
   void record_motion(bool on) { record_motion_ = on; }
-  /// The motion since the last mount(), where it was kept, up to now; it is kept no longer.
+  /// The motion from the last mount() to now, if it was kept; keeping ends.
   std::optional<BenchMotion> extract_motion() { return std::exchange(motion_, std::nullopt); }
 
   /// Start of frame `frame`, and the first frame that starts at or after `t`.
@@ -111,7 +111,7 @@ class BenchPlant {
   void drain_vibration(const Pose& there, TimePoint now);
   void gather_vibration();
 
-  /// Sine and cosine of the angle that the probe was last seen at.
+  /// Sine and cosine of the last angle of the probe.
   struct Turned {
     double ry_rad = 0, sine = 0, cosine = 1;
   };
@@ -122,10 +122,10 @@ class BenchPlant {
   Plant plant_;
   Patch patch_;
   std::uint64_t mounts_ = 1;    ///< the bare plate was the first
-  bool listens_;                ///< the plant hears vibrations
-  VibrationReadings gathered_;  ///< of the plant, also under earlier patches
+  bool listens_;                ///< the plant simulates vibrations
+  VibrationReadings gathered_;  ///< from the plant, including earlier patches
   TimePoint plant_time_{};
-  GridPoint next_;  ///< of the grid
+  GridPoint next_;  ///< next grid point
   PadFrame finished_;
   bool record_motion_ = false;
   std::optional<BenchMotion> motion_;

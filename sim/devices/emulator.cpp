@@ -51,7 +51,7 @@ void FrameEmulator::pass_over(std::size_t bytes) {
 }
 
 namespace {
-/// What a stalled link holds; more is lost, as in a full buffer.
+/// Bytes that a stalled link holds; more are lost, as in a full buffer.
 constexpr std::size_t most_held = 4096;
 }  // namespace
 
@@ -116,7 +116,7 @@ void FaultyWire::damage(const Way& way, Bytes& message, TimePoint now) {
   }
 }
 
-/// When a message that is sent now arrives.
+/// Arrival time of a message that is sent now.
 TimePoint FaultyWire::due(Way& way, TimePoint now) {
   if (const Fault* late = board_->fires(FaultKind::reorder, now, way.to_device))
     return now + from_seconds(late->amount);
@@ -142,7 +142,7 @@ void FaultyWire::hold(Held held) {
   held_.insert(after, std::move(held));
 }
 
-/// Of a stream, what is due together arrives as one lump.
+/// On a stream, bytes that are due together arrive in one piece.
 void FaultyWire::release(TimePoint now) {
   const auto freed = [&](const Held& held) {  // the stall that held it was cleared
     return held.due == TimePoint::max() &&

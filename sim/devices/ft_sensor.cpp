@@ -10,7 +10,7 @@
 namespace weft::sim {
 namespace {
 
-/// Between -range and range; what is not a number, and so no load, is nothing.
+/// Clamped to -range .. range; NaN is no load and gives 0.
 double held_to(double range, double value) {
   return std::isnan(value) ? 0 : std::min(std::max(value, -range), range);
 }

@@ -1,6 +1,6 @@
 #pragma once
 // The Mini40 under the plate: contact and plate weight as counts, with quantum, noise, saturation
-// and software bias. Figures: docs/reference/device-facts.md, Mini40 (SI-40-2).
+// and software bias. Values: docs/reference/device-facts.md, Mini40 (SI-40-2).
 
 #include <array>
 #include <cstdint>
@@ -21,10 +21,10 @@ struct FtSensorParams {
   Wrench range{40, 40, 120, 2, 2, 2};
   Wrench quantum{0.01, 0.01, 0.02, 0.00025, 0.00025, 0.00025};
   Wrench noise{0.005, 0.005, 0.01, 0.000125, 0.000125, 0.000125};  ///< rms [E]
-  double plate_mass_kg = 0.3;                                      ///< what it carries always [E]
-  double centre_x_m = 0;  ///< the sensor's axis in the fabric frame
+  double plate_mass_kg = 0.3;  ///< constant load on the sensor [E]
+  double centre_x_m = 0;       ///< the sensor's axis in the fabric frame
   double centre_y_m = 0;
-  double height_m = 0.02;  ///< from the sensor's plane up to the plate's surface [E]
+  double height_m = 0.02;  ///< from the sensor's plane up to the surface of the plate [E]
 };
 
 struct FtReading {
@@ -32,26 +32,25 @@ struct FtReading {
   bool saturated = false;
 };
 
-/// The count nearest to it, of those that there are; of what is no number, 0.
+/// The nearest integer within 32 bits; 0 for NaN.
 std::int32_t nearest_count(double counts);
 
-/// The sensor converts at 7 kHz whatever is sent [S: NETFTCPP]: the number of the conversion at
-/// `t`.
+/// Number of the conversion at `t`: the sensor always converts at 7 kHz [S: NETFTCPP].
 std::uint32_t conversion_at(TimePoint t);
 
 class FtSensor {
  public:
   FtSensor(const FtSensorParams& params, std::uint64_t seed);
 
-  /// What the sensor is loaded with: contact forces at the contact point, and the plate's weight.
+  /// Load of the sensor: contact forces at the contact point, and the weight of the plate.
   [[nodiscard]] Wrench load(const ContactState& contact) const;
-  /// One conversion; `sample` numbers it and draws its noise, `fz_off_n` [N] is by how much faults
-  /// move the axial force before anything else.
+  /// One conversion. `sample` is its number and seeds its noise; `fz_off_n` [N] is the shift of the
+  /// axial force by faults, before any other step.
   [[nodiscard]] FtReading read(const ContactState& contact, std::uint32_t sample,
                                double fz_off_n = 0) const;
-  /// The present reading becomes zero.
+  /// Makes the present reading the bias.
   void bias(const ContactState& contact, std::uint32_t sample, double fz_off_n = 0);
-  /// What bias() subtracts, as counts.
+  /// Counts that bias() subtracts.
   [[nodiscard]] std::array<std::int32_t, 6> bias_counts() const;
   void set_bias(const std::array<std::int32_t, 6>& counts);
 
@@ -61,18 +60,18 @@ class FtSensor {
 
   FtSensorParams params_;
   std::uint64_t seed_;
-  bool noisy_;  ///< without noise no number is drawn
+  bool noisy_;  ///< without noise no random number is drawn
   Wrench bias_{};
 };
 
-/// What befalls the reading of a force sensor, whatever wire it is sent on.
+/// Faults of a force sensor's reading, for any wire.
 class ForceEmulator : public Emulator {
  protected:
-  /// Drift, a jump of the bias and noise on Fz [N], as the gauges have it: a bias takes it off.
+  /// Drift, bias jump and noise on Fz [N], at the gauges: a later bias removes it.
   double fz_off_n(TimePoint at);
-  /// The values stay what they were when the fault began.
+  /// Keeps the values from the start of the fault.
   void hold_if_stuck(FtReading& reading, TimePoint at);
-  /// What the counts are multiplied by; 1 without a fault.
+  /// Factor of the counts; 1 without a fault.
   [[nodiscard]] double calibration_factor(TimePoint at) const;
 
  private:

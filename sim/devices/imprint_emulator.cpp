@@ -9,9 +9,9 @@ namespace imprint = protocols::imprint;
 
 namespace {
 
-constexpr double same_force = 1e-3;  // of the force; a full scale's share of it is 1/8 count
+constexpr double same_force = 1e-3;  // of the force; the same share of full scale is 1/8 count
 constexpr double least_force_n = 1e-3;
-/// Of the pressures: a hundredth of what one of 127 counts can tell.
+/// Tolerance of the pressures: a hundredth of the resolution, one of 127 counts.
 constexpr double press_tolerance = 1e-4 / imprint::highest_count;
 constexpr std::uint8_t side = array_side;
 constexpr imprint::Window whole_array{0, 0, side, side};
@@ -102,7 +102,7 @@ void ImprintEmulator::send_description(TimePoint at, ByteSink& out) {
   send(frame, at, out);
 }
 
-/// What lies on the plate, where it has been changed.
+/// Images the object on the plate after a change.
 Status ImprintEmulator::image_plate() {
   if (seen_mounts_ == bench_plant_->mounts()) return {};
   cover_ = {};
@@ -112,7 +112,7 @@ Status ImprintEmulator::image_plate() {
   return {};
 }
 
-/// The taxels of the window under the force of this moment. All of them at once [E].
+/// The taxels of the window under the present force, all read at once [E].
 Result<TaxelFrame> ImprintEmulator::read(TimePoint at) {
   if (Status laid = image_plate(); !laid) return pass(laid.error());
   const double force_n = bench_plant_->contact(at).normal_n;
@@ -128,7 +128,7 @@ Result<TaxelFrame> ImprintEmulator::read(TimePoint at) {
   return read_taxels(params_.taxels, part, cover_, mix(mix(params_.seed, "noise"), scans_));
 }
 
-/// A scan whose press has no solution is not sent: the host sees a gap.
+/// A scan without a solution of its press is not sent: the host sees a gap.
 void ImprintEmulator::send_scan(TimePoint at, ByteSink& out) {
   next_scan_ += Duration(params_.period_ns);
   const std::uint64_t number = scans_++;

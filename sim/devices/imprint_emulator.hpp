@@ -1,8 +1,7 @@
 #pragma once
-// A dense array of taxels that is pressed on an object: a scan of the part that the host asked for
-// at every period and, once a second, who it is, from power-on. The normal force is the bench's
-// contact's; where it goes on the array is the static press of levels Z and Z+
-// (sim/plant/imprint).
+// A dense array of taxels pressed on an object. From power-on it sends a scan of the requested part
+// at every period and a description once a second. The normal force is that of the bench's contact;
+// its distribution on the array is the static press of levels Z and Z+ (sim/plant/imprint).
 
 #include <array>
 #include <cstdint>
@@ -24,35 +23,36 @@ struct ImprintEmulatorParams {
   std::int64_t period_ns = 200'000'000;
   std::uint32_t serial = 86000001;
   std::array<std::uint8_t, 3> firmware{1, 2, 3};
-  /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
+  /// Frames are cut into random pieces of 1 to this number of bytes; 0 sends them whole.
   std::size_t largest_chunk_bytes = 0;
-  std::uint64_t seed = 0;  ///< of noise and pieces
+  std::uint64_t seed = 0;  ///< for noise and pieces
 };
 
-/// The object on the plate under the whole array, pressed with any force.
+/// The object on the plate under the whole array, at any force.
 class PressedFace {
  public:
   explicit PressedFace(Level level) : level_(level) {}
 
-  /// Lays `object` on, as `seed` says. Errors: range, for what `place` refuses.
+  /// Places `object`, with the position drawn from `seed`. Errors: range, from `place`.
   Status lay(const ObjectSpec& object, std::uint64_t seed);
-  /// The imprint of the whole array. A force within a thousandth of the last one, which is less
-  /// than the noise of any taxel, is the last one. Errors: those of the press.
+  /// The imprint of the whole array. A force within a thousandth of the last one returns the last
+  /// imprint; the difference is less than the noise of any taxel. Errors: those of the press.
   Result<const Imprint*> press(double force_n);
 
  private:
   Level level_;
   HeightMap map_;
   SpringLaw bed_;
-  std::optional<HalfSpace> half_space_;  ///< of Z+
-  double modulus_pa_ = 0;                ///< that it was made for
-  double pressed_n_ = -1;                ///< none yet
+  std::optional<HalfSpace> half_space_;  ///< for Z+
+  double modulus_pa_ = 0;                ///< for which half_space_ was made
+  double pressed_n_ = -1;                ///< < 0: no press yet
   Imprint imprint_;
 };
 
 class ImprintEmulator final : public FrameEmulator {
  public:
-  /// `bench_plant` outlives the emulator. Powered on at `now`: the first scan ends a period later.
+  /// `bench_plant` must outlive the emulator. Powered on at `now`: the first scan ends one period
+  /// later.
   ImprintEmulator(const ImprintEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   void receive(ByteView bytes, TimePoint now, ByteSink& out) override;
@@ -76,8 +76,8 @@ class ImprintEmulator final : public FrameEmulator {
   protocols::imprint::Frame request_;
   protocols::imprint::Window window_;
   PressedFace face_;
-  std::uint64_t seen_mounts_;                        ///< of the world, that `face_` is of
-  CoverState cover_;                                 ///< of the window
+  std::uint64_t seen_mounts_;  ///< mount count of the plant to which `face_` belongs
+  CoverState cover_;           ///< state of the window
   std::optional<protocols::imprint::Frame> frozen_;  ///< by a fault
 };
 

@@ -15,7 +15,7 @@ namespace rdt = protocols::rdt;
 
 constexpr std::size_t longest_name = 32, longest_user_field = 16;
 
-/// "%20" and "+" of a query as what they stand for; what a page cannot hold is a "?".
+/// Decodes "%20" and "+" of a query; characters that a page cannot hold become "?".
 std::string plain(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -38,12 +38,12 @@ template <class Number>
 std::from_chars_result read_number(const std::string& text, Number& value) {
   const char* const end = text.data() + text.size();
   if constexpr (std::is_integral_v<Number>)
-    if (text.starts_with("0x"))  // as the page shows output codes
+    if (text.starts_with("0x"))  // output codes are shown like this on the page
       return std::from_chars(text.data() + 2, end, value, 16);
   return std::from_chars(text.data(), end, value);
 }
 
-/// A number of a query; nothing when it is absent, no such number or outside of what the box takes.
+/// A number of a query; nullopt when it is absent, invalid or outside the box's range.
 template <class Number>
 std::optional<Number> number_in(std::string_view query, const std::string& key, Number least,
                                 Number most) {
@@ -58,7 +58,7 @@ std::optional<Number> number_in(std::string_view query, const std::string& key, 
   return value;
 }
 
-/// A whole number that is switch, code, count or index.
+/// A whole number that is a switch, code, count or index.
 template <class Whole>
 void take(Whole& value, std::string_view query, const std::string& key, std::int64_t least,
           std::int64_t most) {
@@ -69,8 +69,8 @@ void take(std::string& text, std::string_view query, const std::string& key, std
   if (const auto given = rdt::query_value(query, key)) text = plain(*given).substr(0, longest);
 }
 
-/// Of /comm.cgi: comrdtrate, rounded up to the next rate that the box has; comrdtbsiz, comrdte,
-/// comrdtmsyn, comeipe. Here and below, a value outside what the box takes leaves the old one.
+/// /comm.cgi: comrdtrate, rounded up to the next rate of the box; comrdtbsiz, comrdte, comrdtmsyn,
+/// comeipe. Here and below, a value outside the box's range keeps the old one.
 void apply_communication(NetftSettings& settings, std::string_view query) {
   if (const auto rate_hz = number_in(query, "comrdtrate", 1.0, conversions_hz))
     settings.rate_hz = conversions_hz / std::floor(conversions_hz / *rate_hz);
@@ -80,7 +80,7 @@ void apply_communication(NetftSettings& settings, std::string_view query) {
   take(settings.ethernet_ip, query, "comeipe", 0, 1);
 }
 
-/// Of /setting.cgi: setuserfilter, setpke, setcfgsel, setbias0 to setbias5.
+/// /setting.cgi: setuserfilter, setpke, setcfgsel, setbias0 to setbias5.
 void apply_settings(NetftSettings& settings, std::string_view query) {
   take(settings.user_filter, query, "setuserfilter", 0, 12);
   take(settings.peak_logging, query, "setpke", 0, 1);
@@ -91,8 +91,8 @@ void apply_settings(NetftSettings& settings, std::string_view query) {
          Limits::max());
 }
 
-/// Of /config.cgi: cfgnam, cfgcalsel, cfgfu, cfgtu, cfgtdu, cfgtau, cfgtfx0 to cfgtfx5, cfgusra,
-/// cfgusrb, of the configuration cfgid, without which nothing is taken.
+/// /config.cgi: cfgnam, cfgcalsel, cfgfu, cfgtu, cfgtdu, cfgtau, cfgtfx0 to cfgtfx5, cfgusra,
+/// cfgusrb, for the configuration cfgid; without cfgid nothing is set.
 void apply_configuration(NetftSettings& settings, std::string_view query) {
   const auto id = number_in<std::size_t>(query, "cfgid", 0, rdt::configurations - 1);
   if (!id) return;
@@ -113,7 +113,7 @@ void apply_configuration(NetftSettings& settings, std::string_view query) {
   take(own.user_b, query, "cfgusrb", longest_user_field);
 }
 
-/// Of /moncon.cgi: setmce, and mce, mcx, mcc, mcv, mco of each threshold.
+/// /moncon.cgi: setmce, and mce, mcx, mcc, mcv, mco of each threshold.
 void apply_thresholds(NetftSettings& settings, std::string_view query) {
   take(settings.thresholds_enabled, query, "setmce", 0, 1);
   using Limits = std::numeric_limits<std::int32_t>;
@@ -134,8 +134,8 @@ constexpr std::string_view xml = "text/xml", html = "text/html";
 
 using Taker = void (*)(NetftSettings&, std::string_view query);
 
-/// The pages that set something: "/comm.cgi" sends on to "/comm.htm". That a box answers 302 is
-/// what its clients demand; where it sends to is not sourced but for comm.htm [E].
+/// Pages with settings: "/comm.cgi" redirects to "/comm.htm". Clients require the status 302 of a
+/// box; the targets have no source except comm.htm [E].
 constexpr std::string_view setter = ".cgi", shown = ".htm";
 constexpr std::array takers = {std::pair{std::string_view("/comm"), Taker{apply_communication}},
                                std::pair{std::string_view("/setting"), Taker{apply_settings}},
@@ -143,7 +143,7 @@ constexpr std::array takers = {std::pair{std::string_view("/comm"), Taker{apply_
                                std::pair{std::string_view("/moncon"), Taker{apply_thresholds}}};
 constexpr std::string_view snapshot = "/rundata";
 
-/// "/comm.htm" of "/comm.cgi"; nothing where no form of the box lies there.
+/// "/comm.htm" for "/comm.cgi"; nullopt if the box has no such form.
 std::optional<std::string> find_page(std::string_view path, std::string_view ending) {
   if (!path.ends_with(ending)) return std::nullopt;
   const std::string_view name = path.substr(0, path.size() - ending.size());
@@ -153,7 +153,7 @@ std::optional<std::string> find_page(std::string_view path, std::string_view end
   return known ? std::optional(std::string(name) + std::string(shown)) : std::nullopt;
 }
 
-/// Of "index=3".
+/// The configuration in "index=3".
 std::optional<std::size_t> configuration_in(std::string_view query) {
   const auto text = rdt::query_value(query, "index");
   std::size_t index = 0;

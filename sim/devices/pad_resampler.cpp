@@ -31,7 +31,7 @@ PadResampler::PadResampler(const std::vector<TaxelPlace>& places, double noise_c
   for (const TaxelPlace& place : places) mixes_.push_back(mix_at(place));
 }
 
-/// Beyond the outer pads the nearest ones count.
+/// Beyond the outer pads the nearest pads are used.
 PadResampler::Mix PadResampler::mix_at(const TaxelPlace& place) {
   const auto cell = [](double at_m, double first_m) {
     const double at = std::clamp((at_m - first_m) / pad_pitch_m, 0.0, double{pads_across - 1});

@@ -1,8 +1,7 @@
 #pragma once
-// A tactile array of another shape or rate than the plant's 4 x 4 pads: each taxel reads the pads
-// around it, interpolated in place (bilinear) and between the last two scans in time, with noise of
-// its own. The plant's pressure field is no finer than its pads: this is a stand-in, for data of
-// the right shape and rate.
+// A tactile array of another shape or rate than the plant's 4 x 4 pads. Each taxel interpolates the
+// pads around it (bilinear) and the last two scans in time, with its own noise. The plant's
+// pressure field is no finer than its pads: this only gives data of the right shape and rate.
 
 #include <array>
 #include <cstdint>
@@ -13,27 +12,27 @@
 
 namespace weft::sim {
 
-/// Of a taxel on the probe's face, from its middle [m].
+/// Position of a taxel on the probe's face, from its middle [m].
 struct TaxelPlace {
   double x_m = 0;
   double y_m = 0;
 };
 
-/// Evenly over the square that the plant's pads cover, row by row along x.
+/// Evenly over the square of the plant's pads, row by row along x.
 std::vector<TaxelPlace> taxel_grid(std::size_t rows, std::size_t cols);
 
 class PadResampler {
  public:
   PadResampler(const std::vector<TaxelPlace>& places, double noise_counts, std::uint64_t seed);
 
-  /// The counts at `at`, when the plant's newest complete scan is `newest`; `frame` numbers the
-  /// array's own frames. Between two scans of the plant the reading is one scan late.
+  /// The counts at `at`; `newest` is the plant's newest complete scan, `frame` the number of the
+  /// array's own frame. Between two scans of the plant the reading is one scan late.
   void sample(const PadFrame& newest, TimePoint at, std::uint64_t frame,
               std::span<std::uint16_t> counts);
   [[nodiscard]] std::size_t taxels() const { return mixes_.size(); }
 
  private:
-  /// Four pads and their shares, which sum to 1.
+  /// Four pads and their weights, which sum to 1.
   struct Mix {
     std::array<std::size_t, 4> pad{};
     std::array<double, 4> share{};

@@ -12,7 +12,7 @@ namespace {
 
 namespace rdt = protocols::rdt;
 
-/// What the 16-bit counts of the command port are multiplied by: the rating just fits [E].
+/// Scale of the 16-bit counts of the command port: the rating just fits [E].
 std::uint16_t scale_of(const FtSensorParams& sensor, std::size_t component) {
   const double counts = component < 3 ? sensor.counts_per_n : sensor.counts_per_nm;
   const double factor = std::ceil(sensor.range[component] * counts / 32767);
@@ -76,10 +76,10 @@ void RdtEmulator::receive(ByteView datagram, TimePoint now, ByteSink& out) {
   switch (request->command) {
     case rdt::RequestCommand::stop:
       return stop(out);
-    case rdt::RequestCommand::start_single:  // at the stream's rate, too [E]
+    case rdt::RequestCommand::start_single:  // also at the stream's rate [E]
     case rdt::RequestCommand::start_realtime:
     case rdt::RequestCommand::start_buffered:
-    case rdt::RequestCommand::start_multi_unit:  // of one unit: as in real time
+    case rdt::RequestCommand::start_multi_unit:  // with one unit the same as real time
       return start(*request, now);
     case rdt::RequestCommand::set_bias:
       return bias(now);
@@ -108,7 +108,7 @@ void RdtEmulator::stop(ByteSink& out) {
 }
 
 TimePoint RdtEmulator::sample_time(std::uint64_t sample) const {
-  // From the start each time, so that rates that do not divide a second do not drift.
+  // Counted from the start each time: rates that do not divide a second do not drift.
   return started_ + from_seconds(static_cast<double>(sample) / stream_rate_hz_);
 }
 
@@ -157,7 +157,8 @@ rdt::Record RdtEmulator::record_at(TimePoint at) {
   return record;
 }
 
-/// A bit for each threshold that holds now. READFT enables its own, the pages theirs.
+/// One bit for each threshold that is exceeded now. READFT and the pages enable their own
+/// thresholds.
 std::uint16_t RdtEmulator::breached_by(const std::array<std::int32_t, 6>& counts) const {
   unsigned out = 0;
   for (std::size_t i = 0; i < settings_.threshold.size(); ++i) {
@@ -278,7 +279,7 @@ bool RdtEmulator::fits(const rdt::Configuration& configuration) const {
          counts_per_torque(configuration, {}) <= most;
 }
 
-/// "N-m" or "Nm", and so the others, as the box's firmware has it.
+/// "N-m" or "Nm", and the other units accordingly, as the box's firmware spells them.
 std::string RdtEmulator::spelled_torque_unit(unsigned code) const {
   std::string unit(rdt::torque_unit_name(code));
   const std::size_t newton = unit.find("Nm");

@@ -9,12 +9,12 @@ namespace weft::sim {
 
 namespace {
 
-/// A force that is no number is infinitely far from any.
+/// A force that is not finite is infinitely far from any other.
 double distance(double difference) {
   return std::isfinite(difference) ? std::abs(difference) : HUGE_VAL;
 }
 
-/// Largest and mean square of differences.
+/// Largest difference and sum of squares.
 struct Tally {
   double largest = 0, squares = 0;
   std::size_t count = 0;
@@ -30,9 +30,9 @@ struct Tally {
   }
 };
 
-constexpr double loop_share = 1.02;  // of the weight: a loop's set points are above it
+constexpr double loop_share = 1.02;  // of the weight: set points of a force loop are above it
 
-/// What leads the z stage.
+/// Leads the z stage so that the force follows that of the run.
 class Lead {
  public:
   Lead(const Mount& mount, const Replayed* run)
@@ -45,11 +45,11 @@ class Lead {
     pose.z_m += offset_m_;
     return pose;
   }
-  /// At the end of frame number `index` of the replay.
+  /// Called at the end of frame number `index` of the replay.
   void sample(std::size_t index, double normal_n) {
     if (run_ == nullptr) return;
     const double wanted_n = run_->normal_n[std::min(index, run_->normal_n.size() - 1)];
-    // A force loop is at work where the mount pushes; without it a stage goes where it is sent.
+    // A force loop is active when the mount pushes; otherwise a stage follows its commands.
     speed_mps_ =
         wanted_n > weight_n_ ? mps_per_n_ * (wanted_n - normal_n) : -offset_m_ / lead_time_s;
   }
@@ -61,7 +61,7 @@ class Lead {
 
 constexpr std::int64_t points_per_frame = pad_timing::stages + 1;
 
-/// Since time zero.
+/// Number since time zero.
 std::int64_t number_of(const GridPoint& point) {
   return static_cast<std::int64_t>(point.frame) * points_per_frame + point.stage;
 }
@@ -144,7 +144,7 @@ RunError difference(const Replayed& run, const Replayed& finer, const std::vecto
   const std::size_t frames = std::min(run.normal_n.size(), finer.normal_n.size());
   const bool pads = frames > 0 && run.counts.size() >= frames && finer.counts.size() >= frames;
   for (std::size_t i = 0; i < frames; ++i) {
-    if (run.normal_n[i] <= 0 && finer.normal_n[i] <= 0) continue;  // one that is no number counts
+    if (run.normal_n[i] <= 0 && finer.normal_n[i] <= 0) continue;  // NaN counts as contact
     anywhere.add(run.normal_n[i] - finer.normal_n[i]);
     if (i < counted.size() && !counted[i]) continue;
     force.add(run.normal_n[i] - finer.normal_n[i]);
@@ -173,7 +173,7 @@ RunError difference(const Replayed& run, const Replayed& finer, const std::vecto
 
 namespace {
 
-/// One motion with what all its replays have in common.
+/// One motion with the data that all its replays share.
 class Comparison {
  public:
   Comparison(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
@@ -207,7 +207,7 @@ class Comparison {
     return difference(a, b, counted_).force_max_n;
   }
   [[nodiscard]] double largest_n(const Replayed& led) const { return largest_n(run_, led); }
-  /// Where that is.
+  /// Time of the largest difference.
   [[nodiscard]] TimePoint worst_at(const Replayed& led) const {
     double worst_n = -1;
     GridPoint worst{motion_.first.frame, pad_timing::stages};
@@ -245,7 +245,7 @@ class Comparison {
   std::uint64_t seed_;
   const BenchMotion& motion_;
   FidelitySetting setting_;
-  std::vector<std::size_t> points_;  ///< of samples of the force sensor
+  std::vector<std::size_t> points_;  ///< samples of the force sensor
   Replayed run_;
   std::vector<bool> counted_;
 };
@@ -261,7 +261,7 @@ RunError doubled_error(const Comparison& comparison, double accuracy_n) {
     if (!agree && !surely_above && halvings < most_halvings) continue;
     RunError out = comparison.against(first, by_first);
     out.is_doubled = true;
-    // Each reference may be right: the error is that against the further one.
+    // Either reference may be right: the error is that against the further one.
     if (const double second_n = comparison.largest_n(by_second); second_n > out.force_max_n) {
       out.force_max_n = second_n;
       out.worst_at = comparison.worst_at(by_second);

@@ -1,8 +1,8 @@
 #pragma once
-// The same minutes of a bench again, at another fidelity: the plant alone, driven along the motion
-// that the stages made. Where a force loop was at work its answer belongs to the run: the stage
-// that presses can be led so that the force follows the run's, slowly, as a loop would. What is
-// left is what the data of the two would differ by.
+// Simulates a period of a bench again at another fidelity: only the plant, driven along the
+// recorded motion of the stages. If a force loop was active, its response belongs to the run. The
+// pressing stage can therefore be led so that the force slowly follows the run's, as a loop would.
+// The rest is the difference between the data of both.
 
 #include <array>
 #include <cstddef>
@@ -16,9 +16,8 @@
 
 namespace weft::sim {
 
-/// Differences of a run from a finer one that is led by it, over the samples that are counted:
-/// those that were recorded, and in which either touches the cloth. Where a force is no finite
-/// number the difference is infinite.
+/// Differences of a run from a finer one that it leads. Samples count if they were recorded and
+/// either run touches the fabric. If a force is not finite the difference is infinite.
 struct RunError {
   std::string setting, reference;  ///< "L1 3.072 ms", "L2 tr_bdf2 0.05 ms"
   std::size_t samples = 0;
@@ -26,73 +25,74 @@ struct RunError {
   double force_rms_n = 0;
   double friction_max_n = 0;  ///< length of the difference of two vectors
   double friction_rms_n = 0;
-  bool pads = true;       ///< counts were compared: both have them
+  bool pads = true;       ///< counts were compared: both runs have them
   double counts_max = 0;  ///< of one pad
   double counts_rms = 0;
-  /// Normal force, in samples that were not recorded too: touch-down, ramps and lift-off, where the
-  /// two part by a few milliseconds.
+  /// Normal force, including samples that were not recorded: touch-down, ramps and lift-off, where
+  /// the runs differ by a few milliseconds in time.
   double anywhere_max_n = 0;
-  double unled_max_n = 0;  ///< normal force, where the finer run makes the very same motion
+  double unled_max_n =
+      0;  ///< normal force, when the finer run follows the same motion without lead
   double unled_rms_n = 0;
-  TimePoint worst_at{};     ///< of force_max_n: the grid point, on the bench's clock
-  bool is_doubled = false;  ///< a second reference was played too
+  TimePoint worst_at{};     ///< time of force_max_n: the grid point, on the bench's clock
+  bool is_doubled = false;  ///< a second reference was computed too
   /// Largest difference of the two references' normal forces, over the counted samples.
   double uncertainty_n = 0;
-  /// The references agree well enough for the accuracy in question, or their difference does not
-  /// matter: the error is above it by more.
+  /// The references agree well enough for the requested accuracy. Or their difference does not
+  /// matter, because the error exceeds the accuracy by more than it.
   bool is_resolved = true;
 };
 
-/// When samples arrived that count: of the pads, and of the force sensor, which is read more often.
+/// Arrival times of the samples that count: pads, and the force sensor, which is read more often.
 struct SampleTimes {
   std::vector<TimePoint> pads, wrench;
 };
 
-/// At the ends of the pads' frames, which are the sensor's sample times.
+/// Forces and counts at the ends of the pads' frames, which are the sensor's sample times.
 struct Replayed {
   std::vector<double> normal_n;
-  std::vector<double> wrench_n{};  ///< normal force at the points asked for
+  std::vector<double> wrench_n{};  ///< normal force at the requested points
   std::vector<Vector2> friction_n{};
   std::vector<std::array<std::uint16_t, pad_count>> counts{};  ///< empty for a plant without pads
 };
 
-/// With `params` and `rig_seed` of the bench that made the motion: what happened there, bit for
-/// bit. `points`: of the motion's poses, ascending, at which `wrench_n` is wanted; see
-/// wrench_points().
+/// With `params` and `rig_seed` of the bench of the motion, repeats the run bit for bit. `points`:
+/// ascending indices of the motion's poses for `wrench_n`; see wrench_points().
 Replayed replay(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
                 const std::vector<std::size_t>& points = {});
 
-/// The same with the z stage led by an integrator: its force follows the normal forces of `run`
-/// within lead_time_s or, where the cloth is soft against the mount, some times that. Where the
-/// run's force is not above the probe's weight no loop is at work, and the stage goes back to its
-/// own motion.
+/// The same with the z stage led by an integrator. Its force follows the normal forces of `run`
+/// within lead_time_s, or a multiple of it if the fabric is soft against the mount. If the run's
+/// force is not above the probe's weight, no loop is active and the stage returns to its own
+/// motion.
 Replayed replay_led(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
                     const Replayed& run, const std::vector<std::size_t>& points = {});
 constexpr double lead_time_s = 0.1;  ///< three times that of the bench's loop, four frames
 
-/// Which of the motion's frames were sampled: of each sample the frame that ended last before it.
-/// Empty, which is all, without samples.
+/// Marks the frames of the motion that were sampled: for each sample the last frame that ended
+/// before it. Empty, which means all, without samples.
 std::vector<bool> counted_frames(const BenchMotion& motion, std::size_t frames,
                                  const std::vector<TimePoint>& sampled);
 
-/// Of each sample of the force sensor the point of the motion's grid, 3 ms apart, that was last
-/// before it; ascending like `sampled`.
+/// For each sample of the force sensor, the last point of the motion's grid (3 ms) before it;
+/// ascending like `sampled`.
 std::vector<std::size_t> wrench_points(const BenchMotion& motion,
                                        const std::vector<TimePoint>& sampled);
 
-/// `run` and `finer` are of one motion; `counted` tells which frames count, all where it is empty.
-/// What both have in `wrench_n` counts too. Counts are compared where both have them. `worst_at` is
-/// not set.
+/// Difference of `run` and `finer`, which must be of one motion. `counted` marks the frames that
+/// count; empty: all. Common elements of `wrench_n` count too. Counts are compared if both have
+/// them. `worst_at` is not set.
 RunError difference(const Replayed& run, const Replayed& finer,
                     const std::vector<bool>& counted = {});
 
-/// The force of the motion at the setting of `params` against its reference
-/// (sim/plant/fidelity/reference.hpp), which computes no pads. Level L0, whose force is given,
-/// leads nothing: there both are along the same motion. `sampled`: a sample of the pads is of the
-/// frame that ended last before it, one of the force sensor of the last grid point. No pads: all
-/// frames count. `accuracy_n`: of the force, that the error will be held against. With it two
-/// references are played, which are made finer until they agree within trusted_share of it; without
-/// it one, the quick one. A function of its arguments.
+/// Compares the force of the motion at the setting of `params` with its reference
+/// (sim/plant/fidelity/reference.hpp), which computes no pads. Level L0 has a given force and leads
+/// nothing: there both follow the same motion. Pure.
+/// `sampled`: a sample of the pads belongs to the last frame that ended before it, one of the force
+/// sensor to the last grid point. Without pad samples all frames count.
+/// `accuracy_n`: the accuracy of the force to be checked. With it two references are computed, and
+/// refined until they agree within trusted_share of it. Without it only the quick reference is
+/// used.
 RunError run_error(const PlantParams& params, std::uint64_t rig_seed, const BenchMotion& motion,
                    const SampleTimes& sampled = {}, std::optional<double> accuracy_n = {});
 

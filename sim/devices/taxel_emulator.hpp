@@ -1,6 +1,6 @@
 #pragma once
-// The tactile sensor's microcontroller: a frame of protocols/taxel at the end of every scan, from
-// power-on, without being asked.
+// Microcontroller of the tactile sensor. From power-on it sends a frame of protocols/taxel at the
+// end of every scan, without requests.
 
 #include <cstdint>
 
@@ -13,15 +13,15 @@ namespace weft::sim {
 
 enum class TaxelWire : std::uint8_t {
   weft,     ///< frames over a serial line
-  cpm_udp,  ///< the datagrams of a CPM-Finger's gateway: 16 counts and nothing else
+  cpm_udp,  ///< the datagrams of a CPM-Finger's gateway: 16 counts only
 };
 
 struct TaxelEmulatorParams {
-  /// Frames are cut into pieces of 1 to this many bytes, at random; 0 sends them whole.
+  /// Frames are cut into random pieces of 1 to this number of bytes; 0 sends them whole.
   std::size_t largest_chunk_bytes = 0;
   std::uint64_t chunk_seed = 0;
   TaxelWire wire = TaxelWire::weft;
-  /// Another array than the plant's 16 pads, at most protocols::taxel::max_taxels; empty: those.
+  /// Taxels of another array, at most protocols::taxel::max_taxels; empty: the plant's 16 pads.
   std::vector<TaxelPlace> places = {};
   std::int64_t period_ns = pad_timing::frame_ns;
   double noise_counts = 1;  ///< of each taxel, with `places`
@@ -29,8 +29,8 @@ struct TaxelEmulatorParams {
 
 class TaxelEmulator final : public FrameEmulator {
  public:
-  /// `bench_plant` outlives the emulator. Powered on at `now`: the first frame is the first whole
-  /// scan.
+  /// `bench_plant` must outlive the emulator. Powered on at `now`: the first frame is the first
+  /// whole scan.
   TaxelEmulator(const TaxelEmulatorParams& params, BenchPlant& bench_plant, TimePoint now);
 
   [[nodiscard]] std::optional<TimePoint> next_wakeup() const override;
@@ -53,7 +53,7 @@ class TaxelEmulator final : public FrameEmulator {
   std::uint64_t next_frame_;
   std::uint16_t sequence_ = 0;
 
-  // What faults have done.
+  // Effects of faults.
   std::optional<std::uint16_t> dead_counts_;
   std::optional<protocols::taxel::Frame> frozen_;
 };

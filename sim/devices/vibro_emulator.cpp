@@ -10,8 +10,8 @@ namespace vibro = protocols::vibro;
 
 namespace {
 
-/// From a block's last reading to its frame on the wire [E]. More than the longest step of the
-/// plant's grid (3.072 ms), so that the readings are there.
+/// Delay from a block's last reading to its frame on the wire [E]. It is longer than the longest
+/// step of the plant's grid (3.072 ms), so that the readings exist.
 constexpr Duration block_latency = std::chrono::milliseconds(4);
 constexpr double micro_per_unit = 1e6;
 
@@ -112,8 +112,8 @@ void VibroEmulator::send_description(TimePoint at, ByteSink& out) {
   send(frame, at, out);
 }
 
-/// Takes what the plant has read. A gap, which a plant that is listened to does not make, would
-/// begin a new run.
+/// Takes the readings of the plant. A gap would begin a new run; a plant with a listener makes
+/// none.
 void VibroEmulator::listen(TimePoint now) {
   const VibrationReadings readings = bench_plant_->extract_vibration(now);
   const auto add = [](Channel& channel, std::uint64_t index, const Reading& reading) {

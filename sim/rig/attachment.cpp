@@ -7,7 +7,7 @@ namespace weft::sim {
 
 Attachment::Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop)
     : emulator_(std::move(emulator)), link_(&link), loop_(&loop) {
-  // A host that has gone is no concern of a device: it sends into the void.
+  // A device sends even without a host, so a failed write is ignored.
   sink_ = [this](ByteView bytes) { static_cast<void>(link_->write(bytes)); };
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// An emulated device that is switched on: between its emulator, the far end of a link and a loop.
+// Connects an emulator that is switched on to the far end of a link and to a loop.
 
 #include <memory>
 #include <optional>
@@ -11,20 +11,20 @@
 
 namespace weft::sim {
 
-/// One emulator on one link and one loop: bytes are fed, answers written, wake-ups kept scheduled.
-/// Callbacks hold it weakly: when its owner drops it, what is still queued does nothing.
+/// One emulator on one link and one loop: feeds it bytes, writes its answers, schedules its
+/// wake-ups. Callbacks hold it weakly: once its owner drops it, queued callbacks do nothing.
 class Attachment : public std::enable_shared_from_this<Attachment> {
  public:
   Attachment(std::unique_ptr<Emulator> emulator, Link& link, Loop& loop);
-  /// Starts listening and schedules the first wake-up.
+  /// Subscribes to the link and schedules the first wake-up.
   void connect();
   void meet_new_host();
   void set_connected(bool connected);  ///< see Rig
-  /// Nobody hears it, and it has no timer.
+  /// True while no host receives its data and it has no timer.
   [[nodiscard]] bool resting() const { return resting_; }
-  /// What it slept through is done.
+  /// Makes up for the time that it rested.
   void catch_up();
-  /// Lets the emulator act now, because something about it has changed.
+  /// Wakes the emulator now, because its state or faults have changed.
   void poke() { wake(); }
 
  private:

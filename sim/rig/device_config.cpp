@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Also what shares load between neighbours is a choice of the scene's, by its level.
+/// The level of an imprint scene also selects whether neighbouring taxels share load.
 Result<Level> read_level(const std::string& text, const std::string& where) {
   const auto level = level_from(text);
   if (!level)
@@ -32,7 +32,7 @@ Result<Level> read_level(const std::string& text, const std::string& where) {
   return *level;
 }
 
-/// Errors: parse, range, and unsupported for a level that does not press statically; below `where`.
+/// Errors: parse, range, and unsupported for a level without a static press; below `where`.
 Result<ImprintEmulatorParams> read_imprint(const nlohmann::json& emulator,
                                            const std::string& where) {
   ImprintEmulatorParams params;
@@ -54,7 +54,7 @@ Result<ImprintEmulatorParams> read_imprint(const nlohmann::json& emulator,
   return params;
 }
 
-/// What both force sensors have; of `least_counts` per unit at least.
+/// Reads the keys of both force sensors; `least_counts` is the lower limit of counts per unit.
 void read_sensor(FieldReader& reader, double least_counts, FtSensorParams& sensor) {
   double noise = 1;
   reader.number("counts_per_n", sensor.counts_per_n, least_counts, 1e7);
@@ -83,7 +83,7 @@ Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std:
   return params;
 }
 
-/// What the rig file says of one channel.
+/// Keys of one channel in the rig file, with default rate and block size.
 struct ChannelKeys {
   const char* rate_key;
   const char* block_key;
@@ -91,7 +91,7 @@ struct ChannelKeys {
   std::size_t axes;
 };
 
-/// Sets `converter` to the rate: its low-pass stays in proportion to it.
+/// Sets `converter` to the rate and scales its low-pass in proportion.
 Result<VibroChannelParams> sample(const ChannelKeys& keys, std::int64_t step_ns,
                                   ConverterParams& converter, const std::string& where) {
   const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / keys.rate_hz));
@@ -132,8 +132,8 @@ Status sample_all(const ChannelKeys& acceleration, const ChannelKeys& sound,
   return {};
 }
 
-/// The plant's sensors, `plant`, are set up to sample as the emulator does; without a rate they are
-/// left out. Errors: parse and range below `where`, a JSON pointer.
+/// Configures the plant's sensors, `plant`, to sample as the emulator does; sensors without a rate
+/// are left out. Errors: parse and range below `where`, a JSON pointer.
 Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& where,
                                        VibrationParams& plant) {
   VibroEmulatorParams params;
@@ -174,8 +174,8 @@ Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& 
 constexpr const char* kinds = "apt_stage, rdt, ati_digital, taxel, vibro or imprint";
 constexpr std::array<std::string_view, axis_count> axis_roles{"x", "y", "z", "rx", "ry"};
 
-/// What follows from the controller's model: scale and serial number. One of another maker has
-/// those of the stage's usual one.
+/// Sets scale and serial number from the controller's model. An unknown model gets those of the
+/// stage's usual controller.
 void take_controller(AptStageParams& params) {
   const auto* controller = protocols::apt::find_controller(params.model);
   if (controller == nullptr)
@@ -223,7 +223,7 @@ Status read_carriage(FieldReader& reader, const protocols::apt::StageModel& mode
                      StageParams& stage) {
   const bool linear = model.axis == protocols::apt::Axis::linear;
   const double si = linear ? m_per_mm : rad_per_deg;
-  // Rotary stages turn without end; their counter has 32 bits.
+  // Rotary stages turn endlessly; their counter has 32 bits.
   const double counter_end = std::numeric_limits<std::int32_t>::max() / model.scale.counts_per_unit;
   const double span = linear ? 1000 : std::min(36000.0, std::floor(counter_end));
   double quantum = 1, backlash = 0;
@@ -275,7 +275,7 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
   reader.text("calibration_serial", params.calibration_serial);
   reader.text("torque_unit", params.torque_unit);
   if (Status s = reader.finish(); !s) return pass(s.error());
-  // A spelling, not a unit: counts_per_nm stays what it is.
+  // Only the spelling changes: counts_per_nm keeps its value.
   if (params.torque_unit != "N-m" && params.torque_unit != "Nm")
     return parse_error(
         where + "/torque_unit",
@@ -288,7 +288,7 @@ std::string text_at(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Channels of a device are named as such.
+/// Reports an unknown emulator; a channel of a device is reported as a channel.
 Status no_emulator(const std::string& kind, const std::string& where) {
   if (kind == "accelerometer" || kind == "microphone")
     return parse_error(

@@ -29,7 +29,7 @@ struct Rig::Parts {
     for (const DeviceFault& fault : config.faults) boards.at(fault.device).add(fault.fault);
   }
 
-  /// Pages are asked of the box that was switched on last.
+  /// Pages are served by the box that was switched on last.
   [[nodiscard]] std::unique_ptr<Emulator> box_made(const std::string& name,
                                                    const RdtEmulatorParams& params) {
     auto made = std::make_unique<RdtEmulator>(params, bench_plant, mix(seed, name));
@@ -37,7 +37,7 @@ struct Rig::Parts {
     return made;
   }
 
-  /// How a port of the box asks for it; empty for a device that is none.
+  /// A port of the box uses it to find the box; empty for another device.
   [[nodiscard]] std::function<RdtEmulator*()> box_finder(std::string_view name) {
     if (params_of<RdtEmulatorParams>(name) == nullptr) return {};
     return [this, name = std::string(name)] {
@@ -53,7 +53,7 @@ struct Rig::Parts {
     return device == nullptr ? nullptr : std::get_if<Params>(&device->params);
   }
 
-  /// The emulator looks at its faults again.
+  /// Lets the emulator check its faults again.
   void poke(std::string_view device_name) {
     const auto found = attached.find(device_name);
     if (found != attached.end()) found->second->poke();
@@ -95,8 +95,8 @@ struct Rig::Parts {
   FabricLibrary library;
   std::uint64_t seed;
   BenchPlant bench_plant;
-  std::uint32_t patch_number = 0;                         ///< of what lies on the plate
-  std::map<std::string, FaultBoard, std::less<>> boards;  ///< one a device
+  std::uint32_t patch_number = 0;                         ///< of the mounted piece
+  std::map<std::string, FaultBoard, std::less<>> boards;  ///< one per device
   std::map<std::string, RdtEmulator*, std::less<>> boxes;
   std::map<std::string, std::shared_ptr<Attachment>, std::less<>> attached;
   std::map<std::string, std::shared_ptr<Attachment>, std::less<>> pages;
@@ -107,7 +107,8 @@ Rig::~Rig() = default;
 
 namespace {
 
-/// On a rig with an imprint array every object has a face, or it would be pressed as a bare plate.
+/// On a rig with an imprint array every object needs a face; without one the bare plate would be
+/// pressed.
 Status check_faces(const RigConfig& config, const FabricLibrary& library) {
   const bool presses = std::ranges::any_of(config.devices, [](const EmulatedDevice& device) {
     return std::holds_alternative<ImprintEmulatorParams>(device.params);

@@ -25,7 +25,7 @@ json child_or_empty(const json& object, const char* key) {
   return found == object.end() ? json::object() : *found;
 }
 
-/// A key of a section that others own too: only its value is checked here.
+/// Checks the value of one key of a section that other modules also read.
 Status shared_number(const json& section, const char* pointer, const char* key, double& value,
                      double low, double high, double to_si) {
   if (!section.is_object() || !section.contains(key)) return {};
@@ -33,7 +33,7 @@ Status shared_number(const json& section, const char* pointer, const char* key, 
   return FieldReader(alone, pointer).number(key, value, low, high, to_si).finish();
 }
 
-/// The force sensor of a device that is one.
+/// The force sensor of a device, or nullptr.
 FtSensorParams* sensor_of(EmulatedDevice& device) {
   if (auto* box = std::get_if<RdtEmulatorParams>(&device.params)) return &box->sensor;
   auto* digital = std::get_if<AtiDigitalParams>(&device.params);
@@ -64,7 +64,7 @@ Status read_plate(const json& plate, RigConfig& config) {
   return reader.finish();
 }
 
-/// The face is square, its area that of the footprint.
+/// The face is square with the area of the footprint.
 Status read_footprint(const json& probe, RigConfig& config) {
   if (!probe.is_object() || !probe.contains("footprint_mm")) return {};
   const json alone{{"footprint_mm", probe["footprint_mm"]}};
@@ -77,8 +77,7 @@ Status read_footprint(const json& probe, RigConfig& config) {
   return {};
 }
 
-/// Of the probe's mount, where the rig does not say [E]; recipes/engine/rig_limits.cpp has the
-/// same.
+/// Default slack of the probe's mount [E]; recipes/engine/rig_limits.cpp has the same.
 constexpr double default_slack_m = 1e-3;
 
 Status read_probe(const json& probe, RigConfig& config) {
@@ -158,7 +157,7 @@ Status read_level(const std::string& text, RigConfig& config) {
   return {};
 }
 
-/// What an earlier run wrote down about its choice.
+/// Reads the choice that an earlier run recorded.
 Status read_chosen(const json& object, RigConfig& config) {
   FieldReader reader(object, "/simulation/chosen");
   reader.text("setting", config.chosen_setting).text("because", config.chosen_because);
@@ -169,7 +168,7 @@ Status read_chosen(const json& object, RigConfig& config) {
                      {.what = "not a line of text", .expected = "no control characters"});
 }
 
-/// The keys of `simulation` that say how it is simulated, not what.
+/// Reads the keys of `simulation` that set the fidelity.
 Status read_fidelity(FieldReader& reader, RigConfig& config) {
   PlantParams& plant = config.bench_plant.plant;
   std::string level = "auto";
@@ -182,7 +181,7 @@ Status read_fidelity(FieldReader& reader, RigConfig& config) {
   reader.number("set_point_n", set_point_n, 0.01, 1000);
   if (step_s > 0) {
     plant.dynamics.step_s = plant.quasistatic_step_s = step_s;
-    plant.dynamics.integrator = Integrator::midpoint;  // equal steps, where no other is named
+    plant.dynamics.integrator = Integrator::midpoint;  // equal steps, unless another one is named
   }
   config.set_point_by_hand = set_point_n != unset_n;
   if (config.set_point_by_hand) plant.set_point_n = set_point_n;
@@ -228,13 +227,13 @@ Status read_simulation(const json& object, RigConfig& config) {
     if (Status s = read_dynamics(*dynamics, plant.dynamics); !s) return s;
   if (pads != nullptr) {
     FieldReader pad_reader(*pads, "/simulation/pads");
-    if (pads->is_object() && pads->value("noise_counts", json()) == 0)  // none at all
+    if (pads->is_object() && pads->value("noise_counts", json()) == 0)  // no noise of any kind
       plant.pads.noise_per_count = plant.pads.noise_per_square = 0;
     if (Status s = read_pads(pad_reader, plant.pads); !s) return s;
   }
   if (switches != nullptr)
     if (Status s = read_switches(*switches, config.switches); !s) return s;
-  // Pads see the texture, and what rubs on it is heard at level L3.
+  // Pads measure the texture; at level L3 rubbing on it causes vibrations.
   if (!plant.watched.pads && plant.level < Level::modal) config.switches.texture = false;
   if (faults != nullptr) return read_faults(*faults, config);
   return {};
@@ -256,7 +255,7 @@ std::vector<Channel> channels_of(const EmulatedDevice& device) {
   return channels;
 }
 
-/// The scene's channels, and that the plant computes no more than they need.
+/// Collects the scene's channels and limits the plant to what they need.
 void watch(RigConfig& config) {
   std::vector<Channel>& channels = config.scene.channels;
   for (const EmulatedDevice& device : config.devices)
@@ -271,7 +270,7 @@ void watch(RigConfig& config) {
                           is_needed(config.scene, Channel::microphone);
   if (vibrations) {
     config.scene.name = "vibrotactile";
-    watched.contact = true;  // it is what they hear
+    watched.contact = true;  // the source of the vibrations
   }
   VibrationParams& vibration = config.bench_plant.plant.vibration;
   if (!is_needed(config.scene, Channel::accelerometer)) vibration.accelerometer.reset();
@@ -304,7 +303,7 @@ Status read_devices(const json& devices, RigConfig& config) {
   return {};
 }
 
-/// Axes without a stage stand where `fixed` says.
+/// Axes without a stage are at the positions of `fixed`.
 Status read_fixed(const json& fixed, RigConfig& config) {
   constexpr struct {
     const char *usual, *si;

@@ -1,5 +1,5 @@
 #pragma once
-// The part of a rig file that describes its emulation, in SI.
+// The part of a rig file that describes its emulation, in SI units.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -21,7 +21,7 @@
 
 namespace weft::sim {
 
-/// Where a rig file names the level.
+/// Place of the level in a rig file.
 inline constexpr const char* level_place = "/simulation/level";
 
 struct EmulatedDevice {
@@ -31,7 +31,7 @@ struct EmulatedDevice {
       params;
 };
 
-/// A fault and whom it befalls.
+/// A fault and its device.
 struct DeviceFault {
   std::string device;
   Fault fault;
@@ -39,34 +39,34 @@ struct DeviceFault {
 
 struct RigConfig {
   BenchPlantParams bench_plant;
-  /// What the devices deliver, and `simulation.traits`.
+  /// The channels of the devices, and `simulation.traits`.
   Scene scene{"of the bench", {}, {}};
-  /// `simulation.level` names the level; otherwise it is the least that provides the scene.
+  /// True if `simulation.level` names the level; otherwise it is the least one that provides the
+  /// scene.
   bool level_by_hand = false;
-  /// `simulation.chosen`: how an earlier run came to its setting, and to which.
+  /// `simulation.chosen`: the setting that an earlier run chose, and its reason.
   std::string chosen_setting, chosen_because;
-  bool set_point_by_hand = false;  ///< `simulation.set_point_n` is there
+  bool set_point_by_hand = false;  ///< `simulation.set_point_n` is present
   MaterialSwitches switches;
   std::vector<EmulatedDevice> devices;
   std::vector<DeviceFault> faults;  ///< `simulation.faults`
 };
 
-/// Of the sensor, where the rig file does not say: the fabric table's.
+/// Defaults of the sensor from the fabric table, for rig files without these keys.
 struct SensorParams {
   Cover cover;
   PadParams pads;
 };
 
 /// Reads `devices[].role`, `devices[].emulator`, `limits.travel_mm`, `probe`, `plate` and
-/// `simulation`; other keys belong to others. `simulation` and `emulator` are read strictly.
-/// Only what the scene needs is set to be computed.
-/// Errors: parse and range, and unsupported for a level that cannot produce the scene, with a JSON
-/// pointer.
+/// `simulation`. Other keys are ignored, except in `simulation` and `emulator`, where unknown keys
+/// are errors. Only the needs of the scene are enabled in the plant. Errors: parse and range, and
+/// unsupported for a level that cannot produce the scene, with a JSON pointer.
 Result<RigConfig> parse_rig_config(std::string_view rig_json, const SensorParams& sensor = {});
 
-/// One entry of a rig file's `devices`: reads `name`, `role` and `emulator`; a stage's travel goes
-/// into the world of `config`. Errors: parse and range below `where`, a JSON pointer; unsupported
-/// for a sensor that no emulator plays.
+/// Reads one entry of a rig file's `devices`: `name`, `role` and `emulator`. The travel of a stage
+/// goes into the plant parameters of `config`. Errors: parse and range below `where`, a JSON
+/// pointer; unsupported for a sensor without an emulator.
 Result<EmulatedDevice> read_device(const nlohmann::json& device, const std::string& where,
                                    RigConfig& config);
 
@@ -74,13 +74,13 @@ Result<EmulatedDevice> read_device(const nlohmann::json& device, const std::stri
 const EmulatedDevice* find_device(const std::vector<EmulatedDevice>& devices,
                                   std::string_view name);
 
-/// Whom of exposed:: the device of this emulator is.
+/// Bits of exposed:: for the device of this emulator.
 std::uint8_t exposure_of(const EmulatedDevice& device);
 
-/// {"device", "fault", "start_s" 0, "duration_s" (for ever), "probability" 1, "amount" (the
-/// kind's), "towards" "host" | "device"}; start_s counts from `origin`. Errors: parse, range,
-/// not_found (device, kind) and unsupported (a kind that cannot befall the device), below `where`,
-/// a JSON pointer.
+/// Reads {"device", "fault", "start_s" 0, "duration_s" (unlimited), "probability" 1, "amount" (the
+/// kind's), "towards" "host" | "device"}; start_s counts from `origin`. Errors below `where`, a
+/// JSON pointer: parse, range, not_found (device, kind) and unsupported (a kind that cannot be
+/// injected into the device).
 Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,
                                const std::vector<EmulatedDevice>& devices, TimePoint origin);
 

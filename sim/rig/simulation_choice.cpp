@@ -26,7 +26,7 @@ std::string needs(const Scene& scene) {
   return "the scene needs " + format_needs(scene);
 }
 
-/// Nobody asked for an accuracy or a speed: the level is the rig file's or the scene's.
+/// Without a requested accuracy or speed the level is that of the rig file or of the scene.
 Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
   SimulationChoice choice{setting_of(config.bench_plant.plant), {}, {}};
   if (config.level_by_hand) {
@@ -43,8 +43,8 @@ Result<SimulationChoice> by_scene(const RigConfig& config, const Scene& scene) {
   return choice;
 }
 
-/// Without the forecast's speed, which each process measures anew: this is in the recorded rig
-/// file.
+/// The forecast's speed is left out, because each process measures it anew and the text is kept in
+/// the recorded rig file.
 std::string format_request(const FidelityRequest& request, const FidelityOffer& offer) {
   const std::string promised =
       printed(" (promises %.3g mN", offer.promise_n * 1e3) + " on " + offer.limiting_fabric + ")";
@@ -101,10 +101,10 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
   return out;
 }
 
-/// L0 knows one force, and no recipe's phase: all that are held must be the same.
+/// L0 has one force and does not know phases: all set points must be equal.
 Status write_set_point(const RigConfig& config, const SimulationRequest& request,
                        ordered_json& simulation) {
-  // The release finds the slack's upper end by a force that is surely above the weight.
+  // The release finds the upper end of the slack by a force clearly above the weight.
   const double least_n = 1.2 * config.bench_plant.plant.mount.weight_n();
   const auto too_light = [least_n](double force_n) {
     return fail({.code = Errc::unsupported,
@@ -133,7 +133,8 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
 
 void write_setting(const FidelitySetting& setting, ordered_json& simulation) {
   if (setting.level >= Level::quasistatic)
-    simulation["step_us"] = std::round(setting.step_s * 1e9) / 1e3;  // reads back as it is written
+    simulation["step_us"] =
+        std::round(setting.step_s * 1e9) / 1e3;  // rounded so that it reads back as written
   if (setting.level >= Level::dynamic)
     simulation["dynamics"]["integrator"] = to_string(setting.integrator);
 }
@@ -162,7 +163,7 @@ Result<SimulationChoice> choose_simulation(std::string_view rig_json,
     simulation["level"] = to_string(choice->setting.level);
     simulation["chosen"] = {{"setting", to_string(choice->setting)}, {"because", choice->because}};
   }
-  // A later version may step level L2 otherwise where nothing is named.
+  // A later version may choose another default step for level L2.
   if (knob || (open && choice->setting.level >= Level::dynamic))
     write_setting(choice->setting, simulation);
   choice->rig_json = rig.dump(2);

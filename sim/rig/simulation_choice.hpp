@@ -1,6 +1,6 @@
 #pragma once
-// How finely a campaign is simulated, and why: from the scene, or from an accuracy and a speed that
-// somebody asks for.
+// Chooses the fidelity of a campaign's simulation and gives the reason: from the scene, or from a
+// requested accuracy and speed.
 
 #include <optional>
 #include <string>
@@ -11,22 +11,22 @@
 
 namespace weft::sim {
 
-/// What a campaign asks of the bench, beyond what its rig file says.
+/// Requests of a campaign to the bench, in addition to its rig file.
 struct SimulationRequest {
-  /// Of the recipe. They choose where the rig file leaves the level open; they are no reason to
-  /// refuse a level that it names, as `simulation.traits` are.
+  /// Traits of the recipe. They select the level if the rig file leaves it open. Unlike
+  /// `simulation.traits`, they do not cause an error for a named level.
   std::vector<Trait> traits;
-  /// Forces that the recipe holds: level L0, which knows one set point, is given it.
+  /// Set points of the recipe. Level L0 has one set point and receives it.
   std::vector<double> set_points_n;
-  /// What is asked of speed and accuracy. Its `level` and `run.has_pads` are the rig file's.
+  /// Requested speed and accuracy. Its `level` and `run.has_pads` come from the rig file.
   FidelityRequest fidelity{};
-  /// Of a campaign that goes on, with its reason: it is taken whatever a table says by now.
+  /// Setting of a resumed campaign, with its reason: it is used even if the table has changed.
   std::optional<FidelitySetting> recorded{};
   std::string recorded_because{};
-  // Of the recipe, for what the table promises.
+  // From the recipe, for the promise of the table.
   std::vector<std::string> fabrics{};
-  MeasuredRange speed_mps{};  ///< of its slides
-  MeasuredRange press_s{};    ///< lengths of its phases P
+  MeasuredRange speed_mps{};  ///< speeds of its strokes
+  MeasuredRange press_s{};    ///< durations of its phases P
   double seat_speed_mps = 0;
   const FabricLibrary* library = nullptr;
   bool has_rows = true;  ///< see ForceScene
@@ -39,17 +39,18 @@ struct SimulationRequest {
 struct SimulationChoice {
   FidelitySetting setting;
   std::string because;  ///< "the scene needs a wrench, taxel counts and a regulated force"
-  /// The rig file with the choice written into `simulation`, where anything was chosen: it names
-  /// level, step and integrator, and `chosen` says how they came about. Running it again makes the
-  /// same run whatever table or rule there is by then.
+  /// The rig file with the choice written into `simulation`, if anything was chosen: level, step
+  /// and integrator, and `chosen` with the reason. It repeats the same run with any later table or
+  /// rule.
   std::string rig_json;
-  std::optional<FidelityOffer> offer{};  ///< of the table, where it was asked
-  std::optional<FidelityOffer> next{};   ///< the fastest that promises less than `offer`
+  std::optional<FidelityOffer> offer{};  ///< of the table, if it was used
+  std::optional<FidelityOffer>
+      next{};  ///< the fastest one that promises a smaller error than `offer`
 };
 
-/// `table` may be null where neither accuracy nor speed is asked for, or the setting is recorded. A
-/// function of its arguments. Errors: what parse_rig_config and choose refuse, each with a place in
-/// the rig file; unsupported for L0 and a recipe that holds several forces.
+/// `table` may be null if neither accuracy nor speed is requested, or if the setting is recorded.
+/// Pure. Errors: those of parse_rig_config and choose, each with a place in the rig file;
+/// unsupported for L0 and a recipe with several set points.
 Result<SimulationChoice> choose_simulation(std::string_view rig_json,
                                            const SimulationRequest& request,
                                            const FidelityTable* table);

@@ -28,7 +28,7 @@ Status read_places(const json& list, const std::string& where, TaxelEmulatorPara
   return {};
 }
 
-/// Another array than the plant's 4 x 4 pads at 37 Hz.
+/// Reads the shape of an array that differs from the plant's 4 x 4 pads at 37 Hz.
 Status read_shape(const json& emulator, const std::string& where, FieldReader& reader,
                   TaxelEmulatorParams& params) {
   std::size_t rows = 4, cols = 4;

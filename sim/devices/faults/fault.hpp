@@ -1,6 +1,6 @@
 #pragma once
-// What can go wrong with a device and its wire: one table of kinds, and one board per device that
-// says what is wrong with it now.
+// Faults of a device and its wire: one table of kinds, and one board per device with its active
+// faults.
 
 #include <cstdint>
 #include <optional>
@@ -70,7 +70,7 @@ enum class FaultKind : std::uint8_t {
   restart,
 };
 
-/// Whom a fault can befall, one bit each.
+/// Devices into which a fault can be injected, one bit each.
 namespace exposed {
 inline constexpr std::uint8_t stream = 1;    ///< a serial line or TCP
 inline constexpr std::uint8_t datagram = 2;  ///< UDP
@@ -87,7 +87,7 @@ struct FaultType {
   std::string_view name;
   FaultKind kind;
   std::uint8_t whom;
-  /// Thrown for each message or sample; otherwise once, when the fault is put in.
+  /// Decided by chance for each message or sample; otherwise once, when the fault is added.
   bool each_time;
   double amount;  ///< default of Fault::amount
   std::string_view does;
@@ -105,10 +105,11 @@ struct Fault {
   TimePoint until = TimePoint::max();
   double probability = 1;
   double amount = 0;
-  bool to_device = false;  ///< wire faults: what the host sends is hit, not what the device sends
+  bool to_device =
+      false;  ///< wire faults: true affects data from the host, false data from the device
 };
 
-/// The faults of one device. Without faults it draws no number: a rig without them is the same rig.
+/// The faults of one device. Without faults it draws no random number, so the rig behaves the same.
 class FaultBoard {
  public:
   explicit FaultBoard(std::uint64_t seed) : dice_(seed) {}
@@ -118,9 +119,9 @@ class FaultBoard {
   void clear() { faults_.clear(); }
   [[nodiscard]] std::span<const Fault> faults() const { return faults_; }
 
-  /// The fault of this kind that holds at `now`, or nullptr; wire faults have a direction.
+  /// The fault of this kind that is active at `now`, or nullptr; wire faults have a direction.
   [[nodiscard]] const Fault* active(FaultKind kind, TimePoint now, bool to_device = false) const;
-  /// As above, and its die has fallen for this message or sample.
+  /// As above, and chance selected this message or sample.
   const Fault* fires(FaultKind kind, TimePoint now, bool to_device = false);
   /// The next time after `now` at which a fault begins or ends.
   [[nodiscard]] std::optional<TimePoint> next_edge(TimePoint now) const;
