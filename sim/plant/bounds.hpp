@@ -1,5 +1,5 @@
 #pragma once
-// Parameters within what can be simulated.
+// Checks that parameters are within the range of the simulation.
 
 #include <initializer_list>
 #include <string>
@@ -14,7 +14,7 @@ constexpr bool inside(double value, double low, double high) {
   return value >= low && value <= high;
 }
 
-/// `value` as `format` of printf has it, up to 63 characters.
+/// `value` in the printf format `format`, up to 63 characters.
 std::string printed(const char* format, double value);
 
 struct Bound {
@@ -22,10 +22,10 @@ struct Bound {
   double value, low, high;
 };
 
-/// The first parameter outside its bounds, or NaN. Errors: range, naming it and `where` it stands.
+/// Finds the first parameter outside its bounds, or NaN. Errors: range, with its name and `where`.
 Status check_bounds(const char* where, std::initializer_list<Bound> bounds);
 
-/// A number with its place and with what is wrong where it is out of bounds.
+/// A number with its place, its limits and the error text for a number outside them.
 struct Limit {
   std::string_view where, what;
   double value, low, high;

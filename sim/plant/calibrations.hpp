@@ -1,5 +1,5 @@
 #pragma once
-// What a cloth table says of the recordings that it was fitted to.
+// Calibrations in a fabric table: facts about the recordings to which it was fitted.
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -7,9 +7,9 @@
 
 namespace weft::sim {
 
-/// Of each of `/calibrations` what programs read where it is there: `dataset_sha256` (texts),
-/// `counts_scale` (over 0) and `parameters` (name, cloth and standing as texts, value as a number).
-/// Errors: parse, with a JSON pointer.
+/// Checks the entries of `/calibrations` that programs read, if present: `dataset_sha256` (texts),
+/// `counts_scale` (above 0) and `parameters` (name, cloth and standing as texts, value as a
+/// number). Errors: parse, with a JSON pointer.
 Status check_calibrations(const nlohmann::json& calibrations);
 
 }  // namespace weft::sim

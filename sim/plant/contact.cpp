@@ -8,15 +8,16 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double largest_exponent = 700;   // e^700 is still finite
-constexpr int newton_limit = 80;           // 1 to 3 in use, more where a bracket is needed
-constexpr double newton_tolerance = 1e-4;  // in s, of a cubic method: its third power is left,
-constexpr double cubic = 1e-6;             // so that of the residual no more than this is;
-constexpr double nothing_n = 1e-12;        // more shows that a corner (of the mount) lay between
-constexpr double settled = 1e-13;          // in s: such a guess needs no step
-constexpr double largest_angle_rad = 1;    // of a plate or a face: no bench leans further
+constexpr double largest_exponent = 700;  // e^700 is still finite
+constexpr int newton_limit = 80;          // 1 to 3 in use, more if a bracket is needed
+constexpr double newton_tolerance =
+    1e-4;                       // in s; the method is cubic, so that about the cube of it remains
+constexpr double cubic = 1e-6;  // share of the residual that may remain after the last step
+constexpr double nothing_n = 1e-12;  // a larger residual means a corner (of the mount) in between
+constexpr double settled = 1e-13;    // in s; such a guess needs no step
+constexpr double largest_angle_rad = 1;  // of a plate or a face: no bench tilts further
 
-/// Of an angle that is mostly exactly zero.
+/// tan(angle), with a fast path for exactly zero.
 double slope_of(double angle_rad) {
   if (angle_rad == 0) return 0;
   return std::tan(std::clamp(angle_rad, -largest_angle_rad, largest_angle_rad));
@@ -44,15 +45,15 @@ Vector2 ContactGeometry::face_slope(const Pose& pose, const Vector2& plate) cons
   return {tilt_x + plate[0] - slope_of(pose.ry_rad), tilt_y + plate[1]};
 }
 
-/// weight + mount force - cloth force as a function of the exponent s. Falls monotonically.
+/// weight + mount force - fabric force as a function of the exponent s. Decreases monotonically.
 struct ContactModel::Balance {
   const ContactModel& model;
   const RelaxationStep& relaxation;
-  double offset_n;  // what the memory takes off the force
-  double s_from;    // where the step began
+  double offset_n;  // force reduction by relaxation
+  double s_from;    // s at the start of the step
   double branch_from;
   double extension_0;          // mount extension at s = 0
-  double s_near, growth_near;  // e^s is known there
+  double s_near, growth_near;  // e^s at s_near is growth_near
 
   struct Value {
     double residual_n, elastic_n, force_n, branch, growth;
@@ -61,7 +62,7 @@ struct ContactModel::Balance {
     double slope_n, bend_n;  ///< of the residual, per unit of s
   };
 
-  /// Without memory of the hysteresis but for its branch there.
+  /// Value for a given branch of the hysteresis.
   [[nodiscard]] WEFT_SIM_INLINE Value with(double s, double growth, double branch) const {
     Value value{0, model.top_n_ * (growth - 1), 0, branch, growth};
     if (model.turn_ > 0) value.elastic_n *= 1 + model.turn_ * (branch - 1);
@@ -83,7 +84,7 @@ struct ContactModel::Balance {
     if (!(value.force_n > 0)) return slopes;
     double slope = model.top_n_ * value.growth, bend = slope;
     if (model.turn_ > 0) {
-      // Where the step began the curve has a corner: there its side towards the root counts.
+      // The curve has a corner at the start of the step: use the side towards the root.
       const double moved = s - s_from, full_n = model.top_n_ * (value.growth - 1);
       const double sign = (moved != 0 ? moved > 0 : value.residual_n > 0) ? 1 : -1;
       const double factor = 1 + model.turn_ * (value.branch - 1);
@@ -100,15 +101,15 @@ struct ContactModel::Balance {
     return extension_0 - model.material_.law.lambda_m * s;
   }
 
-  /// No load that the mount can bring leads beyond this.
+  /// Upper limit of s for any load of the mount.
   [[nodiscard]] double highest() const {
     const double load = model.mount_.weight_n() + model.mount_.force_n(extension_0);
     const double weakest = branch_factor(-1, model.material_.hysteresis.eta);
     return std::log1p((load + offset_n) / (relaxation.gain * weakest * model.top_n_));
   }
 
-  /// Halley's method from where the step began; Newton's and a bracket, that every value tightens,
-  /// where it goes far up the exponential. `s` becomes the root.
+  /// Halley's method from the start of the step. Far up the exponential it falls back to Newton's
+  /// method with a bracket that every value tightens. `s` becomes the root.
   [[nodiscard]] WEFT_SIM_INLINE Value solve(double& s) const {
     double low = 0, high = std::numeric_limits<double>::infinity();
     s = s_near;
@@ -116,8 +117,7 @@ struct ContactModel::Balance {
     for (int i = 0; i < newton_limit; ++i) {
       (value.residual_n > 0 ? low : high) = s;
       const auto [slope_n, bend_n] = slopes(s, value);
-      // Halley's step r/(f' - r f''/(2 f')) with one division, where it differs little from
-      // Newton's.
+      // Halley's step r/(f' - r f''/(2 f')) with one division, if it differs little from Newton's.
       const double square = slope_n * slope_n;
       const double halley = square - 0.5 * value.residual_n * bend_n;
       const bool near = halley > 0.5 * square && halley < 2 * square;
@@ -140,7 +140,7 @@ double ContactModel::surface_z_m(const Pose& pose, const Vector2& plate_slope) c
   return geometry_.plate_z_m - material_.thickness_m - geometry_.plate_rise_m(pose, plate_slope);
 }
 
-/// How face and plate lean against each other, worked out where the rotations moved.
+/// Computes the tilt of the face against the plate if the rotations have changed.
 void ContactModel::lean(ContactState& state, const Pose& pose) const {
   if (state.pose.rx_rad == pose.rx_rad && state.pose.ry_rad == pose.ry_rad &&
       !std::isnan(state.log_tilt))
@@ -168,7 +168,7 @@ void ContactModel::press(ContactState& state, const RelaxationStep& relaxation, 
   state.growth = value.growth;
   state.branch = value.branch;
   state.normal_n = value.force_n;
-  const double grown = state.exponent > 1e-3 ? value.growth - 1  // less cancels
+  const double grown = state.exponent > 1e-3 ? value.growth - 1  // smaller exponents would cancel
                                              : std::expm1(std::max(state.exponent, 1e-12));
   state.load_ratio = value.force_n / (top_n_ * grown);
   state.extension_m = balance.extension_0 - lambda_m * state.exponent;
@@ -188,7 +188,7 @@ void ContactModel::hang(ContactState& state, const RelaxationStep& relaxation, d
   relaxation.advance(state.relaxation, 0);
 }
 
-/// What sliding has to know of the step's begin.
+/// State at the beginning of the step that the friction needs.
 struct ContactModel::Before {
   double x_m, y_m, normal_n;
 };

@@ -15,11 +15,12 @@
 namespace weft::sim {
 namespace {
 
-constexpr double steepest_surface = 6;  // std(h)/lambda above which e^{h/lambda} means nothing
-constexpr double furthest_draw = 3;     // spreads are cut at three standard deviations
+constexpr double steepest_surface =
+    6;  // std(h)/lambda above which e^{h/lambda} has no physical meaning
+constexpr double furthest_draw = 3;  // draws are limited to three standard deviations
 constexpr double usual_roughness_m = 5e-6;
 
-/// 1 + spread * N(0, 1), cut, never below 0.1.
+/// 1 + spread * N(0, 1), limited, at least 0.1.
 double ratio(Random& random, double spread) {
   const double draw = std::clamp(random.gaussian(), -furthest_draw, furthest_draw);
   return std::max(0.1, 1 + spread * draw);
@@ -54,7 +55,7 @@ SurfaceSpec surface_of(const Fabric& fabric, const MaterialParams& params) {
           .structure = fabric.structure};
 }
 
-/// A stream for each member: another member shifts none.
+/// One random stream per member, so that members do not affect each other.
 double drawn_ratio(std::uint64_t seed, const char* member, double spread) {
   Random random(mix(seed, member));
   return ratio(random, spread);
@@ -268,7 +269,7 @@ Status parse_spread(const json& object, const json& sources, Spread& spread) {
                      {});
 }
 
-/// A table from before there were levels: what it has belongs to one of them.
+/// A table from before the levels of spread existed: each of its values belongs to one level.
 Status parse_trial_spread(const json& object, const json& sources, Spread& spread) {
   PieceSpread& p = spread.piece;
   return parse_level(
@@ -297,7 +298,7 @@ Status parse_table(const json& table, const Structures& structures, const json& 
   return {};
 }
 
-/// What a standing may name: sources that print a number, and calibrations that found one.
+/// Keys that a standing may refer to: sources and calibrations.
 json joined(const json& sources, const json& calibrations) {
   json out = sources.is_object() ? sources : json::object();
   for (const auto& [key, value] : calibrations.items()) out[key] = value;

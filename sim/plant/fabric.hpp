@@ -1,5 +1,5 @@
 #pragma once
-// One cloth of the table, one patch cut from it, and what differs from trial to trial.
+// One fabric of the table, one patch cut from it, and its variation between trials.
 
 #include <array>
 #include <cstdint>
@@ -22,25 +22,25 @@ struct Fabric {
   double thickness_m = 0;
   KesCompression kes;
   double friction_mean = 0;       ///< MIU
-  double friction_deviation = 0;  ///< MMD; kept for the record, level L1 has no use for it
+  double friction_deviation = 0;  ///< MMD; kept for the record, unused at level L1
   double roughness_m = 0;         ///< SMD
-  double height_rms_m = 0;        ///< std(h) where it was calibrated; 0: it follows from SMD
-  double waviness_rms_m = 0;      ///< where it was calibrated; 0: that of all cloths
+  double height_rms_m = 0;        ///< std(h), calibrated; 0: derived from SMD
+  double waviness_rms_m = 0;      ///< calibrated; 0: that of all fabrics
   double warp_per_m = 0;          ///< yarns, wales or ribs per metre along x; 0 without a lattice
   double weft_per_m = 0;          ///< along y
-  double grain_m = 0;             ///< longest distance between asperities; 0: that of RubbingParams
+  double grain_m = 0;  ///< longest distance between asperities; 0: default of RubbingParams
   Structure structure;
 };
 
-/// How rubbing flattens the surface of a cloth: of the heights' logarithm w = most (1 -
-/// e^{-dose/scale}) goes, where the dose is the integral of pressure over the way of all touches of
-/// the mounted piece; its thickness goes with it.
+/// Wear of the surface by rubbing. The logarithm of the heights is reduced by the share w = most (1
+/// - e^{-dose/scale}). The dose is the integral of pressure over the way of all touches of the
+/// mounted piece. The thickness decreases with it.
 struct Wear {
-  double most = 0;          ///< in [0, 1]; 0 switches it off
+  double most = 0;          ///< in [0, 1]; 0: no wear
   double scale_pa_m = 2e4;  ///< twenty strokes of 50 mm under 20 kPa [E]
 };
 
-/// What holds for all cloths; every number [E], from `parameters` of sim/fabrics.json.
+/// Common values of all fabrics; every number [E], from `parameters` of sim/fabrics.json.
 struct MaterialParams {
   /// Relaxation shares g_i = base + slope * eta.
   std::array<double, Relaxation::terms> relaxation_base{0.12, 0.10};
@@ -54,14 +54,14 @@ struct MaterialParams {
   double height_per_roughness = 2;
   double roughness_exponent = 1;
   Wear wear;
-  Cover cover;  ///< of the sensor that presses; the rig file may name another
+  Cover cover;  ///< of the pressing sensor; the rig file may name another
   WavinessSpec waviness;
 };
 
-// What differs, at four levels: the rig's own is in PadParams. Standard deviations, of ratios
-// unless named otherwise; every number [E].
+// Variation at four levels; the rig's own is in PadParams. Standard deviations, of ratios unless
+// named otherwise; every number [E].
 
-/// From one piece of a cloth to the next.
+/// Between pieces of a fabric.
 struct PieceSpread {
   double lambda = 0.03;
   double pressure = 0.06;
@@ -70,15 +70,15 @@ struct PieceSpread {
   double roughness = 0.1;
   double pitch = 0.01;  ///< of the yarns
 };
-/// From one time that a piece is put on the plate to the next: by hand.
+/// Between mountings of a piece by hand.
 struct MountingSpread {
   double position_m = 2e-3;  ///< along x and along y
   double skew_rad = 0.0175;  ///< of the yarns against the stages
   double tension = 0.01;     ///< of lambda
-  double tilt = 1e-4;        ///< of what the piece lies on, about x and about y [rad]
+  double tilt = 1e-4;        ///< of the support of the piece, about x and about y [rad]
   double pad_height_m = 0;   ///< of the piece under each pad
 };
-/// From one touch to the next.
+/// Between touches.
 struct TouchSpread {
   double path_m = 1e-4;     ///< along x and along y
   double gain = 0.002;      ///< of all pads together
@@ -89,13 +89,13 @@ struct Spread {
   MountingSpread mounting;
   TouchSpread touch;
 };
-/// All that is drawn of a trial's cloth. Each level has its own, and each of its members a stream
-/// of its own: a level that stays the same stays so to the bit whatever the others do.
+/// Seeds of a trial's fabric. Each level has its own seed, and each of its members a stream of its
+/// own. A level with the same seed is equal to the bit whatever the others do.
 struct PatchSeeds {
   std::uint64_t piece = 0, mounting = 0, touch = 0;
 };
 
-/// Errors of both: range, naming the field.
+/// Errors of both: range, with the name of the field.
 Status check(const MaterialParams& params);
 Status check(const Spread& spread);
 
@@ -109,21 +109,22 @@ struct MaterialSwitches {
   bool trial_spread = true;
 };
 
-/// What one trial touches.
+/// The patch of fabric that one trial touches.
 struct Patch {
-  std::string fabric;  ///< name of the cloth it was cut from; empty: the bare plate
+  std::string fabric;  ///< name of its fabric; empty: the bare plate
   ContactMaterial material;
   HeightField field;
   double skew_rad = 0;
-  double offset_x_m = 0, offset_y_m = 0;  ///< of the field's origin; the waviness has it already
-  double tilt_x = 0, tilt_y = 0;          ///< added to the rig's own
+  double offset_x_m = 0,
+         offset_y_m = 0;          ///< of the field's origin; already included in the waviness
+  double tilt_x = 0, tilt_y = 0;  ///< added to the rig's own tilt
   double gain_scale = 1;
   std::array<double, 16> pad_ratio = filled_ratio();  ///< of each pad's gain
-  std::array<double, 16> pad_height_m{};              ///< of the piece under each pad, up
+  std::array<double, 16> pad_height_m{};              ///< of the piece under each pad, upwards
   Wear wear;
-  double grain_m = 0;         ///< the fabric's; level L3 alone has a use for it
-  std::uint64_t seed = 0;     ///< names the trial's noise
-  std::uint64_t mounted = 0;  ///< names the mounted piece; 0: nothing is remembered of it
+  double grain_m = 0;         ///< the fabric's; used at level L3 only
+  std::uint64_t seed = 0;     ///< seed of the trial's noise
+  std::uint64_t mounted = 0;  ///< identifies the mounted piece; 0: no memory of it is kept
 
  private:
   static constexpr std::array<double, 16> filled_ratio() {
@@ -133,16 +134,16 @@ struct Patch {
   }
 };
 
-/// Cuts a piece, mounts and touches it. Amplitudes, pitches and material are the fabric's and the
-/// piece's, as are phases, wander and random waves. Errors: range, for a cloth that no law fits and
-/// for what check() refuses.
+/// Cuts a piece, mounts and touches it. Amplitudes, pitches and material depend on fabric and
+/// piece, and so do phases, wander and random waves. Errors: range, for a fabric without a fitting
+/// law and for parameters that check() refuses.
 Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
                         const MaterialSwitches& switches, const PatchSeeds& seeds);
-/// The same with everything from one seed, of which nothing is remembered.
+/// The same with all seeds derived from one; no memory is kept.
 Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, const Spread& spread,
                         const MaterialSwitches& switches, std::uint64_t seed);
 
-/// No cloth: stiff, smooth, without memory, under the sensor's cover.
+/// Bare plate: stiff, smooth, without memory, under the sensor's cover.
 Patch bare_plate(const Cover& cover = {});
 
 // Reads sim/fabrics.json. Every number there carries its standing: [value, "estimated"], [value,
@@ -151,7 +152,7 @@ Patch bare_plate(const Cover& cover = {});
 
 struct FabricLibrary {
   std::vector<Fabric> fabrics;
-  std::optional<PadParams> pads;  ///< of the sensor, where the table was calibrated with one
+  std::optional<PadParams> pads;  ///< of the sensor, if the table was calibrated with one
   MaterialParams params;
   Spread spread;
 
@@ -160,8 +161,8 @@ struct FabricLibrary {
   [[nodiscard]] std::vector<std::string> names() const;
 };
 
-/// Errors: parse (not JSON, a key missing or unknown, a number without its standing), range (a
-/// value that cannot be); `where` is a JSON pointer.
+/// Errors: parse (not JSON, a key missing or unknown, a number without its standing), range (an
+/// impossible value); `where` is a JSON pointer.
 Result<FabricLibrary> parse_fabrics(std::string_view json);
 
 }  // namespace weft::sim

@@ -11,7 +11,7 @@ namespace {
 constexpr double smallest_x = 1e-3;
 constexpr double largest_x = 500;
 
-/// LC of the exponential law, x = (compression at the peak pressure)/lambda. Falls from 1 to 0.
+/// LC of the exponential law, x = (compression at the peak pressure)/lambda. Decreases from 1 to 0.
 double linearity_at(double x) {
   return 2 * (1 / x - 1 / std::expm1(x));
 }

@@ -68,7 +68,7 @@ FieldReader& FieldReader::source_required(const nlohmann::json& sources) {
   return *this;
 }
 
-/// The bare number of a value with its standing, or nullptr after a complaint.
+/// The bare number of a value with its standing, or nullptr after an error.
 const nlohmann::json* FieldReader::find_source(const nlohmann::json& value, std::string_view key) {
   if (sources_ == nullptr) return &value;
   const bool estimated = value.is_array() && value.size() == 2 && value[1] == "estimated";

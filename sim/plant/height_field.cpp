@@ -11,10 +11,11 @@ namespace {
 constexpr double two_pi = 2 * std::numbers::pi;
 constexpr int isotropic_waves = 16;
 constexpr int streak_waves = 6;
-constexpr double wander_shortest_m = 3e-3;  // [E] yarn spacing wanders over many yarns
+constexpr double wander_shortest_m = 3e-3;  // [E] the yarn spacing varies slowly, over many yarns
 constexpr double wander_longest_m = 25e-3;
-constexpr double streak_drift = 0.02;  // [E] a streak leaves its yarn by 2 % of its number
-constexpr int longest_repeat = 60;     // pitches after which every sensible weave repeats
+constexpr double streak_drift =
+    0.02;  // [E] standard deviation of a streak's direction from its yarn [rad]
+constexpr int longest_repeat = 60;  // pitches after which every realistic weave repeats
 constexpr int samples_per_pitch = 16;
 
 double log_bessel_i0(double x) {
@@ -115,7 +116,7 @@ int HeightField::lattice_repeat() const {
   return longest_repeat;
 }
 
-/// Height of the lattice alone at 1/samples_per_pitch of a pitch.
+/// Height of the lattice alone, in steps of 1/samples_per_pitch of a pitch.
 double HeightField::lattice_height_m(int i, int j) const {
   double height = 0;
   for (std::size_t k = 0; k < lattice_terms_; ++k) {
@@ -131,8 +132,8 @@ double HeightField::log_mean_response(double lambda_m) const {
   for (std::size_t k = lattice_terms_; k < terms_.size(); ++k)
     log_mean += log_bessel_i0(terms_[k].amplitude_m / lambda_m);
   if (lattice_terms_ == 0) return log_mean;
-  // Its lines' phases do not average out independently (their sums are commensurate): whole
-  // repeats.
+  // The phases of its lines do not average out independently (their sums are commensurate), so
+  // whole repeats are summed.
   const int points = samples_per_pitch * lattice_repeat();
   double sum = 0;
   for (int i = 0; i < points; ++i)

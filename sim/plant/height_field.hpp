@@ -1,8 +1,7 @@
 #pragma once
-// The surface of a cloth as a sum of plane waves: the lattice of its yarns and a random part. All
+// The surface of a fabric as a sum of plane waves: the lattice of its yarns and a random part. All
 // waves are separable, cos(a + b) = cos a cos b - sin a sin b with a along one axis and b along the
-// other, so that a field costs no trigonometry per point. Source: docs/reference/plant.md,
-// Surface.
+// other, so that a field needs no trigonometry per point. Source: docs/reference/plant.md, Surface.
 
 #include <array>
 #include <cstddef>
@@ -13,10 +12,10 @@
 
 namespace weft::sim {
 
-/// Slow waviness of the cloth's thickness: common to the force and to all pads. Few plane waves,
-/// longer than the face is wide.
+/// Slow waviness of the fabric's thickness, common to the force and to all pads. A few plane waves,
+/// longer than the width of the face.
 struct WavinessSpec {
-  double rms_m = 3e-6;             ///< [E]; 0 switches it off
+  double rms_m = 3e-6;             ///< [E]; 0: no waviness
   double shortest_wave_m = 20e-3;  ///< longer than the 16 mm face
   double longest_wave_m = 80e-3;
 };
@@ -27,14 +26,14 @@ class Waviness {
   Waviness() = default;
   Waviness(const WavinessSpec& spec, std::uint64_t seed);
 
-  /// Height of the cloth above its mean thickness at a point of the fabric frame [m].
+  /// Height of the fabric above its mean thickness at a point of the fabric frame [m].
   [[nodiscard]] WEFT_SIM_INLINE double height_m(double x_m, double y_m) const {
     if (flat_) return 0;
     const simd::Lanes turns = simd::load(turns_x_.data()) * x_m +
                               simd::load(turns_y_.data()) * y_m + simd::load(phase_turns_.data());
     return simd::sum(simd::load(amplitude_m_.data()) * simd::cosine_of_turns(turns));
   }
-  /// The same at four points side by side.
+  /// The same at four points at once.
   [[nodiscard]] WEFT_SIM_INLINE simd::Lanes heights_m(const simd::Lanes& x_m,
                                                       const simd::Lanes& y_m) const {
     simd::Lanes height{};
@@ -44,22 +43,22 @@ class Waviness {
                 simd::cosine_of_turns(turns_x_[i] * x_m + turns_y_[i] * y_m + phase_turns_[i]);
     return height;
   }
-  /// Height and its slopes along x and y: the plane that touches the waves at a point.
+  /// Height and slopes along x and y: the tangent plane of the waves at a point.
   struct Tangent {
     double height_m = 0, slope_x = 0, slope_y = 0;
   };
   [[nodiscard]] Tangent tangent(double x_m, double y_m) const;
-  /// What is at a point of it is `x_m`, `y_m` further of this.
+  /// The same waves, shifted: its origin is the point (`x_m`, `y_m`) of this.
   [[nodiscard]] Waviness shifted(double x_m, double y_m) const;
 
  private:
-  // Side by side, in turns: four waves fill the lanes.
+  // In turns; four waves fill the lanes.
   std::array<double, waves> amplitude_m_{}, turns_x_{}, turns_y_{}, phase_turns_{};
   bool flat_ = true;
 };
 
-/// How the surface of one kind of cloth is made up. Shares are of the height's variance;
-/// together 1.
+/// Composition of the surface of one kind of fabric. Shares are of the variance of the height;
+/// their sum is 1.
 struct Structure {
   struct Line {
     double warp = 0;  ///< cycles per warp pitch, along x
@@ -69,15 +68,15 @@ struct Structure {
   };
   std::vector<Line> lines;
   double isotropic_share = 0;  ///< random, any direction
-  double streak_share = 0;  ///< random, along one yarn system or the other (thick and thin yarns)
-  double low_per_m = 100;   ///< band of the random parts, spread evenly over the logarithm
+  double streak_share = 0;     ///< random, along one of the yarn systems (thick and thin yarns)
+  double low_per_m = 100;      ///< band of the random parts, evenly spread over the logarithm
   double high_per_m = 3000;
-  double jitter_rad = 0;  ///< rms of the slow wander of the yarns' spacing
+  double jitter_rad = 0;  ///< rms of the slow wander of the yarn spacing
 };
 
-/// One cloth's surface before a patch is cut.
+/// The surface of one fabric before a patch is cut.
 struct SurfaceSpec {
-  double warp_pitch_m = 0;  ///< spacing along x; 0 where there is no lattice
+  double warp_pitch_m = 0;  ///< spacing along x; 0 without a lattice
   double weft_pitch_m = 0;  ///< spacing along y (the direction of M1)
   double height_rms_m = 0;  ///< 0: smooth
   Structure structure;
@@ -91,7 +90,7 @@ class HeightField {
     double amplitude_m = 0;
     double ku = 0, kv = 0;  ///< [rad/m]
     double phase_rad = 0;
-    double jitter_u = 0, jitter_v = 0;  ///< cycles per pitch: share of the yarns' wander
+    double jitter_u = 0, jitter_v = 0;  ///< cycles per pitch: share of the wander of the yarns
   };
   enum class Axis { u, v };
 
@@ -99,13 +98,14 @@ class HeightField {
   HeightField(const SurfaceSpec& spec, std::uint64_t seed);
 
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
-  /// What is at a point of it is `u_m`, `v_m` further of this.
+  /// The same field, shifted: its origin is the point (`u_m`, `v_m`) of this.
   [[nodiscard]] HeightField shifted(double u_m, double v_m) const;
   /// Wander of the yarns that are counted along `axis` [rad per pitch].
   [[nodiscard]] double wander(Axis axis, double at_m) const;
-  /// Phase of `term` along one axis, given that axis' wander there; the constant phase is in u's.
+  /// Phase of `term` along one axis for the wander `wander` of that axis; the constant phase is in
+  /// u's.
   [[nodiscard]] static double phase(const Term& term, Axis axis, double at_m, double wander);
-  /// ln of the mean of e^{h/lambda} over an unbounded cloth: the lattice by quadrature over its
+  /// ln of the mean of e^{h/lambda} over an unbounded fabric: the lattice by quadrature over its
   /// cells, the random waves in closed form (modified Bessel function I0).
   [[nodiscard]] double log_mean_response(double lambda_m) const;
 
@@ -121,7 +121,7 @@ class HeightField {
   void add_lines(const SurfaceSpec& spec, double offset_u_rad, double offset_v_rad);
 
   std::vector<Term> terms_;
-  std::size_t lattice_terms_ = 0;  ///< these come first
+  std::size_t lattice_terms_ = 0;  ///< number of lattice terms, which come first
   Wander wander_u_, wander_v_;
 };
 

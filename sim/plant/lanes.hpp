@@ -1,7 +1,7 @@
 #pragma once
-// Four doubles side by side, mapped by the compiler to what the processor has, and copies of a hot
-// loop for processors with wider vectors, chosen when the program starts. Lanes never mix and
-// nothing is fused, so that every copy, processor and compiler computes the same bits.
+// Vectors of four doubles, which the compiler maps to the processor's instructions. Hot loops have
+// copies for processors with wider vectors, chosen at program start. Lanes never mix and no
+// operation is fused, so every copy, processor and compiler computes the same bits.
 
 #include <bit>
 #include <cmath>
@@ -13,12 +13,12 @@
 #include <emmintrin.h>
 #endif
 
-// Lanes are passed by value only between functions that are always inlined: no call, no ABI.
+// Lanes are passed by value only between always-inlined functions: no call, no ABI.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #define WEFT_SIM_INLINE [[gnu::always_inline]] inline
-// The choice comes before the thread sanitizer is there, which crashes. clang 14 names such copies
-// so that its own linker does not find them.
+// The copies are selected before the thread sanitizer is initialised, which then crashes. clang 14
+// gives such copies names that its own linker does not find.
 #if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define WEFT_SIM_CLONES [[gnu::target_clones("avx2", "default")]]
 #else
@@ -27,10 +27,10 @@
 
 namespace weft::sim::simd {
 
-inline constexpr std::size_t width = 4;  // wider ones gcc 12 takes apart through memory
+inline constexpr std::size_t width = 4;  // gcc 12 splits wider ones through memory
 using Lanes = double __attribute__((vector_size(width * sizeof(double))));
 
-/// Lanes anywhere in an array of doubles, on whatever boundary.
+/// Lanes at any alignment in an array of doubles.
 struct __attribute__((packed, may_alias)) Loose {
   Lanes value;
 };
@@ -42,9 +42,9 @@ WEFT_SIM_INLINE void store(double* p, const Lanes& v) {
 }
 
 // e^x, ln x, square roots and circular functions of four doubles at once, without branches and
-// without library calls. Errors are a few units of the last place (measured in
-// tests/unit/plant/lanes_test.cpp). Method: exact reduction, then Taylor polynomials long enough
-// that what is left out is below rounding.
+// library calls. Errors are a few units in the last place (measured in
+// tests/unit/plant/lanes_test.cpp). Method: exact reduction, then Taylor polynomials with a
+// truncation error below rounding.
 
 using Bits = std::int64_t __attribute__((vector_size(width * sizeof(std::int64_t))));
 
@@ -77,7 +77,7 @@ WEFT_SIM_INLINE Lanes sqrt(const Lanes& x) {
 #endif
 }
 
-/// e^x for |x| <= 700, held there beyond.
+/// e^x for |x| <= 700; arguments beyond are clamped.
 WEFT_SIM_INLINE Lanes exp(const Lanes& x) {
   const Lanes above = x > -700.0 ? x : all(-700);
   const Lanes held = above < 700.0 ? above : all(700);
@@ -94,15 +94,15 @@ WEFT_SIM_INLINE Lanes exp(const Lanes& x) {
   return from_bits(bits_of(value) + (bits_of(shifted) << 52));
 }
 
-/// ln x for positive normal numbers; nonsense for others.
+/// ln x for positive normal numbers; undefined for others.
 WEFT_SIM_INLINE Lanes log(const Lanes& x) {
   // x = 2^k m with m in [sqrt(1/2), sqrt 2); ln m = 2 atanh(f/(2 + f)) with f = m - 1.
   constexpr std::int64_t root_half = 0x3FE6A09E667F3BCD, mantissa = 0x000FFFFFFFFFFFFF;
   constexpr std::int64_t bias = std::int64_t{1024} << 52;
   const Bits offset = bits_of(x) - (root_half - bias);
   const Bits m_bits = (offset & mantissa) + root_half;
-  // The exponent as a double: its bits under those of 1.5 * 2^52. It is above zero with its bias:
-  // AVX2 shifts no signs.
+  // The exponent as a double: its bits below those of 1.5 * 2^52. With its bias it is positive,
+  // because AVX2 has no arithmetic shift.
   const Words biased = reinterpret_cast<const Words&>(offset) >> 52;
   const Bits k_bits =
       reinterpret_cast<const Bits&>(biased) + std::bit_cast<std::int64_t>(whole_shifter);
@@ -146,7 +146,8 @@ WEFT_SIM_INLINE Turned turned(const Lanes& turns) {
                      z4 * ((-1.0 / 3628800 + z * (1.0 / 479001600)) +
                            z2 * (-1.0 / 87178291200.0 + z * (1.0 / 20922789888000.0)));
   const Lanes s = y + y * z * odd, c = 1.0 + z * even;
-  // Quarter turns exchange the two and change signs: the quadrant is in the shifted number's bits.
+  // Quarter turns exchange the two and change signs. The quadrant is in the bits of the shifted
+  // number.
   const Bits quadrant = bits_of(shifted);
   const Bits swaps = (quadrant & 1) != 0;
   const Bits sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;

@@ -16,11 +16,12 @@ namespace weft::sim {
 namespace {
 
 constexpr double vacuum_permittivity_f_m = 8.8541878128e-12;  // CODATA 2018
-constexpr double level_pressure_pa = 1000;  // where the hysteresis starts to count by ratio [E]
-constexpr double largest_felt_pa = 1e15;    // closes any gap
+constexpr double level_pressure_pa =
+    1000;  // below it the hysteresis counts by difference, above it by ratio [E]
+constexpr double largest_felt_pa = 1e15;  // closes any gap
 constexpr double frame_s = static_cast<double>(pad_timing::frame_ns) * 1e-9;
 
-/// Capacitance of a pad's plates times their distance in vacuum.
+/// Capacitance of a pad's plates times their distance, in vacuum.
 double plate_f_m(const PadParams& params) {
   return vacuum_permittivity_f_m * std::numbers::pi / 4 * params.diameter_m * params.diameter_m;
 }
@@ -28,8 +29,8 @@ double plate_f_m(const PadParams& params) {
 /// Four counts.
 using Whole = std::int32_t __attribute__((vector_size(simd::width * sizeof(std::int32_t))));
 
-/// In (-1, 1), of the bits that Random::uniform_of leaves: in the middle of its step, so that kicks
-/// have no mean, which a slow drift would add up.
+/// A number in (-1, 1) from the bits that Random::uniform_of does not use. It is the middle of its
+/// step, so that kicks have mean zero: a slow drift would accumulate a mean.
 double kick_of(std::uint64_t bits) {
   constexpr std::int64_t steps = 1 << 11;
   return static_cast<double>(2 * static_cast<std::int64_t>(bits & (steps - 1)) - (steps - 1)) *
@@ -111,7 +112,7 @@ std::uint16_t quantise(double counts) {
 
 PadArray::Law PadArray::law_of(const PadParams& params) {
   const double drift_retained = std::exp(-frame_s / params.drift_time_s);
-  // A kick is even in (-1, 1), of variance 1/3; thousands of them make a normal drift.
+  // A kick is even in (-1, 1) with variance 1/3; the sum of thousands is a normal drift.
   const double kick_counts =
       params.drift_counts * std::sqrt(3 * (1 - drift_retained * drift_retained));
   const Wander common = wander_of(params.common_mode, params.common_mode_time_s),
@@ -170,7 +171,7 @@ void PadArray::reset(std::uint64_t noise_seed, double gain_scale) {
   state_.temperature_k = params_.temperature_k * shared.gaussian();
 }
 
-/// What all pads have in common moves on to the next frame.
+/// Advances the common state of all pads to the next frame.
 void PadArray::warm(std::uint64_t frame) {
   if (frame == state_.frame || !(law_.common_kick > 0 || law_.temperature_kick_k > 0)) return;
   state_.frame = frame;
@@ -191,9 +192,9 @@ double PadArray::noise_at(double level_counts) const {
                    level * (law_.noise_per_count + level * law_.noise_per_square));
 }
 
-/// Pads [first, last), whole lanes. The pressure gets its creep, the branch of the hysteresis is
-/// taken off (the gap lags: less closed while loading, more while unloading), the gap makes the
-/// capacitance.
+/// Pads [first, last), whole lanes. The pressure gets its creep. The branch of the hysteresis is
+/// subtracted (the gap lags: less closed while loading, more while unloading). The gap determines
+/// the capacitance.
 WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, const State& from,
                                        const Values& pressure_pa, const Draw& draw,
                                        std::size_t first, std::size_t last, State& to) {
@@ -226,8 +227,8 @@ WEFT_SIM_CLONES void PadArray::compute(const Law& law, const Sensor& sensor, con
   }
 }
 
-/// Of each frame on its own. A pair of words makes, by Box and Muller, the noise of two pads eight
-/// apart; what 53 bits leave of each word kicks the drift of one.
+/// Noise of one frame. A pair of words gives, by Box and Muller, the noise of two pads eight apart.
+/// The unused bits beyond 53 of each word kick the drift of one pad.
 WEFT_SIM_CLONES void PadArray::draw_noise(std::uint64_t seed, Draw& draw) {
   using simd::Lanes, simd::load, simd::store;
   constexpr std::size_t half = pad_count / 2;
@@ -248,7 +249,7 @@ WEFT_SIM_CLONES void PadArray::draw_noise(std::uint64_t seed, Draw& draw) {
   }
 }
 
-/// Pads without noise and drift throw no dice.
+/// Pads without noise and drift draw no random numbers.
 PadArray::Draw PadArray::draw_for(std::uint64_t frame) const {
   Draw draw;
   if (law_.is_random())
@@ -280,9 +281,9 @@ void PadArray::commit(std::size_t pad, const State& next, const Draw& draw) {
                           level_counts * shared_gain() + noise_at(level_counts) * draw.normal[pad]);
 }
 
-/// The counts of a whole scan, with the bits of commit() in the order of the stages: of a pad's
-/// neighbours the one to its left, and the one above or below that an earlier stage converts, are
-/// new.
+/// The counts of a whole scan, with the same bits as commit() in the order of the stages. Of a
+/// pad's neighbours two are new: the one to its left, and the one above or below that an earlier
+/// stage converts.
 WEFT_SIM_CLONES void PadArray::count_all(const Law& law, const Sensor& sensor, const State& from,
                                          const State& to, const Draw& draw, double gain,
                                          std::array<std::uint16_t, pad_count>& counts) {
@@ -295,7 +296,7 @@ WEFT_SIM_CLONES void PadArray::count_all(const Law& law, const Sensor& sensor, c
     const std::size_t at = row * side;
     const Lanes now = load(&to.change_f[at]), was = load(&from.change_f[at]);
     const Lanes left{0, now[0], now[1], now[2]}, right{was[1], was[2], was[3], 0};
-    const bool second = row % 2 == 1;  // of the two rows that one chip converts
+    const bool second = row % 2 == 1;  // the second of the two rows of one chip
     const Lanes above = row == 0 ? nothing : load(&(second ? to : from).change_f[at - side]);
     const Lanes below = row == 3 ? nothing : load(&(second ? to : from).change_f[at + side]);
     const Lanes change_f = now + law.crosstalk * (((left + right) + above) + below);

@@ -13,7 +13,7 @@ namespace weft::sim {
 namespace {
 
 constexpr double rounding = 1e-9;  // of sums of steps
-/// A face whose exponent moves further between two balances sinks in too unevenly.
+/// Above this change of the exponent between two balances the indentation is too uneven.
 constexpr double even_exponent = 0.1;
 
 double worn_share(const Wear& wear, double dose_pa_m) {
@@ -80,7 +80,7 @@ void Plant::mount(const Patch& patch, const Pose& pose, TimePoint now, const Pla
     dynamic_.emplace(geometry, params_.mount, material, params_.dynamics);
   if (params_.level >= Level::modal) listen(patch, now);
   if (params_.watched.pads) {
-    if (patch.mounted != 0 && patch.mounted == mounted_)  // its tiles of texture are made
+    if (patch.mounted != 0 && patch.mounted == mounted_)  // keeps the tiles of texture
       bed_.move(patch.material.waviness, patch.offset_x_m, patch.offset_y_m);
     else
       bed_ =
@@ -143,7 +143,7 @@ void Plant::advance(const Pose& pose, double dt_s) {
   if (wear_.most > 0) rub(pose);
 }
 
-/// Whether a balance spans conversions.
+/// Whether one balance spans several conversions.
 bool Plant::gathers() const {
   constexpr double conversion_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
   return params_.watched.contact && params_.level == Level::quasistatic &&
@@ -163,8 +163,9 @@ void Plant::gather(const Pose& pose, double dt_s) {
   gathered_.moved = true;
 }
 
-/// One step over all that was gathered. Where the face touches before and after and sinks in
-/// evenly, the conversions on the way see it at their own place and time; else each is balanced.
+/// One step over the gathered motion. If the face touches before and after and the indentation is
+/// even, each conversion uses its own place and time in between. Otherwise each conversion is
+/// balanced.
 void Plant::balance() {
   if (!gathered_.moved) return;
   const ContactState before = contact_;
@@ -244,8 +245,8 @@ void Plant::finish_stages() {
   scan_first_ = scan_last_ = 0;
 }
 
-/// Adds what the face has rubbed since the last step, by the force of the last balance. The next
-/// touch finds it.
+/// Adds the wear since the last step, with the force of the last balance. It has its effect at the
+/// next touch.
 void Plant::rub(const Pose& pose) {
   const Vector2 at_m{pose.x_m, pose.y_m};
   const double way_m = size(sum(1, at_m, -1, rubbed_to_m_));
@@ -261,7 +262,7 @@ ContactMaterial Plant::worn(ContactMaterial material) const {
   return material;
 }
 
-/// Level L0: of the two pads of a stage, one of each chip.
+/// Level L0: pressures of the two pads of a stage, one per chip.
 void Plant::press_linear(int stage) {
   const auto first = static_cast<std::size_t>(stage);
   for (const std::size_t pad : {first, first + std::size_t{pad_timing::stages}}) {

@@ -1,6 +1,6 @@
 #pragma once
-// The whole plant: contact, texture and pads of one mounted patch. Steps between given poses; knows
-// no clock.
+// The whole plant: contact, texture and pads of one mounted patch. It steps between given poses and
+// uses no clock.
 
 #include <array>
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace weft::sim {
 
-/// What somebody looks at. The rest is not computed.
+/// Quantities that are needed; others are not computed.
 struct Watched {
   bool contact = true;  ///< force and indentation; pads need it too
   bool pads = true;     ///< texture, pressures and counts
@@ -27,31 +27,31 @@ struct PlantParams {
   Level level = Level::quasistatic;  ///< L0 to L3; L3's vibrations are in modal/
   Watched watched;
   double set_point_n = 5;  ///< used at L0: the force of a pressed probe
-  /// Used at L1: a longer advance() is made of equal steps of at most this, and shorter ones of one
-  /// scan are put together up to it. The default balances the contact at every conversion; a step
-  /// as long as a scan balances it once per scan, and between two balances the pads see a face that
-  /// sinks in evenly.
+  /// Used at L1. A longer advance() is divided into equal steps of at most this; shorter ones of
+  /// one scan are combined up to it. The default balances the contact at every conversion. A step
+  /// as long as a scan balances it once per scan, and the pads use an even indentation between two
+  /// balances.
   double quasistatic_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
   DynamicsParams dynamics;    ///< used from L2 on
-  VibrationParams vibration;  ///< used at L3: sensors that are set are computed
+  VibrationParams vibration;  ///< used at L3: only the sensors that are set are computed
   ContactGeometry geometry;
   Mount mount;
-  Cover cover;  ///< of the sensor, for the bare plate: a cloth's law has it already
+  Cover cover;  ///< of the sensor, for the bare plate; the law of a fabric includes it already
   PadParams pads;
   double rig_tilt =
       1e-4;  ///< standard deviation of the probe's own tilt, drawn once per rig [rad, E]
 };
 
-/// Refuses what the levels' equations have no solution for; the sensors' parameters at L3 only.
-/// Errors: range, naming the field.
+/// Refuses parameters without a solution of the level's equations; checks the sensors' parameters
+/// at L3 only. Errors: range, with the name of the field.
 Status check(const PlantParams& params, const ContactMaterial& material);
 
-/// What the cloth and the pads know of earlier touches. Where it is put back the next minutes are
-/// the same again, at any level.
+/// Memory of fabric and pads of earlier touches. Restoring it repeats the following simulation at
+/// any level.
 struct PlantMemory {
   ContactState contact;
   PadArray::State pads;
-  double dose_pa_m = 0;  ///< of rubbing
+  double dose_pa_m = 0;  ///< dose of wear
 };
 
 class Plant {
@@ -59,37 +59,38 @@ class Plant {
   /// The parameters must pass check() with the material of every patch.
   Plant(const PlantParams& params, std::uint64_t rig_seed);
 
-  /// A patch under the probe at `pose`; `memory` of the same one, touched before, or nothing: then
-  /// it is fresh. `now` >= 0 matters to level L3 alone, whose readings are counted from time zero.
+  /// Mounts a patch under the probe at `pose`. `memory`: of earlier touches of the same patch, or
+  /// nullptr for a fresh one. `now` >= 0 is used at level L3 only, where readings count from time
+  /// zero.
   void mount(const Patch& patch, const Pose& pose, TimePoint now = {},
              const PlantMemory* memory = nullptr);
-  /// The next cloth to be mounted is the one that lies in `other`, with the same field and law: its
-  /// tiles of texture need not be made again. Changes no number.
+  /// The next fabric to be mounted is the one in `other`, with the same field and law: its tiles of
+  /// texture are reused. Changes no result.
   void share_tiles(const Plant& other);
-  /// As of now, the scan under way not in it.
+  /// The memory now, without the scan in progress.
   [[nodiscard]] PlantMemory memory();
   /// Moves in a straight line to `pose` within `dt_s` >= 0; at L3 whole nanoseconds, at most 1 s.
   void advance(const Pose& pose, double dt_s);
-  /// What advance() would lead to; changes nothing.
+  /// The result of advance(); changes nothing.
   [[nodiscard]] ContactState peek(const Pose& pose, double dt_s) const;
-  /// What accelerometer and microphone have read since this was last called; nothing below L3. The
-  /// readings are kept until they are taken.
+  /// Readings of accelerometer and microphone since the last call; empty below L3. The readings are
+  /// kept until this call.
   VibrationReadings extract_vibration();
   /// Converts the two pads of one stage of frame `frame` in the present state. Stages run from 0 to
-  /// 7; counts appear with the frame's last.
+  /// 7; counts appear after the last stage of the frame.
   void convert(int stage, std::uint64_t frame);
 
-  /// At L1 with a step longer than a conversion: as of the last balance, at most that step ago.
+  /// At L1 with a step longer than a conversion: state of the last balance, at most that step ago.
   [[nodiscard]] const ContactState& contact() const { return contact_; }
-  /// As of now, whatever the step.
+  /// The state now, for any step.
   [[nodiscard]] ContactState contact_now() const {
     return gathered_.moved ? quasistatic(gathered_.pose, gathered_.dt_s) : contact_;
   }
-  /// Of the last frame that was converted to its end, and of stages that a mount cut short.
+  /// Counts of the last complete frame, and of the stages before a mount interrupted a frame.
   [[nodiscard]] const std::array<std::uint16_t, pad_count>& pad_counts() const {
     return pads_.counts();
   }
-  /// Of each pad at its own last conversion, as of the last balance.
+  /// Pressure of each pad at its own last conversion, as of the last balance.
   [[nodiscard]] const std::array<double, pad_count>& pad_pressures_pa() const {
     if (!algebraic_ && gathered_.count == 0) bed_.press(scan_first_, scan_last_, pressure_pa_);
     return pressure_pa_;
@@ -99,7 +100,7 @@ class Plant {
   }
 
  private:
-  /// Level L0, where texture is linear.
+  /// Level L0, with linear texture.
   struct Algebraic {
     AlgebraicProbe probe;
     LinearTexture texture;
@@ -108,7 +109,7 @@ class Plant {
     std::array<double, pad_count> pad_heights_m{};
     double unworn = 1;
   };
-  /// What waits, at L1 with a long step, for the next balance.
+  /// Motion and conversions that wait for the next balance, at L1 with a long step.
   struct Gathered {
     struct Conversion {
       int stage;
@@ -116,9 +117,9 @@ class Plant {
       double after_s;
     };
     bool moved = false;
-    Pose pose;        ///< where the stages are
+    Pose pose;        ///< pose of the stages
     double dt_s = 0;  ///< since the last balance
-    int count = 0;    ///< of the conversions
+    int count = 0;    ///< number of conversions
     std::array<Conversion, pad_timing::stages> conversions;
   };
   void listen(const Patch& patch, TimePoint now);
@@ -142,17 +143,17 @@ class Plant {
   std::optional<DynamicContact> dynamic_;
   std::optional<SoundingContact> sounding_;
   ContactState contact_;
-  std::uint64_t mounted_ = 0;  ///< Patch::mounted of what lies there
+  std::uint64_t mounted_ = 0;  ///< Patch::mounted of the mounted patch
   Wear wear_;
   double dose_pa_m_ = 0;
-  Vector2 rubbed_to_m_{};  ///< the stages when the dose was last counted
-  mutable PadBed bed_;     ///< at L1 and above; makes texture where it is looked at
+  Vector2 rubbed_to_m_{};  ///< stage position at the last count of the dose
+  mutable PadBed bed_;     ///< at L1 and above; creates texture where it is needed
   PadArray pads_;
-  mutable std::array<double, pad_count> pressure_pa_{};  ///< of pads that wait: not yet
+  mutable std::array<double, pad_count> pressure_pa_{};  ///< pads that wait have their old value
   std::uint64_t scan_frame_ = 0;  // stages [first, last) of it wait for their counts
   int scan_first_ = 0, scan_last_ = 0;
   Gathered gathered_;
-  /// A scan has steps of two lengths: what relaxes over them is kept.
+  /// A scan has steps of two lengths; their relaxation is kept.
   struct PreparedStep {
     double dt_s;
     RelaxationStep relaxation;

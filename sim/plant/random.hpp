@@ -1,6 +1,6 @@
 #pragma once
-// Seeded numbers that are the same on every machine and standard library. A stream is named by
-// mixing the seeds of what it belongs to, so that drawing more of one never shifts another.
+// Seeded random numbers that are equal on every machine and standard library. The seed of a stream
+// is mixed from the seeds of its owners, so that more draws of one never shift another.
 
 #include <cmath>
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace weft::sim {
 
-/// A step of SplitMix64: every bit of the input moves every bit.
+/// A step of SplitMix64: every bit of the input affects every bit.
 constexpr std::uint64_t scramble(std::uint64_t x) {
   return splitmix64_finish(x + splitmix64_gamma);
 }
 
-/// The seed of a part of something: order matters.
+/// The seed of a part; the order of the arguments matters.
 constexpr std::uint64_t mix(std::uint64_t whole, std::uint64_t part) {
   return scramble(scramble(whole) ^ (part * 0xD6E8FEB86659FD93ULL));
 }
 
-/// FNV-1a, for streams that are named in words.
+/// FNV-1a, for streams with names.
 constexpr std::uint64_t mix(std::uint64_t whole, std::string_view part) {
   return mix(whole, fnv1a(part));
 }
@@ -37,9 +37,9 @@ class Random {
   }
   /// In [0, 1).
   constexpr double uniform() { return uniform_of(bits()); }
-  /// The same of 64 random bits, of which the lowest eleven take no part.
+  /// The same from 64 random bits; the lowest eleven are not used.
   static constexpr double uniform_of(std::uint64_t bits) {
-    // From a signed number: processors have an instruction for those.
+    // From a signed number, because processors have an instruction for it.
     return static_cast<double>(static_cast<std::int64_t>(bits >> 11)) * 0x1.0p-53;
   }
   constexpr double uniform(double low, double high) { return low + (high - low) * uniform(); }

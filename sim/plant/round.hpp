@@ -6,10 +6,10 @@
 
 namespace weft::sim {
 
-/// The whole number nearest to `x`; halves go away from zero. Sign of zero, infinities and NaN as
-/// std::round has them.
+/// The nearest whole number; halves are rounded away from zero. Sign of zero, infinities and NaN
+/// are those of std::round.
 inline double nearest_whole(double x) {
-  constexpr double all_whole = 4503599627370496;  // 2^52: from there on every double is
+  constexpr double all_whole = 4503599627370496;  // 2^52: every double above is whole
   if (!(std::abs(x) < all_whole)) return x;
   const auto towards_zero = static_cast<double>(static_cast<std::int64_t>(x));
   const double left = x - towards_zero;  // exact

@@ -12,7 +12,7 @@ void Stage::adopt(const Profile& profile, TimePoint now) {
   resting_.reset();
   profile_ = profile;
   start_ = now;
-  // One tick later than the rounded end: the profile has ended for certain.
+  // One tick later than the rounded end, so that the profile has certainly ended.
   end_ = profile.duration_s() > 0 ? now + from_seconds(profile.duration_s()) + Duration(1) : now;
 }
 
@@ -49,11 +49,11 @@ Profile Profile::to_target(double position, double velocity, double target,
   Profile profile(position);
   profile.velocity_ = velocity;
   profile.target_ = target;
-  // Where braking now would end decides which way the rest of the move goes.
+  // The end of braking now determines the direction of the rest of the move.
   const double a = limits.acceleration;
   const double stop = position + velocity * std::abs(velocity) / (2 * a);
   const double direction = target >= stop ? 1 : -1;
-  const double distance = direction * (target - position);  // may be negative: overshoot, come back
+  const double distance = direction * (target - position);  // may be negative: overshoot and return
   const double v0 = direction * velocity;                   // negative: moving away first
   // Peak of the symmetric move that ends at rest: v^2 = a distance + v0^2/2.
   const double peak = std::sqrt(std::max(0.0, a * distance + v0 * v0 / 2));
@@ -70,8 +70,8 @@ Profile Profile::to_target(double position, double velocity, double target,
   return profile;
 }
 
-/// Seven pieces of constant jerk: the acceleration rises for `jerk_s`, is back at zero after
-/// `ramp_s`, and the way down is the way up mirrored.
+/// Seven segments of constant jerk: the acceleration rises for `jerk_s` and is back at zero after
+/// `ramp_s`. The deceleration mirrors the acceleration.
 Profile Profile::s_curve(double position, double target, const MotionLimits& limits) {
   Profile profile(position);
   profile.target_ = target;
@@ -80,7 +80,7 @@ Profile Profile::s_curve(double position, double target, const MotionLimits& lim
   const double v = limits.speed, a = limits.acceleration, j = limits.jerk;
   double jerk_s = std::min(a / j, std::sqrt(v / j));
   double ramp_s = jerk_s + (v * j >= a * a ? v / a : jerk_s);
-  if (distance < v * ramp_s) {  // too short for the speed, perhaps for the acceleration too
+  if (distance < v * ramp_s) {  // too short for the speed, possibly also for the acceleration
     jerk_s = std::min(a / j, std::cbrt(distance / (2 * j)));
     ramp_s = jerk_s < a / j ? 2 * jerk_s
                             : 0.5 * jerk_s + std::sqrt(0.25 * jerk_s * jerk_s + distance / a);

@@ -1,5 +1,5 @@
 #pragma once
-// One motorised stage: where its motor is, exactly and at any time, and where its carriage is.
+// One motorised stage: the exact position of its motor at any time, and that of its carriage.
 
 #include <array>
 #include <cstddef>
@@ -10,32 +10,33 @@
 namespace weft::sim {
 
 // A point-to-point move with limited speed and acceleration, in closed form: position and velocity
-// at any time, from any initial velocity; from rest with limited jerk too. Works in metres or
+// at any time, from any initial velocity; from rest also with limited jerk. Works in metres or
 // radians. Source: docs/reference/plant.md, Contact law and Closed forms (7).
 
 struct MotionLimits {
   double speed = 1;         ///< [1/s], > 0
   double acceleration = 1;  ///< [1/s2], > 0
-  double jerk = 0;          ///< [1/s3]; 0 lets the acceleration jump: a trapezoid of velocity
+  double jerk = 0;          ///< [1/s3]; 0: the acceleration jumps (trapezoid of velocity)
 };
 
 class Profile {
  public:
-  /// Stands at `position`.
+  /// At rest at `position`.
   explicit Profile(double position = 0) : position_(position), target_(position) {}
-  /// From `position` with `velocity` to rest at `target`: brakes, turns round, cruises as needed. A
+  /// From `position` with `velocity` to rest at `target`: brakes, reverses, cruises as needed. A
   /// move too short to reach the speed limit is a triangle. With a jerk limit a move from rest is
-  /// an S-curve; one that is re-planned on its way is a trapezoid still.
+  /// an S-curve; a move that is re-planned during motion remains a trapezoid.
   static Profile to_target(double position, double velocity, double target,
                            const MotionLimits& limits);
   /// From `velocity` to rest as soon as the acceleration allows.
   static Profile to_rest(double position, double velocity, double acceleration);
 
-  /// `t_s` is counted from the start of the profile; before it and after the end it stands.
+  /// `t_s` is counted from the start of the profile; before it and after the end there is no
+  /// motion.
   [[nodiscard]] double position(double t_s) const;
   [[nodiscard]] double velocity(double t_s) const;
   [[nodiscard]] double duration_s() const { return duration_s_; }
-  /// Where it stands after its end.
+  /// Position after the end.
   [[nodiscard]] double target() const { return target_; }
 
  private:
@@ -66,9 +67,9 @@ class Profile {
 struct StageParams {
   double low = 0;  ///< travel
   double high = 0;
-  double start = 0;       ///< when the power comes on
-  double quantum = 1e-6;  ///< the carriage stands on multiples of this; 0 switches it off
-  double backlash = 0;    ///< play between motor and carriage; 0 switches it off
+  double start = 0;       ///< position at power-on
+  double quantum = 1e-6;  ///< the carriage moves in multiples of this; 0: continuously
+  double backlash = 0;    ///< play between motor and carriage; 0: none
 };
 
 class Stage {
@@ -76,10 +77,10 @@ class Stage {
   explicit Stage(const StageParams& params)
       : params_(params), profile_(params.start), carriage_(params.start) {}
 
-  /// Plans from where the motor is at `now`, with the velocity it has, to `target` held inside the
-  /// travel. Replaces what was planned. `limits` must be positive.
+  /// Plans a move from the motor's position and velocity at `now` to `target`, limited to the
+  /// travel. Replaces the former plan. `limits` must be positive.
   void move_to(double target, const MotionLimits& limits, TimePoint now);
-  /// Brakes with `acceleration`; 0 stops dead.
+  /// Brakes with `acceleration`; 0 stops at once.
   void stop(double acceleration, TimePoint now);
 
   /// Motor position and velocity, for controllers.
@@ -92,8 +93,8 @@ class Stage {
   [[nodiscard]] TimePoint end() const { return end_; }
   [[nodiscard]] const StageParams& params() const { return params_; }
 
-  /// Where the carriage is, for physics. With backlash the path since the last settle() must have
-  /// been one-way, or longer than the play.
+  /// Position of the carriage, for physics. With backlash the path since the last settle() must
+  /// have been one-way, or longer than the play.
   [[nodiscard]] double carriage(TimePoint t) const {
     return is_settled(t) ? *resting_ : quantised(dragged(t));
   }
@@ -106,7 +107,7 @@ class Stage {
 
  private:
   [[nodiscard]] double since_start_s(TimePoint t) const { return to_seconds(t - start_); }
-  /// Nothing moves from `end_` to the next plan: the carriage is where it was then.
+  /// Nothing moves between `end_` and the next plan: the carriage keeps its position.
   [[nodiscard]] bool is_settled(TimePoint t) const { return resting_ && t >= end_; }
   [[nodiscard]] double dragged(TimePoint t) const;
   [[nodiscard]] double quantised(double carriage) const;
@@ -116,8 +117,8 @@ class Stage {
   Profile profile_;
   TimePoint start_{};
   TimePoint end_{};
-  double carriage_;                ///< before the quantum
-  std::optional<double> resting_;  ///< carriage() from `end_` on, where it is known
+  double carriage_;                ///< before quantisation
+  std::optional<double> resting_;  ///< carriage() from `end_` on, if known
 };
 
 }  // namespace weft::sim

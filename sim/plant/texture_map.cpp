@@ -34,13 +34,13 @@ constexpr Disc make_disc() {
 
 constexpr Disc disc = make_disc();
 
-/// Four cells' numbers.
+/// The numbers of four cells.
 using Cells = std::int32_t __attribute__((vector_size(simd::width * sizeof(std::int32_t))));
 
 constexpr int tile_bits = 5;
 static_assert(TextureMap::tile_cells == 1 << tile_bits);
 
-/// Of a number that an int can hold; std::floor is a call before SSE4.1.
+/// Floor of a number within int; std::floor is a call before SSE4.1.
 int floor_of(double x) {
   const int towards_zero = static_cast<int>(x);
   return towards_zero - (x < towards_zero ? 1 : 0);
@@ -167,7 +167,7 @@ void TextureMap::fill_strip(Strip& strip, HeightField::Axis axis, int index) con
   }
 }
 
-/// Each point from the last by a rotation: no trigonometry.
+/// Each point is the last one rotated: no trigonometry.
 void TextureMap::fill_straight(const HeightField::Term& term, HeightField::Axis axis,
                                double origin_m, float* cosine, float* sine) const {
   const double turn = (axis == HeightField::Axis::u ? term.ku : term.kv) * cell_m;
@@ -198,7 +198,7 @@ void TextureMap::synthesise(const Strip& u, const Strip& v) {
   for (std::size_t j = 0; j < window; ++j) {
     float* out = &raw_[j * padded];
     std::fill_n(out, padded, -log_mean_);
-    // Two terms a pass halve the traffic on the row of sums; the number of terms is even.
+    // Two terms per pass halve the memory traffic of the row of sums; the number of terms is even.
     for (std::size_t k = 0; k < terms; k += 2) {
       const std::size_t first = k * padded, second = first + padded;
       const float c1 = v.cosine[first + j], s1 = v.sine[first + j];
@@ -218,7 +218,7 @@ void TextureMap::average(float* out) {
   for (std::size_t j = 0; j < window; ++j)
     for (std::size_t i = 0; i < padded; ++i)
       prefix_[(j + 1) * padded + i] = prefix_[j * padded + i] + raw_[j * padded + i];
-  constexpr std::size_t lane = padded - 2 * disc_cells;  // outputs and what fills the last vector
+  constexpr std::size_t lane = padded - 2 * disc_cells;  // outputs and padding of the last vector
   static_assert(lane >= outputs);
   for (std::size_t j = 0; j < outputs; ++j) {
     float sum[lane] = {};
@@ -295,7 +295,7 @@ void PadBed::press(int first, int last, Values& pressure_pa) {
     if (touching[pad]) pressure_pa[pad] = pressed_pa[pad];
 }
 
-/// From the face's centre to each pad, and into the yarns' frame.
+/// From the face's centre to each pad, and into the frame of the yarns.
 WEFT_SIM_CLONES void PadBed::place(const Law& law, Faces& faces, Values& u_m, Values& v_m) {
   using simd::Lanes, simd::load, simd::store;
   for (std::size_t i = 0; i < pad_count; i += simd::width) {
@@ -306,8 +306,8 @@ WEFT_SIM_CLONES void PadBed::place(const Law& law, Faces& faces, Values& u_m, Va
   }
 }
 
-/// A disc's average of e^{(1 - w) h/lambda} is that of e^{h/lambda} to the power 1 - w but for
-/// w (1 - w) of half the variance within the disc.
+/// A disc's average of e^{(1 - w) h/lambda} is nearly that of e^{h/lambda} to the power 1 - w. The
+/// difference is w (1 - w) of half the variance within the disc.
 WEFT_SIM_CLONES void PadBed::flatten(double kept, Values& texture) {
   using simd::load, simd::store;
   for (std::size_t i = 0; i < pad_count; i += simd::width)

@@ -1,8 +1,9 @@
 #pragma once
-// What the surface does to the pads: PadBed has the pressure of all 16 at their conversions,
-// TextureMap the average of e^{h/lambda} over a pad's disc, on a 50 um grid, computed in square
-// tiles only where a pad goes. Divided by the mean over the whole cloth, so that a smooth cloth
-// gives 1. The disc is made of square cells: its transfer function is within 0.7 % of full scale of
+// Effect of the surface on the pads. PadBed has the pressure of all 16 at their conversions.
+// TextureMap has the average of e^{h/lambda} over a pad's disc, on a 50 um grid, computed in square
+// tiles only where a pad passes. It is divided by the mean over the whole fabric, so that a smooth
+// fabric gives 1. The disc consists of square cells: its transfer function is within 0.7 % of full
+// scale of the true disc's. Source: docs/reference/plant.md, Pads on a surface.
 // the true disc's. Source: docs/reference/plant.md, Pads on a surface.
 
 #include <array>
@@ -26,7 +27,7 @@ class TextureMap {
   static constexpr double cell_m = 50e-6;
   static constexpr int disc_cells = 20;  ///< radius 1 mm
 
-  /// Remembers the tile of the last look-up of one pad.
+  /// Caches the tile of one pad's last look-up.
   struct Cursor {
     int column = INT_MIN;
     int row = INT_MIN;
@@ -34,13 +35,13 @@ class TextureMap {
   };
 
   TextureMap() = default;
-  /// The indentation scale `lambda_m` of the trial's cloth must be positive.
+  /// `lambda_m`: indentation scale of the trial's fabric, > 0.
   TextureMap(HeightField field, double lambda_m);
 
-  /// Disc average at a point of the yarns' frame, bilinear between cells. Pads further than 100 m
-  /// from the origin are held there.
+  /// Disc average at a point of the frame of the yarns, bilinear between cells. Positions further
+  /// than 100 m from the origin are clamped.
   double response(double u_m, double v_m, Cursor& cursor);
-  /// The same at many points side by side, of which only those that are `sampled` for make tiles.
+  /// The same at many points at once; only `sampled` points create tiles.
   template <std::size_t n>
   void responses(const std::array<double, n>& u_m, const std::array<double, n>& v_m,
                  const std::array<bool, n>& sampled, std::array<Cursor, n>& cursors,
@@ -53,9 +54,9 @@ class TextureMap {
 
  private:
   static constexpr int outputs = tile_cells + 1;           // one more for the interpolation
-  static constexpr int window = outputs + 2 * disc_cells;  // raw cells that they average
+  static constexpr int window = outputs + 2 * disc_cells;  // raw cells under the average
   static constexpr int padded = (window + 15) / 16 * 16;   // whole vectors
-  /// cos and sin of every term along one side of a tile's window; v's carry amplitude/lambda.
+  /// cos and sin of every term along one side of a tile's window; v's include amplitude/lambda.
   struct Strip {
     std::vector<float> cosine, sine;
   };
@@ -81,37 +82,39 @@ class TextureMap {
   std::vector<float> prefix_;  // (window + 1) x padded: running sums along v
 };
 
-/// The cloth under the 16 pads: what each presses with at its conversion. Pads are converted two at
-/// a time while the face moves on, and their pressures are computed side by side when a scan is
-/// done. Source: docs/reference/plant.md, Pads on a surface and Pad effects.
+/// The fabric under the 16 pads: the pressure of each at its conversion. Pads are converted two at
+/// a time while the face moves, and their pressures are computed together at the end of a scan.
+/// Source: docs/reference/plant.md, Pads on a surface and Pad effects.
 class PadBed {
  public:
   using Values = std::array<double, pad_count>;
 
   PadBed() = default;
-  /// `skew_rad` turns the yarns' frame on the plate, whose origin is `offset_*_m` from the cloth's.
+  /// `skew_rad` turns the frame of the yarns on the plate; its origin is `offset_*_m` from the
+  /// fabric's.
   PadBed(const ContactMaterial& material, HeightField field, double skew_rad, double offset_x_m = 0,
          double offset_y_m = 0);
-  /// The same cloth as it lies, at another place of it.
+  /// The same mounted fabric at another place.
   void move(const Waviness& waviness, double offset_x_m, double offset_y_m);
-  /// How far each pad reaches further into the cloth than the face.
+  /// Height of each pad above the face, which adds to its indentation.
   void set_heights(const Values& height_m) { heights_m_ = height_m; }
-  /// The surface is worn: of the logarithm of its response the share `kept` is left, in [0, 1].
+  /// Wear of the surface: the share `kept` in [0, 1] of the logarithm of its response remains.
   void set_unworn(double kept) { unworn_ = kept; }
 
-  /// The two pads of a stage are converted with the face as it is in `contact`.
+  /// The two pads of a stage are converted with the face in the state `contact`.
   void remember(int stage, const ContactState& contact);
-  /// The same with the stages at `pose`, at a share of the time between two states in which the
-  /// face touches and leans alike.
+  /// The same with the stages at `pose`, at the fraction `share` of the time between two states in
+  /// which the face touches and its slope is equal.
   void remember(int stage, const Pose& pose, const ContactState& before, const ContactState& after,
                 double share);
-  /// Pressure of the pads of stages [first, last) as they were remembered [Pa]; others keep theirs.
+  /// Pressure of the pads of stages [first, last) from the remembered states [Pa]; others do not
+  /// change.
   void press(int first, int last, Values& pressure_pa);
 
   [[nodiscard]] std::size_t tiles() const { return texture_.tiles(); }
 
  private:
-  /// The face when each pad was converted; a load ratio of 0 where it did not touch.
+  /// The face at each pad's conversion; load ratio 0 without contact.
   struct Faces {
     Values x_m, y_m, indentation_m, slope_x, slope_y, load_ratio;
   };

@@ -8,14 +8,14 @@ namespace {
 
 constexpr double held_share_of_slack = 0.25;
 
-/// A probe that hangs at the slack's lower end touches this much earlier.
+/// A probe that hangs at the lower end of the slack touches earlier by the slack.
 ContactGeometry hanging(ContactGeometry geometry, const Mount& mount) {
   geometry.plate_z_m -= mount.slack_m;
   return geometry;
 }
 
-/// The map averages e^{h/scale}, which is linear to h/(2 scale): a scale far above the surface's
-/// roughness leaves 0.2 %, and float's rounding is still 1e-4 of the roughness.
+/// The map averages e^{h/scale}, which is linear to h/(2 scale). A scale far above the surface's
+/// roughness leaves an error of 0.2 %; the rounding of float is then still 1e-4 of the roughness.
 constexpr double scale_per_rms = 250;
 
 double rms_m(const HeightField& field) {

@@ -1,25 +1,26 @@
 #pragma once
-// Level L0 on a bench: the probe in its mount. Within the slack the cloth carries the probe's
-// weight, as in phase S; as soon as the mount begins to push, the force is the set point, at once
-// and exactly. So a force loop finds its set point without a transient: what a controller does, how
-// stiff the cloth is and how it relaxes is not there to be seen.
+// Level L0 on a bench: the probe in its mount. Within the slack the fabric carries the probe's
+// weight, as in phase S. As soon as the mount pushes, the force is the set point, at once and
+// exactly. A force loop therefore finds its set point without a transient. The effects of a
+// controller, of the stiffness and of the relaxation of the fabric are not simulated.
 
 #include "sim/plant/contact.hpp"
 #include "sim/plant/texture_map.hpp"
 
 namespace weft::sim {
 
-// Level L0: once the face has reached the cloth, the force is the set-point. No memory, no
-// controller, no pre-sliding; pads see the surface through a linear filter, their disc. Good for
-// mean levels and periodicities of cloths whose surface is flat against lambda (2 % at a/lambda =
-// 0.3, 27 % at 1). Source: docs/reference/plant.md, Pads on a surface and Levels.
+// Level L0: once the face has reached the fabric, the force is the set point. There is no memory,
+// no controller and no pre-sliding; pads read the surface through a linear filter, their disc. It
+// is valid for mean levels and periodicities of fabrics with a surface that is flat against lambda
+// (error 2 % at a/lambda = 0.3, 27 % at 1). Source: docs/reference/plant.md, Pads on a surface and
+// Levels.
 
 /// Mean height under a pad's disc: each wave of the surface times 2 J1(k R)/(k R).
 class LinearTexture {
  public:
   explicit LinearTexture(const HeightField& field);
 
-  /// Above the cloth's mean, at a point of the yarns' frame [m].
+  /// Height above the fabric's mean, at a point of the frame of the yarns [m].
   double height_m(double u_m, double v_m, TextureMap::Cursor& cursor);
   [[nodiscard]] std::size_t tiles() const { return map_.tiles(); }
 
@@ -30,15 +31,15 @@ class LinearTexture {
 
 class AlgebraicContact {
  public:
-  /// `set_point_n` >= 0 is the normal force of every pose that reaches the cloth.
+  /// `set_point_n` >= 0 is the normal force of every pose that reaches the fabric.
   AlgebraicContact(const ContactGeometry& geometry, const ContactMaterial& material,
                    double set_point_n);
 
-  /// The state at `to`: of `from` only the direction of the last motion is used, and that only to
-  /// know where friction points while the probe stands. A pose that is not `reachable` changes
+  /// The state at `to`. From `from` only the direction of the last motion is used, for the
+  /// direction of friction while the probe does not move. A pose that is not `reachable` changes
   /// nothing.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to) const;
-  /// Pressure at an offset from the face's centre, linear in the local height; not below 0 [Pa].
+  /// Pressure at an offset from the face's centre, linear in the local height; at least 0 [Pa].
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,
                                    double height_m) const;
 
@@ -55,9 +56,10 @@ class AlgebraicProbe {
   AlgebraicProbe(const ContactGeometry& geometry, const Mount& mount,
                  const ContactMaterial& material, double set_point_n);
 
-  /// The state at `to`. Of `from`: the direction of the last motion, and whether the probe was
-  /// pressed. A pressed probe stays so until the stage has gone back by a quarter of the slack, or
-  /// a loop that stands on the border would switch the force with every wave of the cloth.
+  /// The state at `to`. `from` gives the direction of the last motion, and whether the probe was
+  /// pressed. A pressed probe stays pressed until the stage has gone back by a quarter of the
+  /// slack. Otherwise, with the loop at the border, every wave of the fabric would switch the
+  /// force.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to) const;
   /// As AlgebraicContact::pressure_pa.
   [[nodiscard]] double pressure_pa(const ContactState& state, double dx_m, double dy_m,

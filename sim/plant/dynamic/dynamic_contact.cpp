@@ -11,12 +11,12 @@ namespace weft::sim {
 namespace {
 
 constexpr double longest_s = 3600;
-constexpr double shortest_s = 1e-12;          // below this a step of the stages is a jump
-constexpr double largest_pressure_pa = 1e12;  // the law is held there: nothing presses so hard
-constexpr int most_cuts = 8;          // events in one substep; more is chatter and is stepped over
-constexpr int event_iterations = 60;  // 4 to 6 in use
-constexpr double event_exponent = 1e-9;  // s at which an event counts as located
-constexpr double least_share = 1e-9;     // of a substep; an event nearer to its ends is at the end
+constexpr double shortest_s = 1e-12;          // a shorter step of the stages is a jump
+constexpr double largest_pressure_pa = 1e12;  // upper limit of the law; no bench presses so hard
+constexpr int most_cuts = 8;             // events in one substep; more are chatter and are skipped
+constexpr int event_iterations = 60;     // 4 to 6 in use
+constexpr double event_exponent = 1e-9;  // |s| at which an event counts as located
+constexpr double least_share = 1e-9;     // of a substep; an event nearer to an end is at the end
 
 Status check_geometry(const ContactGeometry& geometry) {
   return check_bounds("geometry",
@@ -121,7 +121,7 @@ ContactState DynamicContact::step(const ContactState& from, const Pose& to, doub
   return finish(from, to, motion, path, dt_s);
 }
 
-/// The whole step, from one instant to the next.
+/// Moves through the whole step, from one instant to the next.
 void DynamicContact::travel(Motion& motion, const Approach& path, double dt_s,
                             const Instants& instants, std::span<SlidingContact> at) const {
   double t_s = 0;
@@ -156,7 +156,7 @@ void DynamicContact::go(Motion& motion, const Approach& path, double t_s, const 
   for (double i = 0; i < leg.substeps; ++i) advance(motion, path, t_s + i * leg.span.h_s, leg.span);
 }
 
-/// `length_s` on from `t_s`, in substeps as the integrator has them.
+/// Moves on by `length_s` from `t_s`, in substeps of the integrator.
 void DynamicContact::cover(Motion& motion, const Approach& path, double t_s,
                            double length_s) const {
   const double step_s = std::max(params_.step_s, length_s / most_substeps);
@@ -195,12 +195,12 @@ double DynamicContact::stiffness_n_m(double normal_n) const {
 Approach DynamicContact::approach(const ContactState& from, const Pose& to, double dt_s) const {
   const bool jump = !(dt_s >= shortest_s);
   const double per_s = jump ? 0 : 1 / dt_s, lambda_m = material_.law.lambda_m;
-  // In a jump the probe stays in the room, and the lag takes the stages' jump.
+  // In a jump the probe keeps its position, and the lag changes by the stages' jump.
   Vector2 lag = from.lag_m;
   if (jump) lag = {lag[0] + to.x_m - from.pose.x_m, lag[1] + to.y_m - from.pose.y_m};
   const Vector2 moved{to.x_m - from.pose.x_m, to.y_m - from.pose.y_m};
-  // One plane for the whole step touches the waves where its middle will be, so that the planes of
-  // successive steps meet to the third order.
+  // One plane for the whole step touches the waves at the middle of the step, so that the planes of
+  // successive steps agree to the third order.
   const double share = jump ? 0 : 0.5;
   Pose middle = from.pose;
   middle.x_m += share * moved[0] - from.lag_m[0];
@@ -275,12 +275,12 @@ ContactState DynamicContact::finish(const ContactState& from, const Pose& to, co
 
 Vector2 DynamicContact::friction_n(const Motion& motion, const Approach& approach) const {
   if (!(motion.normal_n > 0)) return {};
-  NearPower power = motion.power;  // a look leaves no trace in the motion
+  NearPower power = motion.power;  // a copy: the motion must not change
   return friction(motion.normal_n, power)
       .force_n(motion.glide.bristle, sum(1, approach.stage_mps, 1, motion.glide.room_mps));
 }
 
-/// One substep, cut where the face touches or leaves the cloth.
+/// One substep, divided at the point where the face touches or leaves the fabric.
 void DynamicContact::advance(Motion& motion, const Approach& approach, double t_s,
                              const Span& whole) const {
   const double first_share = Span::first_share(params_.integrator);
@@ -303,13 +303,14 @@ void DynamicContact::advance(Motion& motion, const Approach& approach, double t_
   glide(motion, approach, left_s, pressed);
 }
 
-/// The share of the substep after which s = 0: false position with Illinois' weights.
+/// The fraction of the substep at which s = 0: false position with Illinois' weights.
 double DynamicContact::event_share(const Motion& motion, const Approach& approach, double t_s,
                                    double h_s, double exponent_at_end) const {
   const double first_share = Span::first_share(params_.integrator);
   const double at_begin =
       (motion.z_m - approach.touch_at(t_s, motion.glide.lag_m)) * law_.per_lambda;
-  if (!(at_begin * exponent_at_end < 0)) return 0;  // the last event is where this substep begins
+  if (!(at_begin * exponent_at_end < 0))
+    return 0;  // the last event is at the start of this substep
   double low = 0, high = 1, at_low = at_begin, at_high = exponent_at_end, share = 0;
   bool was_low = false;
   for (int i = 0; i < event_iterations; ++i) {
@@ -328,7 +329,7 @@ double DynamicContact::event_share(const Motion& motion, const Approach& approac
 
 LuGre DynamicContact::friction(double normal_n, NearPower& power) const {
   const Friction& friction = material_.friction;
-  // Quotients of constants do not wait for the load.
+  // Quotients of constants can be computed before the load is known.
   const double per_load = 1 / friction.reference_load_n;
   const double mass_per_length = law_.mount.mass_kg / friction.bristle_length_m;
   const double kinetic_n = normal_n > 0 ? kinetic_at_reference_n_ * power(normal_n * per_load) : 0;
@@ -340,7 +341,7 @@ LuGre DynamicContact::friction(double normal_n, NearPower& power) const {
           .viscous_n_s_m = normal_n > 0 ? params_.viscous_n_s_m : 0};
 }
 
-/// The substep along x and y, and what press() has found along z.
+/// The substep along x and y, together with the result of press() along z.
 void DynamicContact::glide(Motion& motion, const Approach& approach, double h_s,
                            const Pressed& pressed) const {
   if (!(h_s > 0)) return;

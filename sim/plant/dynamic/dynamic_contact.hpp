@@ -1,10 +1,10 @@
 #pragma once
-// Level L2 of the probe on the cloth: inertia, LuGre friction, touch-down and lift-off. Same cloth,
-// mount and waviness as level L1 (contact.hpp), which it goes over into when the motion is slow.
+// Level L2 of the probe on the fabric: inertia, LuGre friction, touch-down and lift-off. Fabric,
+// mount and waviness are those of level L1 (contact.hpp). For slow motion it converges to L1.
 //
-// Along z the probe moves in the room (PressStage), along x and y it lags behind the stages
-// (GlideLaw, lugre.hpp). The two are coupled at the step's middle: the normal force there sets the
-// friction, the face's place there the cloth's height.
+// Along z the probe moves in the bench frame (PressStage); along x and y it lags behind the stages
+// (GlideLaw, lugre.hpp). The two are coupled at the middle of the step: the normal force there
+// determines the friction, and the face's position there the height of the fabric.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,29 +17,29 @@
 
 namespace weft::sim {
 
-/// Memory of the cloth at the instant from which a stage starts.
+/// Memory of the fabric at the start of a stage.
 struct PressMemory {
-  double exponent = -1e9;  ///< s; above 0 the cloth is touched
-  double growth = 0;       ///< e^s while touched, 1 at first touch
+  double exponent = -1e9;  ///< s; above 0: contact
+  double growth = 0;       ///< e^s in contact, 1 at first touch
   double branch = -1;
   RelaxationState relaxation;
 };
 
-/// What is the same in all stages.
+/// Constants of all stages.
 struct PressLaw {
   double lambda_m = 1;
-  double top_n = 0;               ///< law's force per unit of e^s - 1: face area times p_s
-  double largest_exponent = 700;  ///< the law stays there beyond
+  double top_n = 0;               ///< force of the law per unit of e^s - 1: face area times p_s
+  double largest_exponent = 700;  ///< the law is constant above
   Hysteresis hysteresis;
   Mount mount;
   double damper_n_s_m = 0;
-  // What of the above is divided by in every evaluation.
+  // Precomputed quotients of the above.
   double per_lambda = 1 / lambda_m, per_length = 1 / hysteresis.length;
   double turn = hysteresis.eta / (1 + hysteresis.eta);
 
-  /// e^s, held at the largest exponent.
+  /// e^s, limited at the largest exponent.
   [[nodiscard]] double growth(const PressMemory& memory, double s) const;
-  /// Of the hysteresis.
+  /// Branch of the hysteresis.
   [[nodiscard]] double branch(const PressMemory& memory, double s) const;
   /// branch_factor(): (1 + eta b)/(1 + eta).
   [[nodiscard]] double factor(double branch) const { return 1 + turn * (branch - 1); }
@@ -52,24 +52,24 @@ struct PressRates {
 };
 
 /// One implicit stage of the probe's motion along z: Newton's law at one instant,
-///   m a = weight + mount force + damper - cloth force,
-/// with velocity and acceleration linear in the displacement d that is looked for. Implicit
-/// midpoint and both stages of TR-BDF2 have this form, with the cloth's memory advanced exactly to
-/// that instant. The residual falls monotonically in d, so that there is one root at any step.
+///   m a = weight + mount force + damper - fabric force,
+/// with velocity and acceleration linear in the unknown displacement d. Implicit midpoint and both
+/// stages of TR-BDF2 have this form, with the memory of the fabric advanced exactly to that
+/// instant. The residual decreases monotonically in d, so that there is one root for any step.
 struct PressStage {
   const PressLaw& law;
   const PressMemory& memory;
-  const RelaxationStep& relaxation;  ///< from the memory's instant to this one
-  double z_m, stage_z_m, stage_mps;  ///< z: of the probe, from which d counts
-  double exponent_at_z;              ///< s that d = 0 would have at this instant
+  const RelaxationStep& relaxation;  ///< from the instant of the memory to this one
+  double z_m, stage_z_m, stage_mps;  ///< z of the probe, from which d counts
+  double exponent_at_z;              ///< s at this instant for d = 0
   PressRates rates;
 
   struct Value {
     double residual_n, slope_n_m;
-    double exponent, growth, elastic_n, force_n, branch;  ///< of the cloth
+    double exponent, growth, elastic_n, force_n, branch;  ///< of the fabric
   };
 
-  /// The root and what belongs to it; `d_m` holds the guess and becomes the root.
+  /// The root and its values; `d_m` is the guess and becomes the root.
   Value solve(double& d_m) const;
 
  private:
@@ -79,17 +79,17 @@ struct PressStage {
 };
 
 enum class Integrator : std::uint8_t {
-  midpoint,  ///< implicit midpoint with exact memory: keeps undamped motion; for steps that resolve
-  tr_bdf2,   ///< L-stable: damps what the step does not resolve; for coarse steps
-  adaptive   ///< implicit midpoint whose substeps are longer where the contact is calm
+  midpoint,  ///< implicit midpoint with exact memory: preserves undamped motion; for fine steps
+  tr_bdf2,   ///< L-stable: damps motion that the step does not resolve; for coarse steps
+  adaptive   ///< implicit midpoint with longer substeps while the contact is calm
 };
 
-/// What level L2 knows beyond L1: the probe's inertia, its guide, and friction that falls with
-/// speed. Source: docs/reference/plant.md, Contact law, Friction, Integrators.
+/// Parameters of level L2 beyond L1: the probe's inertia, its guide, and friction that decreases
+/// with speed. Source: docs/reference/plant.md, Contact law, Friction, Integrators.
 struct DynamicsParams {
-  /// Substeps are equal and at most this long; nothing else depends on it. Of the adaptive
-  /// integrator: their length while the probe swings. A sixteenth of a pad's conversion
-  /// (tests/bench/plant_levels.cc has its error and its price).
+  /// Upper limit of the equal substeps; nothing else depends on it. For the adaptive integrator it
+  /// is their length while the probe oscillates. The default is a sixteenth of a pad's conversion
+  /// (error and cost: tests/bench/plant_levels.cc).
   double step_s = 192e-6;
   Integrator integrator = Integrator::adaptive;
   double normal_damping = 0.05;        ///< ratio of the mount's spring with the probe's mass [E]
@@ -97,29 +97,30 @@ struct DynamicsParams {
   double lateral_damping = 0.05;       ///< ratio, as above [E]
   double static_ratio = 1.2;           ///< F_S/F_C, 1.1 to 1.3 [E]
   double stribeck_speed_mps = 5e-3;    ///< v_s, 1 to 10 mm/s [E]
-  /// Speed at which the cloth's friction was measured: there Friction::sliding_n holds (KES-FB4
+  /// Speed of the measurement of the fabric's friction: Friction::sliding_n is valid there (KES-FB4
   /// moves at 1 mm/s [E]).
   double friction_speed_mps = 1e-3;
   double bristle_damping = 0.3;  ///< ratio of the bristles with the probe's mass (sigma_1) [E]
   double viscous_n_s_m = 0;      ///< sigma_2 [E]
 };
 
-/// Refuses what the equations have no solution for or doubles no room: NaN, infinities, negative
-/// stiffness, steps outside 1 ns to 1 s, and so on. Errors: range, naming the field.
+/// Refuses parameters for which the equations have no solution or doubles no range: NaN,
+/// infinities, negative stiffness, steps outside 1 ns to 1 s, and so on. Errors: range, with the
+/// name of the field.
 Status check(const ContactGeometry& geometry, const Mount& mount, const ContactMaterial& material,
              const DynamicsParams& params);
 
-/// What a probe moves through during one step of the stages: their straight path, and the height at
-/// which its face would just touch the cloth, linear in time and in where the face is.
+/// Path of a probe during one step of the stages: their straight path, and the height at which its
+/// face would just touch the fabric. The height is linear in time and in the position of the face.
 struct Approach {
-  double stage_z_m = 0;  ///< at the step's begin
+  double stage_z_m = 0;  ///< at the start of the step
   double stage_z_mps = 0;
-  Vector2 stage_m{};        ///< x and y, as stage_z_m
+  Vector2 stage_m{};        ///< x and y at the start of the step
   Vector2 stage_mps{};      ///< along x and y
-  double touch_z_m = 0;     ///< z of the face's centre at first touch, at the step's begin
-  double touch_mps = 0;     ///< its change with time for a face that keeps its lag
-  Vector2 touch_per_lag{};  ///< its change with the face's lag [1]
-  Vector2 lag_m{};          ///< lag to which the above belongs
+  double touch_z_m = 0;     ///< z of the face's centre at first touch, at the start of the step
+  double touch_mps = 0;     ///< its rate of change for a face with constant lag
+  Vector2 touch_per_lag{};  ///< its change with the lag of the face [1]
+  Vector2 lag_m{};          ///< lag for the values above
 
   [[nodiscard]] double stage_at(double t_s) const { return stage_z_m + stage_z_mps * t_s; }
   [[nodiscard]] double touch_at(double t_s, const Vector2& lag) const {
@@ -129,7 +130,7 @@ struct Approach {
 };
 
 /// Instants within a step of the stages: `first_s`, then every `every_s`; `count` of them, none
-/// after the step's end.
+/// after the end of the step.
 struct Instants {
   double first_s = 0, every_s = 0;
   std::size_t count = 0;
@@ -141,17 +142,18 @@ class DynamicContact {
   DynamicContact(const ContactGeometry& geometry, const Mount& mount,
                  const ContactMaterial& material, const DynamicsParams& params);
 
-  /// The state `dt_s` later with the stages at `to`, moved there in a straight line, in equal
-  /// substeps of at most `step_s` (no more than 1e8 of them), of the adaptive integrator as long
-  /// as the motion allows (dynamic_press.cpp); a substep in which the face touches
-  /// or leaves the cloth is cut there. Less than 1 ps lets the stages jump and the probe stay. A
-  /// pose that is not finite or further than 1 km away, a negative dt_s and one above an hour
+  /// The state `dt_s` later with the stages at `to`, moved there in a straight line. Substeps are
+  /// equal and at most `step_s` (no more than 1e8 of them); those of the adaptive integrator are as
+  /// long as the motion allows (dynamic_press.cpp). A substep in which the face touches or leaves
+  /// the fabric is divided there. With less than 1 ps the stages jump and the probe keeps its
+  /// position.
+  /// A pose that is not finite or further than 1 km away, a negative dt_s and one above an hour
   /// change nothing.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s) const {
     return step(from, to, dt_s, {}, {});
   }
-  /// The same with substeps that also end at the given instants. `at` is either empty or receives
-  /// the contact at each of them.
+  /// The same with substeps that also end at the given instants. `at` is empty or receives the
+  /// contact at each of them.
   [[nodiscard]] ContactState step(const ContactState& from, const Pose& to, double dt_s,
                                   const Instants& instants, std::span<SlidingContact> at) const;
 

@@ -6,7 +6,7 @@
 
 namespace weft::sim {
 
-/// The memory moves on to s = `exponent`; off the cloth its hysteresis starts afresh.
+/// Advances the memory to s = `exponent`; without contact the hysteresis starts afresh.
 void DynamicContact::settle_memory(PressMemory& memory, double exponent,
                                    const RelaxationStep& relaxation) const {
   double elastic_n = 0;
@@ -38,7 +38,7 @@ DynamicContact::Pressed DynamicContact::press(const Motion& motion, const Approa
                                                    : press_midpoint(motion, approach, t_s, span);
 }
 
-/// s of a face at the height `z_m`, `after_s` into a substep that began at `t_s`.
+/// s of a face at height `z_m`, `after_s` into a substep that began at `t_s`.
 double DynamicContact::exponent_after(const Motion& motion, const Approach& approach, double t_s,
                                       double after_s, double z_m) const {
   const Vector2 lag = sum(1, motion.glide.lag_m, -after_s, motion.glide.room_mps);
@@ -119,27 +119,27 @@ DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
   return out;
 }
 
-// How much longer than `step_s` the adaptive integrator's substeps may be.
+// Factor by which the adaptive integrator's substeps may exceed `step_s`.
 //
-// Implicit midpoint turns a swing of the angular frequency w by (h w)^2/12 too little per radian,
-// so that a force that swings by a [N] is wrong by about a (h w)^2 before it has died away. What
-// the swing is follows from the motion at one instant: the forces' imbalance and how far the
-// velocity is from the one that the contact would follow without inertia. Nothing is remembered, so
-// that a run that is split at the stages' steps does the same. As `step_s` falls, the substeps of
-// swings fall with it, and the error with its square (adaptive_test). Those of the calm follow once
-// 16 of it are shorter than half a radian of the contact's own swing (at 5 N 0.7 ms on denim,
-// 0.3 ms on satin).
+// Implicit midpoint rotates an oscillation of angular frequency w by (h w)^2/12 too little per
+// radian. A force oscillation of amplitude a [N] has therefore an error of about a (h w)^2 before
+// it decays. The oscillation follows from the motion at one instant: the imbalance of the forces,
+// and the difference of the velocity from that of the contact without inertia. There is no memory,
+// so a run that is divided at the stages' steps gives the same result. When `step_s` decreases, the
+// substeps of oscillations decrease with it, and the error with its square (adaptive_test). Those
+// of calm motion follow once 16 times `step_s` is shorter than half a radian of the contact's own
+// oscillation (at 5 N 0.7 ms on denim, 0.3 ms on satin).
 
 namespace {
 
-/// A swing whose a w^2 is this takes substeps of step_s.
+/// An oscillation with this a w^2 uses substeps of step_s.
 constexpr double lively_n_s2 = 1e4;
-/// Of h w, however small the swing: the cloth's hysteresis keeps something of every reversal, so
-/// that a swing that is not resolved shifts the force in a slide of minutes.
+/// Upper limit of h w for any amplitude. The hysteresis of the fabric keeps a part of every
+/// reversal, so an unresolved oscillation shifts the force in a stroke of minutes.
 constexpr double longest_angle = 0.5;
 
-/// The substep [s] for a swing of a mass on a spring of `k_n_m` with this imbalance, off its path
-/// by `off_mps`.
+/// The substep [s] for an oscillation of a mass on a spring of `k_n_m` with this imbalance;
+/// `off_mps` is the velocity error.
 double substep_of_swing_s(double imbalance_n, double off_mps, double k_n_m, double mass_kg,
                           double step_s) {
   const double swing_n = std::sqrt(imbalance_n * imbalance_n + k_n_m * mass_kg * off_mps * off_mps);
@@ -150,16 +150,16 @@ double substep_of_swing_s(double imbalance_n, double off_mps, double k_n_m, doub
 
 }  // namespace
 
-/// Over the next `length_s` [s], from `step_s` to longest_ease times that.
+/// Substep for the next `length_s` [s], from `step_s` to longest_ease times that.
 double DynamicContact::substep_s(const Motion& motion, const Approach& path, double t_s,
                                  double length_s, double step_s) const {
   const double press_s = substep_of_press_s(motion, path, t_s, length_s, step_s);
   const double glide_s = substep_of_glide_s(motion, path, step_s);
-  if (!(press_s > step_s && glide_s > step_s)) return step_s;  // also where one is not a number
+  if (!(press_s > step_s && glide_s > step_s)) return step_s;  // also for NaN
   return std::min({press_s, glide_s, longest_ease * step_s});
 }
 
-/// `step_s` where the face is about to touch or leave the cloth, or the probe a stop of its mount.
+/// `step_s` if the face is about to touch or leave the fabric, or the probe a stop of its mount.
 double DynamicContact::substep_of_press_s(const Motion& motion, const Approach& path, double t_s,
                                           double length_s, double step_s) const {
   const Mount& mount = law_.mount;
@@ -172,7 +172,7 @@ double DynamicContact::substep_of_press_s(const Motion& motion, const Approach& 
   if (mount_n_m != mount.slope_n_m(extension_m + stretches_mps * length_s)) return step_s;
   const double cloth_n_m = depth_m > 0 ? stiffness_n_m(motion.normal_n) : 0;
   const double k_n_m = mount_n_m + cloth_n_m;
-  if (!(k_n_m > 0)) return step_s;  // it flies
+  if (!(k_n_m > 0)) return step_s;  // in free flight
   const double imbalance_n = mount.weight_n() + mount.force_n(extension_m) +
                              law_.damper_n_s_m * stretches_mps - motion.normal_n;
   const double follows_mps = (mount_n_m * path.stage_z_mps + cloth_n_m * path.touch_mps) / k_n_m;
@@ -183,7 +183,7 @@ double DynamicContact::substep_of_press_s(const Motion& motion, const Approach& 
 double DynamicContact::substep_of_glide_s(const Motion& motion, const Approach& path,
                                           double step_s) const {
   const GlideState& glide = motion.glide;
-  NearPower power = motion.power;  // a look leaves no trace in the motion
+  NearPower power = motion.power;  // a copy: the motion must not change
   const LuGre lugre = friction(motion.normal_n, power);
   const Vector2 slip_mps = sum(1, path.stage_mps, 1, glide.room_mps);
   const Vector2 guide_n =
@@ -196,10 +196,11 @@ double DynamicContact::substep_of_glide_s(const Motion& motion, const Approach& 
 
 namespace {
 
-constexpr double settled = 1e-13;     // of the forces: such a guess needs no step
-constexpr double deep_exponent = 40;  // no bench presses so far (0.1 GPa on the softest cloth)
+constexpr double settled = 1e-13;     // of the forces; such a guess needs no step
+constexpr double deep_exponent = 40;  // no bench presses so far (0.1 GPa on the softest fabric)
 constexpr int newton_limit = 100;     // 2 or 3 in use
-constexpr double tolerance = 1e-5;    // in s, of a quadratic method: what is left is its square
+constexpr double tolerance =
+    1e-5;  // in s; the method is quadratic, so that the square of it remains
 
 }  // namespace
 
@@ -210,7 +211,8 @@ double PressLaw::growth(const PressMemory& memory, double s) const {
 }
 
 double PressLaw::branch(const PressMemory& memory, double s) const {
-  const double moved = s - std::max(memory.exponent, 0.0);  // in the air nothing turns
+  const double moved =
+      s - std::max(memory.exponent, 0.0);  // without contact the branch does not change
   return branch_after(memory.branch, moved, near_exp(-std::abs(moved) * per_length));
 }
 
@@ -246,8 +248,8 @@ PressStage::Value PressStage::at(double d_m, double offset_n) const {
   return value;
 }
 
-/// The value a last short step further, as exactly as Newton has found it; in full where that step
-/// crosses a corner of the curve.
+/// The value after a last short step, with the accuracy of Newton's method. If that step crosses a
+/// corner of the curve the value is computed in full.
 PressStage::Value PressStage::follow(const Value& from, double d_m, double ds,
                                      double offset_n) const {
   Value value = from;
@@ -267,7 +269,7 @@ PressStage::Value PressStage::follow(const Value& from, double d_m, double ds,
   return value;
 }
 
-/// No load leads deeper than this: at the root the cloth carries no more than what acts at s = 0.
+/// Upper limit of the depth for any load: at the root the fabric carries at most the load at s = 0.
 double PressStage::highest_m(double offset_n) const {
   const double at_touch_m = -exponent_at_z * law.lambda_m;
   const double load_n = at(at_touch_m, offset_n).residual_n;
@@ -281,7 +283,7 @@ PressStage::Value PressStage::solve(double& d_m) const {
   const double offset_n = relaxation.offset_n(memory.relaxation);
   double low = -infinity, high = infinity;
   double d = d_m;
-  // A guess or a Newton step that goes far up the exponential is held below the bracket's top.
+  // A guess or a Newton step far up the exponential is limited by the top of the bracket.
   const double guess = exponent_at_z + d * law.per_lambda;
   if (guess > std::min(std::max(memory.exponent, 0.0) + 1, deep_exponent))
     d = std::min(d, high = highest_m(offset_n));

@@ -8,12 +8,13 @@
 namespace weft::sim {
 namespace {
 
-constexpr int newton_limit = 80;             // 2 or 3 in use
-constexpr double relative_tolerance = 1e-5;  // of a quadratic method: what is left is its square
+constexpr int newton_limit = 80;  // 2 or 3 in use
+constexpr double relative_tolerance =
+    1e-5;  // the method is quadratic, so that the square of it remains
 constexpr double absolute_tolerance_mps = 1e-16;
 constexpr double series_below = 0.02;
 
-/// What a step takes off the old bristles: at its end and in its force, with both derivatives.
+/// Reduction of the old bristles by a step, at its end and in its force, with both derivatives.
 struct Shares {
   double end, force, end_slope, force_slope;
 };
@@ -24,7 +25,7 @@ inline Shares shares_taken(BristleRule rule, double x) {
     return {x * retained, x * retained, retained * retained, retained * retained};
   }
   if (x < series_below) {
-    // t = 2 (e^-x - 1 + x)/x^2, the sum of 2 (-x)^k/(k + 2)!: what is left out is below 1e-18.
+    // t = 2 (e^-x - 1 + x)/x^2, the sum of 2 (-x)^k/(k + 2)!; the truncation error is below 1e-18.
     constexpr std::array<double, 8> series{1,         -1.0 / 3,    1.0 / 12,    -1.0 / 60,
                                            1.0 / 360, -1.0 / 2520, 1.0 / 20160, -1.0 / 181440};
     const double t = polynomial_7(series, x);
@@ -47,11 +48,11 @@ struct SlipEquation {
 
   struct Value {
     double residual, slope;
-    double end, end_slope;  // share taken off the bristles at the step's end
-    Vector2 rest;           // q - Q b: its direction is the slip's
+    double end, end_slope;  // reduction of the bristles at the end of the step
+    Vector2 rest;           // q - Q b: its direction is that of the slip
     double rest_slope;      // its change with u, along b
-    double per_size;        // 1/|rest|, 0 where there is none
-    double along;           // part of b in rest's direction
+    double per_size;        // 1/|rest|, 0 if rest is 0
+    double along;           // part of b in the direction of rest
   };
 
   [[nodiscard]] Value at(double u, double excess) const {
@@ -78,14 +79,14 @@ struct SlipEquation {
             along};
   }
 
-  /// No slip is faster: P cannot be negative and |Q| is bounded.
+  /// Upper limit of the slip: P cannot be negative and |Q| is bounded.
   [[nodiscard]] double fastest() const {
     return (size(q) + (lugre.kinetic_n + sigma1_l) * size(b)) / a;
   }
 };
 
-/// The slip that solves m (v - v_0)/tau = k (u_0 - tau v) - c v - F. `friction_s` is the time over
-/// which the bristles move.
+/// The slip that solves m (v - v_0)/tau = k (u_0 - tau v) - c v - F. `friction_s` is the duration
+/// of the motion of the bristles.
 Slip slip(const GlideLaw& law, const LuGre& lugre, BristleRule rule, const GlideState& from,
           const Vector2& stage_mps, double tau_s, double friction_s, double guess_mps) {
   const double inertia = law.mass_kg / tau_s;
@@ -99,7 +100,8 @@ Slip slip(const GlideLaw& law, const LuGre& lugre, BristleRule rule, const Glide
   return solve_slip(lugre, rule, a, q, from.bristle, friction_s, guess_mps);
 }
 
-/// An implicit Euler step of tau_s: both stages of TR-BDF2, with what came before put into `from`.
+/// An implicit Euler step of tau_s: both stages of TR-BDF2, with the earlier parts included in
+/// `from`.
 GlideState implicit_stage(const GlideLaw& law, const LuGre& lugre, const GlideState& from,
                           const Vector2& stage_mps, double tau_s, double guess_mps) {
   const Slip to = slip(law, lugre, BristleRule::implicit, from, stage_mps, tau_s, tau_s, guess_mps);
@@ -107,7 +109,7 @@ GlideState implicit_stage(const GlideLaw& law, const LuGre& lugre, const GlideSt
   return {sum(1, from.lag_m, -tau_s, room_mps), room_mps, to.bristle};
 }
 
-/// `from` moved on by tau_s with its present rates.
+/// `from` advanced by tau_s with its present rates.
 GlideState explicit_part(const GlideLaw& law, const LuGre& lugre, const GlideState& from,
                          const Vector2& stage_mps, double tau_s) {
   const Vector2 w = sum(1, stage_mps, 1, from.room_mps);
@@ -153,7 +155,7 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
     }
     const double step = next - u;
     if (std::abs(step) <= relative_tolerance * u + absolute_tolerance_mps) {
-      // As far as Newton's own error goes, what hangs on u follows in a straight line.
+      // Within Newton's own error, the quantities that depend on u change linearly.
       value.end += step * value.end_slope;
       value.rest = {value.rest[0] + step * value.rest_slope * bristle[0],
                     value.rest[1] + step * value.rest_slope * bristle[1]};
@@ -164,7 +166,7 @@ Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vect
     }
     u = next;
     const double now = u * equation.per_stribeck * u * equation.per_stribeck;
-    // What has underflowed stays so in a product: then in full.
+    // An underflowed value stays zero in a product, so it is computed in full.
     excess = squared < 600 ? excess * near_exp(squared - now)
                            : (lugre.static_ratio - 1) * std::exp(-now);
     squared = now;

@@ -1,13 +1,13 @@
 #pragma once
-// LuGre friction of a cloth in two dimensions: bristles that give way before they slide, a static
-// limit above the kinetic one, and a fall between the two with speed. With b = z/l, the bristles'
-// deflection in lengths of full sliding (the `bristle` of ContactState), sigma_0 = F_C/l and
-// r(u) = g(u)/F_C = 1 + (F_S/F_C - 1) e^{-(u/v_s)^2},
+// LuGre friction of a fabric in two dimensions: bristles that deflect before they slide, a static
+// limit above the kinetic one, and a decrease between the two with speed. With b = z/l, the
+// bristles' deflection in lengths of full sliding (the `bristle` of ContactState), sigma_0 = F_C/l
+// and r(u) = g(u)/F_C = 1 + (F_S/F_C - 1) e^{-(u/v_s)^2},
 //   l db/dt = v - |v| b/r,   F = F_C b + sigma_1 l db/dt + sigma_2 v.
-// For a constant v the bristles have the closed form b(t) = r n + (b_0 - r n) e^{-|v| t/(l r)}, n
-// the direction of v. Source: docs/reference/plant.md, Friction and Closed forms (5); Canudas de
-// Wit et al. 1995 for the model. Known of the model and so of this: under a load below the limit
-// the bristles creep when it oscillates, never when it is steady.
+// For a constant v the bristles have the closed form b(t) = r n + (b_0 - r n) e^{-|v| t/(l r)},
+// with n the direction of v. Source: docs/reference/plant.md, Friction and Closed forms (5);
+// Canudas de Wit et al. 1995 for the model. Known property of the model: under a load below the
+// limit the bristles creep when the load oscillates, never when it is steady.
 
 #include <cmath>
 #include <numbers>
@@ -16,9 +16,9 @@
 
 namespace weft::sim {
 
-/// The cloth under one normal load.
+/// The fabric under one normal load.
 struct LuGre {
-  double kinetic_n = 0;        ///< F_C; 0 switches all but sigma_2 off
+  double kinetic_n = 0;        ///< F_C; 0: only sigma_2 acts
   double static_ratio = 1;     ///< F_S/F_C >= 1
   double stribeck_mps = 5e-3;  ///< v_s
   double length_m = 150e-6;    ///< l
@@ -32,27 +32,27 @@ struct LuGre {
   }
   /// db/dt [1/s].
   [[nodiscard]] Vector2 bristle_rate(const Vector2& bristle, const Vector2& v_mps) const;
-  /// Force on the cloth, along the motion of the probe over it.
+  /// Force on the fabric, along the motion of the probe over it.
   [[nodiscard]] Vector2 force_n(const Vector2& bristle, const Vector2& v_mps) const;
 };
 
-/// How bristles move within a step: both are shares of x = |v| t/(l r).
+/// Motion of the bristles within a step; both rules are functions of x = |v| t/(l r).
 enum class BristleRule {
   exact,    ///< closed form at constant v; the step's force is the mean over it
   implicit  ///< end of an implicit Euler stage, for DIRK methods; the force is that at its end
 };
 
-/// A slip and the bristles that it leaves.
+/// A slip and the resulting bristles.
 struct Slip {
   Vector2 w_mps{};
   Vector2 bristle{};
 };
 
-/// Solves a w + F(w; b, t) = q for the slip velocity w [m/s], where F is the friction force of a
-/// step of t_s > 0 from the bristles b, and a > 0 [N s/m] stands for inertia, guide and spring. The
-/// force is P(|w|) n + Q(|w|) b, so that one scalar equation for |w| is left:
+/// Solves a w + F(w; b, t) = q for the slip velocity w [m/s]. F is the friction force of a step of
+/// t_s > 0 from the bristles b; a > 0 [N s/m] combines inertia, guide and spring. The force is
+/// P(|w|) n + Q(|w|) b, which leaves one scalar equation for |w|:
 ///   a u + P(u) = |q - Q(u) b|.
-/// `guess_mps` chooses between roots where a falling friction gives several.
+/// `guess_mps` selects a root if decreasing friction gives several.
 Slip solve_slip(const LuGre& lugre, BristleRule rule, double a_n_s_m, const Vector2& q_n,
                 const Vector2& bristle, double t_s, double guess_mps);
 
@@ -67,10 +67,10 @@ constexpr double middle = 1 / (share * (2 - share));
 constexpr double begin = (1 - share) * (1 - share) / (share * (2 - share));
 }  // namespace tr_bdf2
 
-// One substep of the probe along x and y. The stages carry the plate, so that the probe's velocity
-// in the room, v, is minus the rate of its lag u behind the stages:
+// One substep of the probe along x and y. The stages carry the plate, so the probe's velocity in
+// the bench frame, v, is minus the rate of its lag u behind the stages:
 //   m dv/dt = k_l u - c_l v - F(w),  du/dt = -v,  w = V + v
-// with the stages' velocity V, the slip w over the cloth and LuGre's F.
+// with the stages' velocity V, the slip w over the fabric and LuGre's F.
 
 /// The guide along x and y.
 struct GlideLaw {
@@ -85,8 +85,8 @@ struct GlideState {
   Vector2 bristle{};  ///< as in ContactState
 };
 
-/// Implicit midpoint with bristles that are exact for the slip at the substep's middle; `lugre`
-/// belongs to the load there. Keeps the energy of an undamped probe that is off the cloth.
+/// Implicit midpoint with bristles that are exact for the slip at the middle of the substep;
+/// `lugre` is for the load there. Preserves the energy of an undamped probe without contact.
 GlideState glide_midpoint(const GlideLaw& law, const LuGre& lugre, const GlideState& from,
                           const Vector2& stage_mps, double h_s);
 

@@ -1,5 +1,5 @@
 #pragma once
-// What DynamicContact moves within a step of the stages; shared by its own sources alone.
+// State of DynamicContact within a step of the stages; used only by its own sources.
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace weft::sim {
 inline constexpr double most_substeps = 1e8;  // in one step of the stages
 inline constexpr double longest_ease = 16;    // times step_s, of the adaptive integrator
 
-/// A substep's length and the cloth's memory over its two parts.
+/// A substep's length and the relaxation over its two parts.
 struct DynamicContact::Span {
   double h_s;
   RelaxationStep first, second;
@@ -33,7 +33,7 @@ struct DynamicContact::Leg {
   Leg(const Relaxation& relaxation, Integrator integrator, double length_s, double step_s)
       : substeps(whole(length_s / step_s)),
         span(relaxation, length_s / substeps, Span::first_share(integrator)) {}
-  /// How many parts of one unit cover `units` of them.
+  /// Number of parts of one unit that cover `units`.
   [[nodiscard]] static double whole(double units) {
     return std::clamp(std::ceil(units * (1 - 1e-12)), 1.0, most_substeps);
   }
@@ -46,10 +46,10 @@ struct DynamicContact::Motion {
   bool touching;
   double normal_n;
   GlideState glide;
-  NearPower power;  ///< of the load that friction follows
+  NearPower power;  ///< of the load, for the friction
 };
 
-/// What a substep does along z: the motion at its end, the load at its inner stage and end.
+/// Result of a substep along z: the motion at its end, the load at its inner stage and end.
 struct DynamicContact::Pressed {
   double z_m, v_mps;
   PressMemory memory;

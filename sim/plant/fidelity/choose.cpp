@@ -10,14 +10,14 @@
 namespace weft::sim {
 namespace {
 
-constexpr double paper_load_n = 5;  // a percentage is one of this: Khan et al. 2016, phases P and M
+constexpr double paper_load_n = 5;  // base of percentages: Khan et al. 2016, phases P and M
 constexpr const char* table_place = "/simulation/fidelity";
 
 auto rank(const FidelityOffer& offer) {
   return std::tuple(offer.setting.level, -offer.setting.step_s, offer.setting.integrator);
 }
 
-/// Strict orders, so that a choice does not depend on the table's.
+/// Strict orders, so that a choice does not depend on the order of the table.
 bool is_faster(const FidelityOffer& a, const FidelityOffer& b) {
   return std::tuple(a.forecast.plant_s, a.promise_n, rank(a)) <
          std::tuple(b.forecast.plant_s, b.promise_n, rank(b));
@@ -31,7 +31,7 @@ bool is_more_accurate(const FidelityOffer& a, const FidelityOffer& b) {
 struct RangeCheck {
   const char* what;
   const char* unit;
-  double per_unit;  ///< of SI
+  double per_unit;  ///< factor from SI
   MeasuredRange found, measured;
 };
 

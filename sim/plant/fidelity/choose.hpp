@@ -1,6 +1,6 @@
 #pragma once
-// The choice of a setting from the table: what it promises for a plan's cloths and forces, and how
-// fast the whole run is.
+// Chooses a setting from the table by its promise for the fabrics and forces of a plan, and by the
+// speed of the whole run.
 
 #include <optional>
 #include <string>
@@ -17,54 +17,54 @@ namespace weft::sim {
 struct FidelityRequest {
   std::optional<double> accuracy_n{};       ///< largest error of the recorded force
   std::optional<double> times_real_time{};  ///< least speed of the whole run
-  std::optional<Level> level{};             ///< this one and no other
-  std::optional<double> promise_below_n{};  ///< after a promise that was missed
+  std::optional<Level> level{};             ///< only this level
+  std::optional<double>
+      promise_below_n{};  ///< upper limit of the promise, after one that was exceeded
   RunSize run{};
-  double probe_us = 0;  ///< of this machine; 0: as fast as the table's
+  double probe_us = 0;  ///< of this machine; 0: as fast as the table's machine
 };
 
-/// What a plan and its rig do with the cloth.
+/// Contact conditions of a plan on its rig.
 struct ForceScene {
   std::vector<std::string> fabrics;
-  MeasuredRange force_n{};    ///< set points; both 0: no force is held
-  MeasuredRange speed_mps{};  ///< of the slides; both 0: nothing slides
-  MeasuredRange press_s{};    ///< length of phases P; both 0: nothing is pressed
+  MeasuredRange force_n{};    ///< set points; both 0: no force is regulated
+  MeasuredRange speed_mps{};  ///< speed of the strokes; both 0: no strokes
+  MeasuredRange press_s{};    ///< duration of phases P; both 0: no presses
   double seat_speed_mps = 0;
   double face_area_m2 = 0;
   Mount mount;
-  const FabricLibrary* library = nullptr;  ///< for cloths without a row; null: there are none
-  /// The table was measured on these cloths: its rows are theirs. False: all are without a row.
+  const FabricLibrary* library = nullptr;  ///< for fabrics without a row; null: there are none
+  /// The rows of the table are for these fabrics. False: no fabric has a row.
   bool has_rows = true;
 };
 
-/// Force scale of a touch-down: v sqrt(K m) of a mass on a spring, with the stiffness of the cloth
+/// Force scale of a touch-down: v sqrt(K m) of a mass on a spring, with the stiffness of the fabric
 /// under its load, K = (F + A p_s)/lambda.
 double impact_scale_n(const FabricLaw& law, const Mount& mount, double seat_speed_mps,
                       double force_n, double face_area_m2);
 
 struct FidelityOffer {
   FidelitySetting setting;
-  double promise_n = 0;  ///< margin times the largest error that was measured on the plan's cloths
+  double promise_n = 0;  ///< margin times the largest error measured on the plan's fabrics
   std::string limiting_fabric;
   SpeedForecast forecast{};
 };
 /// "L2 midpoint 0.384 ms (promises 2.1 mN, about 1200x)".
 std::string to_string(const FidelityOffer& offer);
 
-/// Settings that a bench can run and that provide the scene; fastest first, of equals the lower
-/// level, then the longer step.
-/// Errors: unsupported, for a force, speed, press or mount outside the table's ranges, with the
-/// range; not_found, for a cloth that has no row and is not in the library.
+/// Settings that a bench can run and that provide the scene, fastest first. Ties: the lower level,
+/// then the longer step. Errors: unsupported, for a force, speed, press or mount outside the
+/// table's ranges, with the range; not_found, for a fabric that has no row and is not in the
+/// library.
 Result<std::vector<FidelityOffer>> offers(const FidelityTable& table, const Scene& scene,
                                           const ForceScene& forces, const FidelityRequest& request);
 
-/// A forecast must be this much faster than what is asked for: wall time depends on load.
+/// A forecast must exceed the requested speed by this factor, because wall time depends on load.
 constexpr double forecast_reserve = 1.1;
 
-/// With an accuracy the fastest setting that promises it; with a speed alone the most accurate one
-/// whose forecast for the whole run is forecast_reserve times as fast. Depends on its arguments and
-/// nothing else.
-/// Errors: offers()'s; unsupported, naming the nearest offer or the fastest speed.
+/// With an accuracy: the fastest setting that promises it. With only a speed: the most accurate
+/// setting with a forecast of the whole run that is forecast_reserve times as fast. Pure. Errors:
+/// those of offers(); unsupported, with the nearest offer or the fastest speed.
 Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
                              const ForceScene& forces, const FidelityRequest& request);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double s_per_us = 1e-6;
 
-/// A second of a probe that goes down onto the bare plate, with pads.
+/// Simulates one second of a probe that moves down onto the bare plate, with pads.
 void probe_once() {
   constexpr std::uint64_t frames = 37;
   PlantParams params;

@@ -1,6 +1,6 @@
 #pragma once
-// What the force of a run is compared with: level L2 by another integrator and a finer step. L0 and
-// L1 are compared with L2 too, for their error is that of the model. L3 has the force of L2.
+// Reference for the force of a run: level L2 with another integrator and a finer step. L0 and L1
+// are compared with L2 too, because their error is that of the model. L3 has the force of L2.
 
 #include "sim/plant/fidelity/setting.hpp"
 
@@ -12,16 +12,16 @@ struct Reference {
   [[nodiscard]] FidelitySetting setting() const { return {Level::dynamic, integrator, step_s}; }
 };
 
-/// TR-BDF2 with a quarter of the run's step and at most 50 us: both methods are of second order, so
-/// its error is at most a sixteenth. `halvings`: how often the step is halved after that.
+/// TR-BDF2 with a quarter of the run's step and at most 50 us. Both methods are of second order, so
+/// its error is at most a sixteenth. `halvings`: number of further halvings of the step.
 Reference first_reference(const FidelitySetting& run, int halvings = 0);
-/// The implicit midpoint rule with half the step of `first`. The difference of the two is the
-/// uncertainty of both.
+/// The implicit midpoint rule with half the step of `first`. The difference of the two references
+/// is the uncertainty of both.
 Reference second_reference(const Reference& first);
-/// For a run that nobody asked an accuracy of: four times as coarse at levels L0 and L1.
+/// For a run without a requested accuracy: four times as coarse at levels L0 and L1.
 Reference quick_reference(const FidelitySetting& run);
 
-/// The references are trusted where they differ by at most this share of the accuracy in question.
+/// The references are accepted if they differ by at most this share of the requested accuracy.
 constexpr double trusted_share = 0.2;
 constexpr int most_halvings = 3;
 

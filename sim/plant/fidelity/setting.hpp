@@ -1,5 +1,5 @@
 #pragma once
-// How finely a bench is simulated: level, integrator and step.
+// Fidelity of a bench's simulation: level, integrator and step.
 
 #include <string>
 #include <string_view>
@@ -8,15 +8,15 @@
 
 namespace weft::sim {
 
-/// The pads' conversion times are the plant's grid: it moves at most this far at once, but at L1,
-/// whose balance may span the conversions of a scan.
+/// The pads' conversion times are the plant's grid, and a step is at most this long. Exception: at
+/// L1 a balance may span the conversions of a scan.
 constexpr double grid_step_s = 1e-9 * static_cast<double>(pad_timing::stage_ns);
 
-/// Everything else about a rig says what is simulated.
+/// Only the fidelity; the other parameters of a rig define the simulated system.
 struct FidelitySetting {
   Level level = Level::quasistatic;
   Integrator integrator = Integrator::midpoint;  ///< from L2 on
-  double step_s = 0;                             ///< from L1 on, at most; 0: the plant's grid
+  double step_s = 0;                             ///< from L1 on, upper limit; 0: the plant's grid
 
   friend bool operator==(const FidelitySetting&, const FidelitySetting&) = default;
 };
@@ -30,7 +30,7 @@ Result<Integrator> integrator_from(std::string_view name);
 FidelitySetting setting_of(const PlantParams& params);
 void apply(const FidelitySetting& setting, PlantParams& params);
 
-/// Whether a bench can run it: its steps end on the plant's grid, longer ones do not.
+/// Whether a bench can run it: its steps must end on the plant's grid; longer ones do not.
 bool fits_bench(const FidelitySetting& setting);
 
 }  // namespace weft::sim

@@ -14,7 +14,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::size_t most_rows = 10'000;
-constexpr double largest_number = 1e12;  // of any number in the table
+constexpr double largest_number = 1e12;  // upper limit of any number in the table
 
 struct RangeField {
   const char* key;
@@ -89,7 +89,7 @@ Status read_any(const json* any, const std::string& where, MeasuredSetting& out)
   return read_margin(reader, out.any_margin).finish();
 }
 
-/// A margin that was never held against runs that were held back promises nothing.
+/// Refuses a margin that was not verified on enough held-out runs.
 Status require_held(const Margin& margin, double share, const std::string& where) {
   if (margin.held_share >= share) return {};
   return fail(
@@ -155,7 +155,7 @@ Status read_costs(const json* object, HostCost& out) {
   return reader.finish();
 }
 
-/// First of all, so that an old table is called old and not wrong.
+/// Checked first, so that an old table is reported as old and not as invalid.
 Status check_version(const json& root) {
   const auto found = root.find("schema_version");
   if (found == root.end() || !found->is_number_integer())
@@ -201,7 +201,7 @@ ordered_json setting_json(const MeasuredSetting& measured) {
   ordered_json out{{"level", std::string(to_string(setting.level))}};
   if (setting.level >= Level::dynamic)
     out["integrator"] = std::string(to_string(setting.integrator));
-  out["step_us"] = std::round(setting.step_s * 1e9) * 1e-3;  // to a nanosecond
+  out["step_us"] = std::round(setting.step_s * 1e9) * 1e-3;  // rounded to a nanosecond
   out["contact_us_per_s"] = measured.contact_us_per_s;
   out["margin"] = measured.margin.factor;
   out["held_share"] = measured.margin.held_share;

@@ -67,7 +67,7 @@ std::size_t blocks_of(std::size_t count) {
   return (count + lanes - 1) / lanes;
 }
 
-/// Room for `count` values and as many as it would wrap around into.
+/// Length for `count` values plus the padding that prevents wrap-around.
 std::size_t padded_length(std::size_t count) {
   return std::bit_ceil(std::max<std::size_t>(2, 2 * count - 1));
 }
@@ -115,7 +115,7 @@ EvenConvolution::EvenConvolution(std::size_t rows, std::size_t cols,
   transform_rows_of_kernel();
 }
 
-// The kernel is even, so its transforms are real; it is wrapped around both ways.
+// The kernel is even, so its transforms are real; it is wrapped around in both directions.
 void EvenConvolution::transform_columns_of(const std::vector<double>& kernel) {
   for (std::size_t first = 0; first < cols_; first += lanes) {
     std::fill(columns_re_.begin(), columns_re_.end(), 0.0);
@@ -156,8 +156,8 @@ std::size_t EvenConvolution::at(std::size_t wave, std::size_t col) const {
   return (wave / lanes * 2 * half_cols_ + col) * lanes + wave % lanes;
 }
 
-// Two real columns, j and j + half, make one complex column; their transforms are told apart by
-// their symmetry.
+// Two real columns, j and j + half, form one complex column; the symmetry of their transforms
+// separates them.
 void EvenConvolution::down_columns(const std::vector<double>& image, std::size_t first) {
   const std::size_t used = std::min(lanes, half_cols_ - first);
   std::fill(columns_re_.begin(), columns_re_.end(), 0.0);

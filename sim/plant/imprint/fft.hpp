@@ -1,14 +1,14 @@
 #pragma once
-// Fourier transforms of many short columns at once, and the two-dimensional convolution that the
-// half-space needs: real data with a real, even kernel. Radix 2, in the order that the butterflies
-// leave (forward natural to bit-reversed, backward the other way), so that nothing is shuffled.
+// Fourier transforms of many short columns at once, and the two-dimensional convolution of the
+// half-space: real data with a real, even kernel. Radix 2 in the order of the butterflies (forward
+// natural to bit-reversed, backward the reverse), so that no reordering is needed.
 
 #include <cstddef>
 #include <vector>
 
 namespace weft::sim {
 
-/// `lanes` transforms of one length side by side; row k of re and im holds element k of each.
+/// `lanes` transforms of one length at once; row k of re and im holds element k of each.
 class ColumnFft {
  public:
   static constexpr std::size_t lanes = 8;
@@ -16,9 +16,9 @@ class ColumnFft {
   /// `length` is a power of two.
   explicit ColumnFft(std::size_t length);
 
-  /// sum_n z[n] e^{-2 pi i k n / length} is left in row reversed(k).
+  /// sum_n z[n] e^{-2 pi i k n / length} is in row reversed(k) afterwards.
   void forward(double* re, double* im) const;
-  /// Takes rows in reversed order and leaves them in natural order, times `length`.
+  /// Input rows are in reversed order, output rows in natural order, times `length`.
   void backward(double* re, double* im) const;
   [[nodiscard]] std::size_t length() const { return length_; }
   [[nodiscard]] std::size_t reversed(std::size_t k) const { return reversed_[k]; }
@@ -33,11 +33,11 @@ class ColumnFft {
 /// without wrap-around.
 class EvenConvolution {
  public:
-  /// kernel(r, c) for 0 <= r < rows, 0 <= c < cols, row after row: the influence at that distance.
+  /// kernel(r, c) for 0 <= r < rows, 0 <= c < cols, row by row: the influence at that distance.
   EvenConvolution(std::size_t rows, std::size_t cols, const std::vector<double>& kernel);
 
-  /// out[r, c] = sum kernel(|r - i|, |c - j|) image[i, j]. Uses memory of its own: not for two
-  /// threads at once.
+  /// out[r, c] = sum kernel(|r - i|, |c - j|) image[i, j]. Thread: one at a time, because it uses
+  /// internal memory.
   void apply(const std::vector<double>& image, std::vector<double>& out);
 
  private:

@@ -11,9 +11,9 @@ namespace weft::sim {
 
 namespace {
 
-/// How level the contact has to be, of its depth, for a change of the pressures by 1.
+/// Largest unevenness of the contact, as a share of its depth, per unit of the tolerance.
 constexpr double level_per_tolerance = 100;
-/// Of depth and heights together: gaps below are rounding.
+/// Of depth and heights together: smaller gaps are rounding.
 constexpr double rounding = 1e-14;
 
 std::vector<double> influences(std::size_t rows, std::size_t cols, double spacing_m,
@@ -79,7 +79,7 @@ Result<Imprint> HalfSpace::press(const HeightMap& map, double force_n) {
   Imprint imprint{rows_, cols_, std::vector<double>(map.height_m.size(), 0.0), 0, 0};
   const double load_pa = force_n / map.cell_m2();
   iterations_ = 0;
-  if (!(load_pa > 1e-200)) return imprint;  // below, squares of gaps would vanish
+  if (!(load_pa > 1e-200)) return imprint;  // for smaller loads the squares of gaps would underflow
   if (!solve(map, load_pa))
     return fail({.code = Errc::timeout,
                  .where = "half-space",
@@ -93,7 +93,7 @@ Result<Imprint> HalfSpace::press(const HeightMap& map, double force_n) {
   return imprint;
 }
 
-/// Gap to the surface, less its mean over the contact; returns the sum of squares there.
+/// Gap to the surface minus its mean over the contact; returns the sum of squares there.
 double HalfSpace::gaps_about_their_mean(const HeightMap& map) {
   influence_.apply(pressure_, gap_);
   double sum = 0, touching = 0;
@@ -111,7 +111,7 @@ double HalfSpace::gaps_about_their_mean(const HeightMap& map) {
   return squares;
 }
 
-/// How far along `direction_` the gaps of the contact vanish best.
+/// Step along `direction_` that minimises the gaps of the contact.
 double HalfSpace::step_length() {
   influence_.apply(direction_, response_);
   double sum = 0, touching = 0;
@@ -127,7 +127,7 @@ double HalfSpace::step_length() {
   return curvature > 0 ? along / curvature : 0;
 }
 
-/// Moves the pressures; true where taxels came into contact that were out of it.
+/// Moves the pressures; true if taxels came into contact.
 bool HalfSpace::descend(double step) {
   bool joined = false;
   for (std::size_t i = 0; i < pressure_.size(); ++i) {
@@ -141,7 +141,7 @@ bool HalfSpace::descend(double step) {
   return joined;
 }
 
-/// Makes the pressures carry the load; returns the share of it that the last pass moved.
+/// Scales the pressures to the load; returns the share of it that the last pass moved.
 double HalfSpace::change_when_scaled_to(double load_pa) {
   double sum = 0;
   for (const double p : pressure_) sum += p;
@@ -154,25 +154,26 @@ double HalfSpace::change_when_scaled_to(double load_pa) {
   return change / load_pa;
 }
 
-/// Sets the direction and returns how far to go along it.
+/// Sets the direction and returns the step length along it.
 double HalfSpace::aim(double beta) {
   for (std::size_t i = 0; i < direction_.size(); ++i)
     direction_[i] = pressure_[i] > 0 ? gap_[i] + beta * direction_[i] : 0;
   double step = step_length();
   if (step > 0) return step;
-  for (std::size_t i = 0; i < direction_.size(); ++i)  // taxels came and went: start afresh
+  for (std::size_t i = 0; i < direction_.size(); ++i)  // the set of contacts changed: start afresh
     direction_[i] = pressure_[i] > 0 ? gap_[i] : 0;
   step = step_length();
   return step > 0 ? step : lone_step();
 }
 
-/// How far where nothing says it, one loaded taxel for example: as that taxel would go, so that
-/// what overlaps out of contact comes in; less each time, so that nothing comes and goes for ever.
+/// Step length without a direction, for example for one loaded taxel: that of this taxel alone, so
+/// that overlapping taxels come into contact. It decreases each time, so that the set of contacts
+/// cannot alternate for ever.
 double HalfSpace::lone_step() const {
   return 1 / (own_influence_ * iterations_);
 }
 
-/// Whether the face is in the surface somewhere out of contact.
+/// Whether the face penetrates the surface somewhere without contact.
 bool HalfSpace::overlaps(double rounding_m) const {
   for (std::size_t i = 0; i < gap_.size(); ++i)
     if (!(pressure_[i] > 0) && gap_[i] < -rounding_m) return true;
@@ -193,11 +194,11 @@ bool HalfSpace::solve(const HeightMap& map, double load_pa) {
     const double depth_m = mean_gap_m_ + *high;
     const double rounding_m = rounding * (depth_m + *high - *low);
     const double unlevel_m = std::sqrt(squares / static_cast<double>(n));
-    const bool exact = unlevel_m <= rounding_m;  // nothing that a direction could be told from
+    const bool exact = unlevel_m <= rounding_m;  // too even to determine a direction
     if (exact && !overlaps(rounding_m)) return true;
     before_ = pressure_;
     const bool joined = descend(exact ? lone_step() : aim(beta));
-    // A pass that hardly moves has arrived only if the contact is level too.
+    // A pass with little change has converged only if the contact is even too.
     const bool still = change_when_scaled_to(load_pa) <= params_.tolerance && !joined;
     const double level_m = level_per_tolerance * params_.tolerance * depth_m;
     if (still && unlevel_m <= std::max(level_m, rounding_m)) return true;

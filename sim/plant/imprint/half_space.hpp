@@ -1,7 +1,8 @@
 #pragma once
-// Level Z+: a rigid face pressed on an elastic half-space, so that a loaded taxel takes its
-// neighbours down with it. Contact by conjugate gradients on the taxels in touch (Polonsky, Keer
-// 1999, Wear 231, 206), displacement by convolution with Love's (1929) influence of a uniformly
+// Level Z+: a rigid face pressed on an elastic half-space, so that a loaded taxel also lowers its
+// neighbours. Contact by conjugate gradients on the loaded taxels (Polonsky, Keer 1999, Wear 231,
+// 206), displacement by convolution with Love's (1929) influence of a uniformly loaded square.
+// Source: docs/reference/plant.md, Levels.
 // loaded square. Source: docs/reference/plant.md, Levels.
 
 #include "sim/plant/imprint/fft.hpp"
@@ -9,10 +10,11 @@
 
 namespace weft::sim {
 
-/// 1/E* = (1 - nu^2)/E of the array's cover plus the same of the object.
+/// 1/E* = (1 - nu^2)/E of the array's cover plus that of the object.
 struct HalfSpaceParams {
-  double modulus_pa = 2e6;   ///< E*, a soft rubber's [E]
-  double tolerance = 1e-10;  ///< of the solution: change of the pressures in one pass, of their sum
+  double modulus_pa = 2e6;  ///< E*, a soft rubber's [E]
+  double tolerance =
+      1e-10;  ///< of the solution: change of the pressures in one pass, relative to their sum
   int iteration_limit = 2000;
 };
 
@@ -21,7 +23,7 @@ struct HalfSpaceParams {
 double love_influence(double x_m, double y_m, double side_m);
 
 /// An array of one size on one medium: the kernel's transform is made once for many presses.
-/// Not for two threads at once.
+/// Thread: one at a time.
 class HalfSpace {
  public:
   /// Errors: range, for an array that `check(HeightMap)` would refuse, E* outside 1 to 1e12 Pa, a
@@ -29,9 +31,9 @@ class HalfSpace {
   [[nodiscard]] static Result<HalfSpace> make(std::size_t rows, std::size_t cols, double spacing_m,
                                               const HalfSpaceParams& params);
 
-  /// The imprint of a map of this array's size pressed with `force_n` on its back.
-  /// Errors: range, for another size or spacing, a map or a force outside what `check` allows;
-  /// timeout, where the iteration limit is reached first.
+  /// The imprint of a map of this array's size pressed with `force_n` on its back. Errors: range,
+  /// for another size or spacing, a map or a force outside the limits of `check`; timeout, if the
+  /// iteration limit is reached first.
   Result<Imprint> press(const HeightMap& map, double force_n);
 
  private:
@@ -51,7 +53,7 @@ class HalfSpace {
   double own_influence_;  // of a taxel on itself [m/Pa]
   EvenConvolution influence_;
   int iterations_ = 0;     ///< of the last press
-  double mean_gap_m_ = 0;  // of displacement less height, over the contact
+  double mean_gap_m_ = 0;  // displacement minus height, over the contact
   std::vector<double> pressure_, before_, gap_, direction_, response_;
 };
 

@@ -15,11 +15,11 @@ constexpr std::size_t most_taxels = std::size_t{1} << 22;
 constexpr double largest_height_m = 1;
 constexpr double largest_force_n = 1e6;
 
-constexpr int shrinking_passes = 12;  // in use 3 to 8 do; what then remains is sorted
+constexpr int shrinking_passes = 12;  // 3 to 8 in use; the rest is sorted
 constexpr double out_of_reach = -1e200;
 
-/// In the coordinate m = t (linear, in L) or e^t - 1, both laws are linear in one unknown a:
-/// the load of a taxel, in P, is a + m or a (1 + m) + m, and the highest taxel's is a itself.
+/// In the coordinate m = t (linear, in L) or e^t - 1, both laws are linear in one unknown a. The
+/// load of a taxel, in P, is a + m or a (1 + m) + m; that of the highest taxel is a.
 struct Law {
   bool curved;
 
@@ -37,7 +37,7 @@ double balance(const Law& law, double load, const double* from, const double* to
   return (load - sum) / (law.curved ? count + sum : count);
 }
 
-/// Taxels below the first that a spring cannot reach are left out one by one, from the top down.
+/// Adds taxels from the highest down, until a spring cannot reach the next one.
 double balance_by_sorting(const Law& law, double load, std::vector<double>& touching) {
   std::sort(touching.begin(), touching.end(), std::greater<>());
   double a = load, sum = 0, weight = 0;
@@ -50,9 +50,9 @@ double balance_by_sorting(const Law& law, double load, std::vector<double>& touc
   return a;
 }
 
-/// The unknown for a total load, in P. Counting a taxel that does not touch makes the answer too
-/// deep (its load would be negative), so that what is out of reach then is out of reach for good:
-/// dropping it and solving again ends at the true set of contacts.
+/// The unknown for a total load, in P. A taxel that is counted without touching makes the result
+/// too deep (its load would be negative), so a taxel beyond reach stays beyond reach. Removing such
+/// taxels and solving again ends at the true set of contacts.
 double solve(const Law& law, double load, std::vector<double>& touching) {
   for (int pass = 0; pass < shrinking_passes; ++pass) {
     const double a = balance(law, load, touching.data(), touching.data() + touching.size());
@@ -173,7 +173,7 @@ Result<Imprint> press_winkler(const HeightMap& map, const SpringLaw& spring, dou
 
   const Law law{spring.kind == SpringLaw::Kind::exponential};
   const double top_m = highest_m(map);
-  const double reach = law.depth(load);  // of the highest taxel if it carried everything
+  const double reach = law.depth(load);  // depth of the highest taxel if it carried the whole load
   std::vector<double>& m = imprint.pressure_pa;
   std::vector<double> touching;
   touching.reserve(m.size());

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double half_root_3 = std::numbers::sqrt3 / 2;
 constexpr double array_corner_m = 25.3e-3;  // half the diagonal of 128 x 128 taxels
-constexpr double largest_turn_rad = 0.2;    // laid on by hand [E]
+constexpr double largest_turn_rad = 0.2;    // placed by hand [E]
 constexpr double tooth_tip_m = 0.2e-3;      // radius that rounds a tooth's tip [E]
 
 constexpr std::array objects{
@@ -113,7 +113,7 @@ constexpr std::array objects{
                .compliance_m_pa = 10e-9,
                .modulus_pa = 0.35e6}};
 
-/// Height of one tooth, hole or stitch against its neighbours: the same at every press.
+/// Height of one tooth, hole or stitch relative to its neighbours: equal in every press.
 double feature_offset(const ObjectSpec& object, double column, double row) {
   if (object.irregularity == 0) return 0;
   const auto part = [](double i) {
@@ -129,7 +129,8 @@ double tooth_m(const ObjectSpec& object, double distance_m, double offset_m) {
   return std::max(0.0, height) - object.depth_m;
 }
 
-/// Teeth stand on a ground, holes sink into a face; the nearest features of the lattice count.
+/// Teeth are on a ground, holes in a face; the nearest features of the lattice determine the
+/// height.
 double lattice_m(const ObjectSpec& object, double x_m, double y_m) {
   const double shift = object.pattern == Pattern::hexagonal       ? 0.5
                        : object.pattern == Pattern::parallelogram ? 0.25
@@ -153,7 +154,7 @@ double lattice_m(const ObjectSpec& object, double x_m, double y_m) {
   return height;
 }
 
-/// Both legs of a stitch lean outwards from one course to the next; yarn is round.
+/// Both legs of a stitch lean outwards from one course to the next; the yarn is round.
 double stitch_m(const ObjectSpec& object, double x_m, double y_m) {
   const double wale = std::round(x_m / object.pitch_x_m),
                course = std::floor(y_m / object.pitch_y_m);
@@ -167,7 +168,7 @@ double stitch_m(const ObjectSpec& object, double x_m, double y_m) {
   return object.depth_m * ((down ? 0.3 : 1.0) * yarn - 1) + offset * yarn;
 }
 
-/// Ridges of two courses each, dented where one loop meets the next.
+/// Ridges of two courses each, with a dent between loops.
 double garter_m(const ObjectSpec& object, double x_m, double y_m) {
   const double ridge = y_m / (2 * object.pitch_y_m), wale = x_m / object.pitch_x_m;
   const double crest = 0.5 + 0.5 * std::cos(2 * std::numbers::pi * ridge);

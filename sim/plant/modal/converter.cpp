@@ -38,11 +38,11 @@ Status check(const ConverterParams& params, std::int64_t step_ns) {
                         "0 or 1e-12 to 1 of the range"}});
 }
 
-using Wide = long double;  // three digits in reserve where it is wider than double
+using Wide = long double;  // three more digits if it is wider than double
 
 /// In units of the step, with q = c h/(2 m) and kappa = k h^2/m, the impulse response is
 ///   G'' + 2 q G' + kappa G = 0, G(0) = 0, G'(0) = 1.
-/// All coefficients follow from its values at the step's end and two integrals over it.
+/// All coefficients follow from its values at the end of the step and two integrals over it.
 struct Response {
   Wide value;   // G(1)
   Wide slope;   // G'(1)
@@ -51,7 +51,7 @@ struct Response {
   Wide moment;  // integral of (1 - u) G(u)
 };
 
-/// Both q and kappa are small: power series, no cancellation.
+/// For small q and kappa: power series, no cancellation.
 Response by_series(Wide q, Wide kappa) {
   Response r{0, 0, 0, 0, 0};
   Wide before = 0, term = 1;  // coefficients n - 1 and n
@@ -105,7 +105,7 @@ Wide ramp_of_exp(Wide r) {
   return sum;
 }
 
-/// Two decays well apart, one of them perhaps very slow or, without a spring, none.
+/// Two well-separated decays; one may be very slow, or zero without a spring.
 Response by_decays(Wide q, Wide kappa) {
   const Wide s = std::sqrt(q * q - kappa);
   const Wide slow = -kappa / (q + s), fast = -(q + s);

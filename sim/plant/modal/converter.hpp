@@ -1,6 +1,6 @@
 #pragma once
-// An oscillator advanced exactly, and from a quantity in every step to the readings of one sensor
-// axis: low-pass, sampling at the sensor's own period, noise, range, quantum.
+// An exactly advanced oscillator, and a converter from a quantity in every step to the readings of
+// one sensor axis: low-pass, sampling at the sensor's own period, noise, range, quantum.
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace weft::sim {
 
-/// m x'' + c x' + k x = f(t), advanced exactly for an f that is linear within the step, at any
+/// m x'' + c x' + k x = f(t), advanced exactly for an f that is linear within the step, for any
 /// step, damping or stiffness: under-, critically and over-damped, undamped, and without a spring.
 /// Source: docs/reference/plant.md, Integrators and Closed forms (1, 10).
 struct Oscillator {
@@ -19,7 +19,7 @@ struct Oscillator {
   double damping_n_s_m = 0;
   double stiffness_n_m = 0;
 
-  /// With a natural frequency and a damping ratio instead.
+  /// The same from a natural frequency and a damping ratio.
   static Oscillator resonance(double mass_kg, double angular_rad_s, double damping_ratio) {
     return {mass_kg, 2 * damping_ratio * angular_rad_s * mass_kg,
             mass_kg * angular_rad_s * angular_rad_s};
@@ -31,15 +31,15 @@ struct OscillatorState {
   double v_mps = 0;
 };
 
-/// One step's coefficients, rounded once from a wider type; what an undamped oscillator gains or
-/// loses then is the rounding of its state, about 1e-16 of the energy per step.
+/// One step's coefficients, rounded once from a wider type. An undamped oscillator then changes
+/// only by the rounding of its state, about 1e-16 of the energy per step.
 class OscillatorStep {
  public:
   /// Errors: range, unless mass 1e-12 to 1e9 kg, damping 0 to 1e12 N s/m, stiffness 0 to 1e15 N/m,
   /// step 0 to 1e6 s and step times natural frequency and damping rate below 1e9.
   static Result<OscillatorStep> make(const Oscillator& oscillator, double step_s);
 
-  /// The state a step later, the force going from `begin_n` to `end_n`.
+  /// The state a step later, with a force that changes linearly from `begin_n` to `end_n`.
   [[nodiscard]] OscillatorState advance(const OscillatorState& from, double begin_n,
                                         double end_n) const {
     const auto row = [&](const Row& r) {
@@ -56,16 +56,16 @@ class OscillatorStep {
   Row x_, v_;
 };
 
-/// How one sensor's converter samples. Periods are whole numbers of the vibration's steps.
+/// Sampling of one sensor's converter. Periods are whole numbers of the vibration's steps.
 struct ConverterParams {
   std::int64_t period_ns = 0;
   double bandwidth_hz = 0;  ///< of a fourth-order Butterworth low-pass before sampling; 0: none
   double noise = 0;         ///< rms, in the sensor's unit
-  double range = 0;         ///< readings are held within +- this
+  double range = 0;         ///< readings are limited to +- this
   double quantum = 0;       ///< step of a reading; 0: none
 };
 
-/// Fourth-order Butterworth: two resonances, stepped exactly. Unit gain at rest.
+/// Fourth-order Butterworth: two resonances, stepped exactly. Unit gain at zero frequency.
 class LowPass {
  public:
   /// Errors: as OscillatorStep::make.
@@ -85,12 +85,11 @@ class LowPass {
 /// One sensor's axis: low-pass, noise, range and quantum.
 class Converter {
  public:
-  /// Errors: range, naming the field.
-  /// Readings are due at multiples of the period; the converter starts at the end of step
-  /// `first_step` >= 0.
+  /// Errors: range, with the name of the field. Readings are due at multiples of the period; the
+  /// converter starts at the end of step `first_step` >= 0.
   static Result<Converter> make(const ConverterParams& params, std::int64_t step_ns,
                                 std::uint64_t seed, std::int64_t first_step = 0);
-  /// A reading where one is due at this step's end; `offset` is there from the beginning of time.
+  /// A reading if one is due at the end of this step; `offset` is a constant since time zero.
   std::optional<double> advance(double value, double offset = 0);
 
  private:

@@ -17,8 +17,8 @@ constexpr std::size_t lanes = simd::width;
 
 constexpr double largest_force_n = 1e9;
 constexpr double smallest_force_n = 1e-100;
-// Added to every mode's force: a bank in silence decays to the rest under it, not through
-// denormals, without touching the processor's rounding modes. In m/s2: nothing.
+// Added to every mode's force [m/s2]: a silent bank then decays to this instead of denormals,
+// without a change of the processor's rounding modes. It is negligible.
 constexpr double least_force = 1e-30;
 
 constexpr std::size_t per_group(std::size_t channels) {
@@ -31,7 +31,7 @@ double limited(double force_n) {
   return std::clamp(force_n, -largest_force_n, largest_force_n);
 }
 
-/// One sample: moves all modes on and adds up what each channel sees of them.
+/// One sample: advances all modes and sums their contribution to each channel.
 template <std::size_t channels>
 WEFT_SIM_INLINE void advance_groups(const double* coefficients, double* state, std::size_t groups,
                                     const Force& force, double* out) {
@@ -72,8 +72,8 @@ WEFT_SIM_CLONES void advance_3(const double* c, double* w, std::size_t groups, c
   advance_groups<3>(c, w, groups, force, out);
 }
 
-/// What one step of a mode under a piecewise-linear force comes to, with w scaled and turned so
-/// that the force enters it with weight 1.
+/// One step of a mode under a piecewise-linear force, with w scaled and rotated so that the weight
+/// of the force is 1.
 struct ExactMode {
   std::complex<long double> turn;     // e^{s h}
   std::complex<long double> reading;  // acceleration = Im(reading w) + direct f
@@ -82,7 +82,7 @@ struct ExactMode {
 
 using Complex = std::complex<long double>;
 
-/// (e^z - 1)/z and its own successor (that - 1)/z: by series where the difference would cancel.
+/// (e^z - 1)/z and its successor (that - 1)/z: by series if the difference would cancel.
 Complex mean_of_exp(Complex z) {
   Complex sum = 0, term = 1;
   if (std::abs(z) > 0.5L) return (std::exp(z) - 1.0L) / z;
@@ -104,8 +104,8 @@ ExactMode exact(const Mode& mode, double step_s) {
   const Complex s(-natural * mode.damping_ratio, damped);
   const Complex turn = std::exp(s * h);
   const Complex ramp = h * ramp_of_exp(s * h);          // weight of the force at the end
-  const Complex begin = h * mean_of_exp(s * h) - ramp;  // and at the begin
-  const Complex carried = begin / turn;                 // kept in w for the next step
+  const Complex begin = h * mean_of_exp(s * h) - ramp;  // weight of the force at the begin
+  const Complex carried = begin / turn;                 // part kept in w for the next step
   const Complex entry = ramp + carried;
   return {turn, s * s * entry / damped, 1 - (s * s * carried).imag() / damped};
 }
@@ -145,7 +145,7 @@ constexpr std::array overtones{1.0, 6.26689, 17.54748, 34.38606};
 
 constexpr std::string_view no_structure = "no structure is made like this";
 
-/// Shape of a plate's mode at the place of contact.
+/// Shape of a plate's mode at the point of contact.
 double shape(const PlateParams& p, int m, int n) {
   return std::sin(m * pi * p.contact_x) * std::sin(n * pi * p.contact_y);
 }

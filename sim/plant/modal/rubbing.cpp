@@ -104,12 +104,12 @@ double FaceWaves::height_m(const Vector2& place_m) const {
 Asperities::Asperities(double coarsest_m, double finest_share, std::uint64_t seed) {
   double cell_m = coarsest_m, amplitude = 1, squares = 0;
   for (std::size_t i = 0; i < octaves; ++i) {
-    octaves_[i] = {1 / cell_m, amplitude, mix(seed, i), -2, 0, 0};  // no cell, nor next to one
+    octaves_[i] = {1 / cell_m, amplitude, mix(seed, i), -2, 0, 0};  // no cell is -2 or next to it
     squares += amplitude * amplitude;
     cell_m /= 2;
     amplitude *= finest_share;
   }
-  // Uniform in +-1 has variance 1/3, straight lines between such values 2/3 of that.
+  // Uniform in +-1 has variance 1/3; linear interpolation of such values has 2/3 of that.
   for (Octave& octave : octaves_) octave.amplitude *= std::sqrt(4.5 / squares);
 }
 
@@ -169,7 +169,7 @@ Force Rubbing::advance(const SlidingContact& contact) {
   if (!(normal > 0)) return {};
 
   const double scratch = params_.asperity_share;
-  // Waves and asperities can take the load off, not pull; what is not loaded is not scratched.
+  // Waves and asperities can unload the face but not pull it; without load there is no scratching.
   const double pressed = std::max(
       -normal, stiffness * waves_.height_m(place) + scratch * normal * normal_.at(path_m_));
   const double scratched =

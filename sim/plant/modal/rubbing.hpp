@@ -1,8 +1,8 @@
 #pragma once
-// What a face that slides over a cloth does to probe and plate beyond the force of level L2: waves
-// of the surface pass at v/P and press, asperities pass and scratch. The first follow from the
-// place, the others from the distance slid, neither from time: nothing sounds while nothing moves.
-// The wander of the yarns is left out: at v/P the lines are sharper than a cloth's.
+// Forces of a sliding face on probe and plate in addition to those of level L2. Waves of the
+// surface pass at v/P and press; asperities pass and scratch. Waves depend on the place, asperities
+// on the distance slid, none on time: without motion there is no sound. The wander of the yarns is
+// left out: the lines at v/P are sharper than those of a fabric.
 
 #include <array>
 #include <cstdint>
@@ -18,19 +18,19 @@ namespace weft::sim {
 /// All [E].
 struct RubbingParams {
   double face_half_width_m = 8e-3;
-  std::size_t waves = 32;        ///< strongest ones that are kept
-  double asperity_share = 2e-3;  ///< rms of the scratching force, of the normal force
-  double coarsest_m = 200e-6;    ///< longest distance between asperities; seven octaves below
-  double finest_share = 0.5;     ///< amplitude of one octave against the next coarser (Hurst 1)
+  std::size_t waves = 32;        ///< number of waves that are kept, the strongest ones
+  double asperity_share = 2e-3;  ///< rms of the scratching force as a share of the normal force
+  double coarsest_m = 200e-6;  ///< longest distance between asperities; seven finer octaves follow
+  double finest_share = 0.5;   ///< amplitude of one octave relative to the next coarser (Hurst 1)
 };
 
-/// On a surface of grains that are `grain_m` apart (0: `params` as they are, for a cloth). The face
-/// rests on n = (side/grain)^2 of them; the force of each comes and goes by itself, so that the sum
-/// varies by 1/sqrt(n) = grain/side of the whole: no number is estimated but the grain.
+/// Parameters for a surface of grains `grain_m` apart (0: `params` unchanged, for a fabric). The
+/// face rests on n = (side/grain)^2 grains with independent forces. The sum varies by 1/sqrt(n) =
+/// grain/side of the whole, so that only the grain is estimated.
 RubbingParams with_grain(RubbingParams params, double grain_m);
 
-/// Sum of plane waves' means over a square face that is pressed on them: sinc(k_x a) sinc(k_y a).
-/// Many at once, by position, without memory.
+/// Sum of plane waves' means over a square face pressed on them: sinc(k_x a) sinc(k_y a). Many
+/// waves at once, by position, without memory.
 class FaceWaves {
  public:
   FaceWaves() = default;
@@ -47,7 +47,7 @@ class FaceWaves {
   std::vector<double> amplitude_m_, turns_x_, turns_y_, phase_turns_;
 };
 
-/// Noise along a path: octaves of values drawn per cell, straight in between; rms 1.
+/// Noise along a path: octaves of values drawn per cell, linear in between; rms 1.
 class Asperities {
  public:
   static constexpr std::size_t octaves = 8;
@@ -65,19 +65,19 @@ class Asperities {
   std::array<Octave, octaves> octaves_{};
 };
 
-/// Turns contacts into forces on the structures.
+/// Converts contacts to forces on the structures.
 class Rubbing {
  public:
-  /// The yarns of `field` are turned by `skew_rad` against the stages.
-  /// Errors: range, for parameters that are negative, not numbers or absurd.
+  /// The yarns of `field` are turned by `skew_rad` against the stages. Errors: range, for
+  /// parameters that are negative, NaN or out of range.
   static Result<Rubbing> make(const RubbingParams& params, const HeightField& field,
                               std::uint64_t seed, double skew_rad = 0);
 
-  /// Force on the plate along x, y (friction) and z (downwards) at the end of a step; the probe
-  /// feels the opposite. Numbers that are none count as 0, absurd ones are held at 1 km and 1e6 N;
-  /// more than 1 m in a step is a jump and adds nothing to the path.
+  /// Force on the plate along x, y (friction) and z (downwards) at the end of a step; that on the
+  /// probe is opposite. NaN counts as 0; larger values are limited to 1 km and 1e6 N. More than 1 m
+  /// in a step is a jump and adds nothing to the path.
   Force advance(const SlidingContact& contact);
-  /// Distance slid since the beginning [m].
+  /// Distance slid since the start [m].
   [[nodiscard]] double path_m() const { return path_m_; }
 
  private:

@@ -13,7 +13,7 @@ double rate_hz(std::int64_t step_ns) {
   return 1e9 / static_cast<double>(step_ns);
 }
 
-constexpr Duration longest = std::chrono::seconds(1);  // bounds what one step has to remember
+constexpr Duration longest = std::chrono::seconds(1);  // limits the memory of one step
 
 }  // namespace
 

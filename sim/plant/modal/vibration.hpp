@@ -1,7 +1,7 @@
 #pragma once
 // Level L3: accelerometer on the probe and microphone above the plate, from the contact of level L2
-// and the resonances of arm and plate. What is not asked for is not computed.
-// Source: docs/reference/plant.md, Levels; rates of VibTac-12 (200 Hz, 8 kHz).
+// and the resonances of arm and plate. Sensors that are not set are not computed. Source:
+// docs/reference/plant.md, Levels; rates of VibTac-12 (200 Hz, 8 kHz).
 
 #include <cstdint>
 #include <optional>
@@ -33,31 +33,31 @@ struct VibrationParams {
   RubbingParams rubbing;
 };
 
-/// How a cloth lies and since when: what differs from one mounted patch to the next.
+/// Orientation and start time of a fabric, which differ between mounted patches.
 struct VibrationStart {
   double skew_rad = 0;          ///< of the yarns against the stages
-  std::int64_t first_step = 0;  ///< >= 0, steps of time zero: readings are due at multiples of the
-                                ///< sensors' periods since then
+  std::int64_t first_step = 0;  ///< >= 0, steps since time zero; readings are due at multiples of
+                                ///< the sensors' periods since then
 };
 
-/// Readings that fell due at the end of a step.
+/// Readings that are due at the end of a step.
 struct VibrationSample {
   std::optional<std::array<double, 3>> acceleration_mps2;
   std::optional<double> sound_pa;
 };
 
-/// Starts out of contact: a first contact under load is a blow.
+/// Starts without contact: a first contact under load is an impact.
 class Vibration {
  public:
-  /// Errors: range, naming the field; what the parts refuse.
+  /// Errors: range, with the name of the field, and those of the parts.
   static Result<Vibration> make(const VibrationParams& params, const HeightField& field,
                                 std::uint64_t seed, const VibrationStart& start = {});
 
-  /// One step of `step_ns` with the contact as it is at its end. Whatever the contact says, no
-  /// reading is anything but a number within its range.
+  /// One step of `step_ns` with the contact at its end. For any contact, readings are finite
+  /// numbers within their range.
   VibrationSample advance(const SlidingContact& at_end);
   [[nodiscard]] std::int64_t step_ns() const { return step_ns_; }
-  /// Whether anything is asked for.
+  /// Whether any sensor is set.
   [[nodiscard]] bool listens() const { return probe_ || sound_; }
 
  private:
@@ -83,9 +83,9 @@ class Vibration {
   std::optional<Sound> sound_;
 };
 
-// Level L3 of the probe on the cloth: the contact of level L2, stepped so that it is known at every
-// tick of the vibration, and the sensors that hear it. Ticks and readings lie on one grid of whole
-// nanoseconds since time zero, whatever steps the stages make. What is not asked for is not
+// Level L3 of the probe on the fabric: the contact of level L2, with steps that end at every tick
+// of the vibration, and the sensors of the vibration. Ticks and readings are on one grid of whole
+// nanoseconds since time zero, for any steps of the stages. Sensors that are not set are not
 // computed: without a sensor this is level L2, bit for bit. Source: docs/reference/plant.md,
 // Levels.
 
@@ -94,7 +94,7 @@ struct AccelerationReading {
   std::uint64_t index = 0;
   std::array<double, 3> acceleration_mps2{};
 };
-/// One reading of the microphone, likewise.
+/// One reading of the microphone, due in the same way.
 struct SoundReading {
   std::uint64_t index = 0;
   double pressure_pa = 0;
@@ -106,21 +106,22 @@ struct VibrationReadings {
 
 class SoundingContact {
  public:
-  /// Listens to `contact` on a patch whose surface is `field`, its yarns turned by `skew_rad`, from
-  /// `start` >= 0 on. Out of contact before: a contact under load at once is a blow.
-  /// Errors: range, naming the sensor and the field; what Vibration::make refuses.
+  /// Simulates the vibrations of `contact` from `start` >= 0 on, on a patch with the surface
+  /// `field` and yarns turned by `skew_rad`. Before `start` there is no contact: a contact under
+  /// load at once is an impact. Errors: range, with the sensor and the field, and those of
+  /// Vibration::make.
   static Result<SoundingContact> make(const DynamicContact& contact, const VibrationParams& params,
                                       const HeightField& field, double skew_rad, std::uint64_t seed,
                                       TimePoint start);
 
-  /// The state `dt` later with the stages at `to`, moved there in a straight line, and what the
-  /// sensors read until then. A `dt` below 0 or above a second changes nothing.
+  /// The state `dt` later with the stages at `to`, moved there in a straight line, and the sensors'
+  /// readings until then. A `dt` below 0 or above a second changes nothing.
   ContactState advance(const ContactState& from, const Pose& to, Duration dt);
-  /// What advance() would lead to; hears and changes nothing.
+  /// The result of advance(), without readings; changes nothing.
   [[nodiscard]] ContactState peek(const ContactState& from, const Pose& to, Duration dt) const;
-  /// Up to when advance() has come.
+  /// Time up to which advance() has been called.
   [[nodiscard]] TimePoint now() const { return now_; }
-  /// Readings since they were last taken.
+  /// Readings since the last call.
   VibrationReadings take();
 
  private:
@@ -132,7 +133,7 @@ class SoundingContact {
   Vibration vibration_;
   std::int64_t acceleration_ns_ = 1, sound_ns_ = 1;  ///< periods
   TimePoint now_;
-  std::vector<SlidingContact> contacts_;  ///< of one step, kept for its memory
+  std::vector<SlidingContact> contacts_;  ///< of one step; kept to reuse its memory
   VibrationReadings readings_;
 };
 
