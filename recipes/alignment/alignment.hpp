@@ -8,9 +8,9 @@
 // ends by itself (docs/adr/0002), and every step has a timer.
 //
 // Limits of a touch. A height is that of the face's centre when an edge of the face meets the
-// plate. With the rotary stages at rest the offset is equal at every point, so it does not change
-// the slope of the plane. An error of the face against its guide also moves all touches equally and
-// is not measured.
+// plate. With the rotary stages at rest this offset is equal at every point, so the slope does not
+// change. An error of the face against its guide also moves all touches equally and is not
+// measured.
 
 #include <optional>
 #include <variant>

@@ -12,26 +12,25 @@
 // 2. The stage position: the quantum nearest to the set point. The stage moves only when that
 // quantum changes.
 //
-// The observer has the poles of a steady Kalman filter for a drift with random walk, two at w (1 +-
-// i) / sqrt 2. The waves of a fabric scale with its stiffness, hence w ~ sqrt K. Until it has
-// learnt the drift it is faster, w = learning / age.
+// The observer has the poles of a steady Kalman filter for a random-walk drift: two at w (1 +- i) /
+// sqrt 2. The waves of a fabric scale with its stiffness, hence w ~ sqrt K. Until it has learnt the
+// drift it is faster, w = learning / age.
 //
-// If the contact is softer than assumed, the set point is more quanta away than estimated (a probe
-// that hangs on its stop has moved too little to measure the stiffness). A lasting error is
-// therefore corrected by one quantum. If that gives a larger error on the other side, the estimate
-// was right: the stage returns and stays.
+// If the contact is softer than assumed, the set point is more quanta away than estimated. This
+// happens to a probe that hangs on its stop: it has moved too little to measure the stiffness. A
+// lasting error is therefore corrected by one quantum. If that gives a larger error on the other
+// side, the estimate was right: the stage returns and stays.
 
 #include <optional>
 
 namespace weft::recipes {
 
 struct ForceHoldConfig {
-  double band_n = 0.1;  ///< from the set point; a reading further away ends the hold
-  double quiet_n =
-      0.06;  ///< from the expected force; a reading further away is not noise and ends the hold
+  double band_n = 0.1;    ///< from the set point; a reading further away ends the hold
+  double quiet_n = 0.06;  ///< from the expected force; one further away is no noise and ends it
   double pole_radps = 3;  ///< w at the stiffness below (fabric and mount)
   double pole_stiffness_npm = 15e3;
-  double learning = 6;  ///< w of a hold that began 1 s ago, times 1 s
+  double learning = 6;  ///< w = learning / age [rad]
   double slowest_radps = 1, fastest_radps = 20;
   double lead_s = 0.05;     ///< from the time of a reading to the middle of the stage's response
   double step_s = 0.1;      ///< duration of a move, by a velocity that ends by itself

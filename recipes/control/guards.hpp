@@ -58,10 +58,9 @@ struct GuardLimits {
   double torque_cap_nm = 0;  ///< limit of the magnitude of the torque
   std::array<Range, axis_count> travel{};
   std::array<bool, axis_count> fixed{};  ///< axes without a stage; they have no readings
-  double travel_slack = 5e-6;  ///< rounding and overshoot that is not a violation [m] or [rad]
-  double taxel_cap_counts =
-      0;  ///< limit of any taxel's change, without a force sensor; 0: not checked
-  Duration wrench_max_age{};  ///< zero: no force sensor
+  double travel_slack = 5e-6;   ///< rounding and overshoot that is not a violation [m] or [rad]
+  double taxel_cap_counts = 0;  ///< largest change of a taxel, without force sensor; 0: not checked
+  Duration wrench_max_age{};    ///< zero: no force sensor
   Duration taxels_max_age{};
   Duration stage_max_age{};
   Duration wrench_longest_frozen{};  ///< zero: not checked

@@ -3,22 +3,21 @@
 // The daemon executes the effects in order and reports their results as events.
 //
 // Tickets. Each waiting state gets a new ticket. Every effect that expects an answer carries it,
-// and the answer must return it. Answers with an old ticket are ignored (a timer that was not
-// cancelled, a motion that was replaced), so nothing needs to be cancelled.
+// and the answer must return it. Answers with an old ticket are ignored (an old timer, a replaced
+// motion), so nothing needs to be cancelled.
 //
 // Order of a trial: clear (first trial only), mount, position, bias, approach, seat, lower to rest,
 // S, press, P, M (one leg at a time), release, unload to rest, E, retract. A press goes from P
-// directly to release.
-// After the last trial come the final steps of the recipe (motion.hpp), if the probe is up.
-// Before each trial an operator step may be due (operator_steps.hpp). The stages are at rest and
-// the probe is up during the step, and z moves up again before anything else moves.
-// P is recorded once the force has settled in its band, so that P is at the set point (the paper's
+// directly to release. After the last trial come the final steps of the recipe (motion.hpp), if the
+// probe is up. Before each trial an operator step may be due (operator_steps.hpp). The stages are
+// at rest and the probe is up during the step, and z moves up again before anything else moves. P
+// is recorded once the force has settled in its band: it is at the set point (the paper's
 // "controlled pressure"). E is recorded at a rest height that the release finds anew, because the
 // load has compressed the fabric. In S and E only the weight of the probe acts, and the recorded
 // force is compared with it.
 //
-// With a set point below the weight the stage carries a part of it: the probe hangs on the stop at
-// the lower end of the slack of its mount. A set point of 0 is a stroke above the fabric.
+// With a set point below the weight the stage carries a part of the weight. The probe hangs on the
+// stop at the lower end of its mount's slack. A set point of 0 is a stroke above the fabric.
 
 #include <cstdint>
 #include <optional>
@@ -192,7 +191,7 @@ struct ForceSettled {
 };
 struct TimerExpired {
   Ticket ticket = 0;
-  std::optional<Error> awaited{};  ///< the missing answer, if the bench knows more than the step
+  std::optional<Error> awaited{};  ///< the missing answer, if the bench can name it
 };
 /// The record of the current trial is bad. The trial is repeated once the probe is up, as often as
 /// the recipe allows; after that it has failed.

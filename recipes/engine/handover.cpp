@@ -9,8 +9,7 @@ namespace weft::recipes {
 namespace {
 
 constexpr std::int64_t most_groups = 1000;
-constexpr std::uint32_t least_trained =
-    2;  // trials of a fabric; fewer have no spread to learn from
+constexpr std::uint32_t least_trained = 2;  // trials per fabric; fewer have no spread
 constexpr double longest_s = 86'400;
 
 /// In the order of the enumeration.

@@ -51,8 +51,8 @@ inline constexpr double lighten_speed_mps = 0.05e-3;
 /// Time limit of a move that should take `expected_s` [s].
 double move_timeout_s(double expected_s);
 
-/// Time from one end of the axis to the other, for rotary axes at their limit [s]: a plan does not
-/// know the position of the stage.
+/// Time from one end of the axis to the other, for rotary axes at their limit [s]. The position of
+/// the stage is not known at planning.
 double full_travel_s(const RigLimits& limits, Axis axis, double speed_mps);
 
 /// Time limit of a retract to the clear height from any z [s].

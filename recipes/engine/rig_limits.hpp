@@ -48,8 +48,7 @@ struct RigLimits {
   double touch_counts = 0;        ///< mean change that counts as a touch
   double taxel_cap_counts = 0;    ///< largest change of a taxel; more fails the trial
   double most_press_depth_m = 0;  ///< largest z below the touch
-  double frozen_wrench_s =
-      0.25;  ///< readings without change for this time are faulty; 0: not checked
+  double frozen_wrench_s = 0.25;  ///< unchanged readings are faulty after this; 0: not checked
   double frozen_taxels_s = 1;
   double probe_weight_n = 0.2 * 9.80665;  ///< weight on the fabric when nothing pushes the probe
   /// z continues by this distance after the fabric carries the weight, or after the taxels' touch.
@@ -58,12 +57,12 @@ struct RigLimits {
   /// load. Within it the fabric carries the weight alone. Nullopt if unknown: a real rig that does
   /// not state it.
   std::optional<double> slack_m;
-  /// At the lower end of the slack the probe hangs on a stop that can carry a part of its weight,
-  /// so forces below the weight can be held.
+  /// At the lower end of the slack the probe hangs on a stop that can carry a part of its weight.
+  /// Forces below the weight can then be regulated.
   bool hangs_on_stop = false;
   double rest_tolerance = 0.05;    ///< of the weight: allowed deviation in phases S and E
   Vec2 footprint_m{16e-3, 16e-3};  ///< the probe's face, centred on the contact point
-  double clearance_m = 8e-3;  ///< height above the plate for transfers: over the thickest cloth
+  double clearance_m = 8e-3;  ///< height above the plate for transfers: above the thickest fabric
   double cycle_hz = 100;      ///< scan cycle of controller and guards
   /// Sum over all arrays; 0: no device has the role, and data sets have the wrench only.
   std::size_t taxels = 16;

@@ -156,8 +156,8 @@ class MaintenancePlanner {
                  .hint = "Retract the probe first"});
   }
 
-  /// The limit is relative to the force before the jog, because a sensor that was switched on since
-  /// the last trial has no bias. The sum of both stays under the rig's cap.
+  /// The limit is relative to the force before the jog. A sensor that was switched on since the
+  /// last trial has no bias. The sum of both stays under the rig's cap.
   Status limit_force() {
     if (!plan_.limits.has_wrench) return require_up();
     const double cap_n = plan_.limits.force_cap_n;

@@ -300,8 +300,7 @@ bool bind_parameters(json& document, std::string_view values_json, Problems& pro
     return true;  // a wrong declaration causes further errors, which are not reported
   bind_values(values_json, parameters, problems);
   if (!problems.empty()) return true;
-  Resolver resolver(parameters,
-                    problems);  // resolves the members only: the recipe itself cannot be a value
+  Resolver resolver(parameters, problems);  // members only: the recipe itself is no value
   for (auto& [key, value] : document.items()) resolver.resolve(value, child("", key), key);
   check_bound(parameters, problems);
   json& bound = document["bound_parameters"] = json::object();

@@ -22,7 +22,7 @@ namespace weft::sim {
 
 /// A calibration of a Mini40 SI-40-2 in the pattern of a real Mini40 (CAL80): gauges 0, 2 and 4
 /// carry Fz, Tx and Ty, the others Fx, Fy and Tz. The rated load of one axis is 10000 counts of its
-/// strongest gauge, so that loads on three axes stay inside the converter's range [E].
+/// strongest gauge. Loads on three axes then stay inside the converter's range [E].
 protocols::ati_digital::Calibration mini40_calibration(const std::string& serial,
                                                        double counts_per_n, double counts_per_nm);
 

@@ -40,8 +40,9 @@ class ToolTransform {
 /// Conversions per second; a box sends every n-th one.
 inline constexpr double conversions_hz = 7000;
 
-/// Settings of the box's web pages. Forms, keys and limits are those of a public client, from the
-/// box's manual (9620-05-NET FT-22, 7.1 to 7.4), tried on a box with firmware 2.2.59.
+/// Settings of the box's web pages. Forms, keys and limits are those of a public client. It has
+/// them from the box's manual (9620-05-NET FT-22, 7.1 to 7.4) and has tried them on a box with
+/// firmware 2.2.59.
 struct NetftSettings {
   double rate_hz = 100;                          ///< of the next stream, 1 to 7000
   std::size_t records_per_datagram = 10;         ///< of buffered streams, 1 to 40

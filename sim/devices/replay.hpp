@@ -31,8 +31,7 @@ struct RunError {
   /// Normal force, including samples that were not recorded: touch-down, ramps and lift-off, where
   /// the runs differ by a few milliseconds in time.
   double anywhere_max_n = 0;
-  double unled_max_n =
-      0;  ///< normal force, when the finer run follows the same motion without lead
+  double unled_max_n = 0;  ///< normal force; the finer run follows the same motion, unled
   double unled_rms_n = 0;
   TimePoint worst_at{};     ///< time of force_max_n: the grid point, on the bench's clock
   bool is_doubled = false;  ///< a second reference was computed too

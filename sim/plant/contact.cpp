@@ -8,11 +8,10 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double largest_exponent = 700;  // e^700 is still finite
-constexpr int newton_limit = 80;          // 1 to 3 in use, more if a bracket is needed
-constexpr double newton_tolerance =
-    1e-4;                       // in s; the method is cubic, so that about the cube of it remains
-constexpr double cubic = 1e-6;  // share of the residual that may remain after the last step
+constexpr double largest_exponent = 700;   // e^700 is still finite
+constexpr int newton_limit = 80;           // 1 to 3 in use, more if a bracket is needed
+constexpr double newton_tolerance = 1e-4;  // in s; the method is cubic, so that its cube remains
+constexpr double cubic = 1e-6;             // share of the residual that may remain
 constexpr double nothing_n = 1e-12;  // a larger residual means a corner (of the mount) in between
 constexpr double settled = 1e-13;    // in s; such a guess needs no step
 constexpr double largest_angle_rad = 1;  // of a plate or a face: no bench tilts further

@@ -15,9 +15,9 @@
 namespace weft::sim {
 
 /// The probe's mount. The probe rides in a guide on the z stage. It can be pushed up against a
-/// spring (the compliance of sensor and mount), rests freely inside a slack, and hangs on a stop
-/// below it. Inside the slack the stage does not change the force: the fabric carries the probe's
-/// own weight, which is phase S of Khan et al. 2016.
+/// spring (the compliance of sensor and mount). Inside a slack it rests freely; below the slack it
+/// hangs on a stop. Inside the slack the stage does not change the force: the fabric carries the
+/// probe's own weight, which is phase S of Khan et al. 2016.
 struct Mount {
   double mass_kg = 0.2;             ///< [E]
   double stiffness_n_m = 2e4;       ///< k_c, series compliance [E]

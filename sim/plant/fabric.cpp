@@ -15,9 +15,8 @@
 namespace weft::sim {
 namespace {
 
-constexpr double steepest_surface =
-    6;  // std(h)/lambda above which e^{h/lambda} has no physical meaning
-constexpr double furthest_draw = 3;  // draws are limited to three standard deviations
+constexpr double steepest_surface = 6;  // larger std(h)/lambda has no meaning in e^{h/lambda}
+constexpr double furthest_draw = 3;     // draws are limited to three standard deviations
 constexpr double usual_roughness_m = 5e-6;
 
 /// 1 + spread * N(0, 1), limited, at least 0.1.

@@ -115,9 +115,8 @@ struct Patch {
   ContactMaterial material;
   HeightField field;
   double skew_rad = 0;
-  double offset_x_m = 0,
-         offset_y_m = 0;          ///< of the field's origin; already included in the waviness
-  double tilt_x = 0, tilt_y = 0;  ///< added to the rig's own tilt
+  double offset_x_m = 0, offset_y_m = 0;  ///< of the field's origin; included in the waviness
+  double tilt_x = 0, tilt_y = 0;          ///< added to the rig's own tilt
   double gain_scale = 1;
   std::array<double, 16> pad_ratio = filled_ratio();  ///< of each pad's gain
   std::array<double, 16> pad_height_m{};              ///< of the piece under each pad, upwards

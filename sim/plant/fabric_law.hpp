@@ -13,9 +13,9 @@
 namespace weft::sim {
 
 /// Rate-independent hysteresis of compression. The factor on the elastic force is between 1
-/// (loading curve, as printed by KES) and (1 - eta)/(1 + eta) (unloading), so that a whole cycle
-/// has the resilience RC. The transition is smooth in s = indentation/lambda: a Maxwell-slip
-/// element with one length.
+/// (loading curve, as printed by KES) and (1 - eta)/(1 + eta) (unloading). A whole cycle then has
+/// the resilience RC. The transition is smooth in s = indentation/lambda: a Maxwell-slip element
+/// with one length.
 struct Hysteresis {
   double eta = 0;       ///< 0: no hysteresis
   double length = 0.3;  ///< change of s for 1 - 1/e of a reversal [E]

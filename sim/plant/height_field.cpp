@@ -13,9 +13,8 @@ constexpr int isotropic_waves = 16;
 constexpr int streak_waves = 6;
 constexpr double wander_shortest_m = 3e-3;  // [E] the yarn spacing varies slowly, over many yarns
 constexpr double wander_longest_m = 25e-3;
-constexpr double streak_drift =
-    0.02;  // [E] standard deviation of a streak's direction from its yarn [rad]
-constexpr int longest_repeat = 60;  // pitches after which every realistic weave repeats
+constexpr double streak_drift = 0.02;  // [E] deviation of a streak from its yarn [rad]
+constexpr int longest_repeat = 60;     // pitches after which every realistic weave repeats
 constexpr int samples_per_pitch = 16;
 
 double log_bessel_i0(double x) {

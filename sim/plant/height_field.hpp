@@ -1,7 +1,8 @@
 #pragma once
 // The surface of a fabric as a sum of plane waves: the lattice of its yarns and a random part. All
 // waves are separable, cos(a + b) = cos a cos b - sin a sin b with a along one axis and b along the
-// other, so that a field needs no trigonometry per point. Source: docs/reference/plant.md, Surface.
+// other. A field therefore needs no trigonometry per point. Source: docs/reference/plant.md,
+// Surface.
 
 #include <array>
 #include <cstddef>

@@ -16,9 +16,8 @@ namespace weft::sim {
 namespace {
 
 constexpr double vacuum_permittivity_f_m = 8.8541878128e-12;  // CODATA 2018
-constexpr double level_pressure_pa =
-    1000;  // below it the hysteresis counts by difference, above it by ratio [E]
-constexpr double largest_felt_pa = 1e15;  // closes any gap
+constexpr double level_pressure_pa = 1000;  // hysteresis is by ratio above, by difference below [E]
+constexpr double largest_felt_pa = 1e15;    // closes any gap
 constexpr double frame_s = static_cast<double>(pad_timing::frame_ns) * 1e-9;
 
 /// Capacitance of a pad's plates times their distance, in vacuum.
@@ -281,9 +280,9 @@ void PadArray::commit(std::size_t pad, const State& next, const Draw& draw) {
                           level_counts * shared_gain() + noise_at(level_counts) * draw.normal[pad]);
 }
 
-/// The counts of a whole scan, with the same bits as commit() in the order of the stages. Of a
-/// pad's neighbours two are new: the one to its left, and the one above or below that an earlier
-/// stage converts.
+/// The counts of a whole scan, with the same bits as commit() in the order of the stages. Two of a
+/// pad's neighbours are new: the one to its left, and the one above or below that an earlier stage
+/// converts.
 WEFT_SIM_CLONES void PadArray::count_all(const Law& law, const Sensor& sensor, const State& from,
                                          const State& to, const Draw& draw, double gain,
                                          std::array<std::uint16_t, pad_count>& counts) {

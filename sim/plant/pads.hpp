@@ -59,8 +59,7 @@ struct PadParams {
   double temperature_k = 0;  ///< standard deviation
   double temperature_time_s = 1800;
   double gain_per_k = 2e-3;
-  double height_spread_m =
-      0;  ///< of the pads over the face, drawn once per rig, standard deviation
+  double height_spread_m = 0;  ///< of the pads over the face, once per rig, standard deviation
 };
 
 /// Errors: range, with the name of the field.
@@ -92,8 +91,8 @@ class PadArray {
   /// Converts one pad under `pressure_pa` in frame number `frame`, once per pad and frame. NaN, and
   /// pressure beyond any gap, close the gap.
   void convert(std::size_t pad, double pressure_pa, std::uint64_t frame);
-  /// Converts the pads of stages [first, last) of a frame in the order of the stages, with the same
-  /// bits as one by one: pads affect each other only through the last conversions.
+  /// Converts the pads of stages [first, last) of a frame in the order of the stages. The bits are
+  /// those of single conversions: pads affect each other only through the last conversions.
   void convert_stages(const std::array<double, pad_count>& pressure_pa, std::uint64_t frame,
                       int first = 0, int last = pad_timing::stages);
 

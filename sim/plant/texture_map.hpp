@@ -1,10 +1,10 @@
 #pragma once
 // Effect of the surface on the pads. PadBed has the pressure of all 16 at their conversions.
-// TextureMap has the average of e^{h/lambda} over a pad's disc, on a 50 um grid, computed in square
-// tiles only where a pad passes. It is divided by the mean over the whole fabric, so that a smooth
-// fabric gives 1. The disc consists of square cells: its transfer function is within 0.7 % of full
-// scale of the true disc's. Source: docs/reference/plant.md, Pads on a surface.
-// the true disc's. Source: docs/reference/plant.md, Pads on a surface.
+// TextureMap has the average of e^{h/lambda} over a pad's disc, on a 50 um grid. It is computed in
+// square tiles, only where a pad passes. It is divided by the mean over the whole fabric, so that a
+// smooth fabric gives 1. The disc consists of square cells: its transfer function is within 0.7 %
+// of full scale of the true disc's. Source: docs/reference/plant.md, Pads on a surface. the true
+// disc's. Source: docs/reference/plant.md, Pads on a surface.
 
 #include <array>
 #include <climits>
@@ -103,8 +103,8 @@ class PadBed {
 
   /// The two pads of a stage are converted with the face in the state `contact`.
   void remember(int stage, const ContactState& contact);
-  /// The same with the stages at `pose`, at the fraction `share` of the time between two states in
-  /// which the face touches and its slope is equal.
+  /// The same with the stages at `pose`, at the fraction `share` of the time between two states. In
+  /// both states the face touches, with equal slope.
   void remember(int stage, const Pose& pose, const ContactState& before, const ContactState& after,
                 double share);
   /// Pressure of the pads of stages [first, last) from the remembered states [Pa]; others do not

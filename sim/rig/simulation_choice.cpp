@@ -101,7 +101,7 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
   return out;
 }
 
-/// L0 has one force and does not know phases: all set points must be equal.
+/// L0 has one force and no phases: all set points must be equal.
 Status write_set_point(const RigConfig& config, const SimulationRequest& request,
                        ordered_json& simulation) {
   // The release finds the upper end of the slack by a force clearly above the weight.
@@ -133,8 +133,7 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
 
 void write_setting(const FidelitySetting& setting, ordered_json& simulation) {
   if (setting.level >= Level::quasistatic)
-    simulation["step_us"] =
-        std::round(setting.step_s * 1e9) / 1e3;  // rounded so that it reads back as written
+    simulation["step_us"] = std::round(setting.step_s * 1e9) / 1e3;  // reads back as written
   if (setting.level >= Level::dynamic)
     simulation["dynamics"]["integrator"] = to_string(setting.integrator);
 }

@@ -105,8 +105,7 @@ struct Fault {
   TimePoint until = TimePoint::max();
   double probability = 1;
   double amount = 0;
-  bool to_device =
-      false;  ///< wire faults: true affects data from the host, false data from the device
+  bool to_device = false;  ///< wire faults: hits data from the host, else from the device
 };
 
 /// The faults of one device. Without faults it draws no random number, so the rig behaves the same.

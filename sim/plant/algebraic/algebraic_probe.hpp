@@ -11,9 +11,9 @@ namespace weft::sim {
 
 // Level L0: once the face has reached the fabric, the force is the set point. There is no memory,
 // no controller and no pre-sliding; pads read the surface through a linear filter, their disc. It
-// is valid for mean levels and periodicities of fabrics with a surface that is flat against lambda
-// (error 2 % at a/lambda = 0.3, 27 % at 1). Source: docs/reference/plant.md, Pads on a surface and
-// Levels.
+// is valid for mean levels and periodicities, if the surface of the fabric is flat against lambda.
+// The error is 2 % at a/lambda = 0.3 and 27 % at 1. Source: docs/reference/plant.md, Pads on a
+// surface and Levels.
 
 /// Mean height under a pad's disc: each wave of the surface times 2 J1(k R)/(k R).
 class LinearTexture {

@@ -199,8 +199,8 @@ Approach DynamicContact::approach(const ContactState& from, const Pose& to, doub
   Vector2 lag = from.lag_m;
   if (jump) lag = {lag[0] + to.x_m - from.pose.x_m, lag[1] + to.y_m - from.pose.y_m};
   const Vector2 moved{to.x_m - from.pose.x_m, to.y_m - from.pose.y_m};
-  // One plane for the whole step touches the waves at the middle of the step, so that the planes of
-  // successive steps agree to the third order.
+  // One plane for the whole step touches the waves at the middle of the step. The planes of
+  // successive steps then agree to the third order.
   const double share = jump ? 0 : 0.5;
   Pose middle = from.pose;
   middle.x_m += share * moved[0] - from.lag_m[0];

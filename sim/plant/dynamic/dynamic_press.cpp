@@ -127,15 +127,15 @@ DynamicContact::Pressed DynamicContact::press_tr_bdf2(const Motion& motion,
 // and the difference of the velocity from that of the contact without inertia. There is no memory,
 // so a run that is divided at the stages' steps gives the same result. When `step_s` decreases, the
 // substeps of oscillations decrease with it, and the error with its square (adaptive_test). Those
-// of calm motion follow once 16 times `step_s` is shorter than half a radian of the contact's own
-// oscillation (at 5 N 0.7 ms on denim, 0.3 ms on satin).
+// of calm motion are limited to half a radian of the contact's own oscillation. They decrease once
+// 16 times `step_s` is shorter than that (at 5 N 0.7 ms on denim, 0.3 ms on satin).
 
 namespace {
 
 /// An oscillation with this a w^2 uses substeps of step_s.
 constexpr double lively_n_s2 = 1e4;
 /// Upper limit of h w for any amplitude. The hysteresis of the fabric keeps a part of every
-/// reversal, so an unresolved oscillation shifts the force in a stroke of minutes.
+/// reversal. An unresolved oscillation would therefore shift the force in a stroke of minutes.
 constexpr double longest_angle = 0.5;
 
 /// The substep [s] for an oscillation of a mass on a spring of `k_n_m` with this imbalance;
@@ -199,8 +199,7 @@ namespace {
 constexpr double settled = 1e-13;     // of the forces; such a guess needs no step
 constexpr double deep_exponent = 40;  // no bench presses so far (0.1 GPa on the softest fabric)
 constexpr int newton_limit = 100;     // 2 or 3 in use
-constexpr double tolerance =
-    1e-5;  // in s; the method is quadratic, so that the square of it remains
+constexpr double tolerance = 1e-5;    // in s; the method is quadratic: its square remains
 
 }  // namespace
 
@@ -211,8 +210,7 @@ double PressLaw::growth(const PressMemory& memory, double s) const {
 }
 
 double PressLaw::branch(const PressMemory& memory, double s) const {
-  const double moved =
-      s - std::max(memory.exponent, 0.0);  // without contact the branch does not change
+  const double moved = s - std::max(memory.exponent, 0.0);  // constant without contact
   return branch_after(memory.branch, moved, near_exp(-std::abs(moved) * per_length));
 }
 

@@ -8,9 +8,8 @@
 namespace weft::sim {
 namespace {
 
-constexpr int newton_limit = 80;  // 2 or 3 in use
-constexpr double relative_tolerance =
-    1e-5;  // the method is quadratic, so that the square of it remains
+constexpr int newton_limit = 80;             // 2 or 3 in use
+constexpr double relative_tolerance = 1e-5;  // the method is quadratic: its square remains
 constexpr double absolute_tolerance_mps = 1e-16;
 constexpr double series_below = 0.02;
 

@@ -67,8 +67,8 @@ constexpr double middle = 1 / (share * (2 - share));
 constexpr double begin = (1 - share) * (1 - share) / (share * (2 - share));
 }  // namespace tr_bdf2
 
-// One substep of the probe along x and y. The stages carry the plate, so the probe's velocity in
-// the bench frame, v, is minus the rate of its lag u behind the stages:
+// One substep of the probe along x and y. The stages carry the plate. The probe's velocity v in the
+// bench frame is therefore minus the rate of its lag u behind the stages:
 //   m dv/dt = k_l u - c_l v - F(w),  du/dt = -v,  w = V + v
 // with the stages' velocity V, the slip w over the fabric and LuGre's F.
 

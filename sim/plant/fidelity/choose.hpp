@@ -1,6 +1,6 @@
 #pragma once
-// Chooses a setting from the table by its promise for the fabrics and forces of a plan, and by the
-// speed of the whole run.
+// Chooses a setting from the table. Criteria: its promise for the fabrics and forces of a plan, and
+// the speed of the whole run.
 
 #include <optional>
 #include <string>

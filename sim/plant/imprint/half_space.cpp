@@ -13,7 +13,7 @@ namespace {
 
 /// Largest unevenness of the contact, as a share of its depth, per unit of the tolerance.
 constexpr double level_per_tolerance = 100;
-/// Of depth and heights together: smaller gaps are rounding.
+/// Share of depth and heights together: smaller gaps are rounding.
 constexpr double rounding = 1e-14;
 
 std::vector<double> influences(std::size_t rows, std::size_t cols, double spacing_m,

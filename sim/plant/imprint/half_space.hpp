@@ -1,9 +1,8 @@
 #pragma once
 // Level Z+: a rigid face pressed on an elastic half-space, so that a loaded taxel also lowers its
-// neighbours. Contact by conjugate gradients on the loaded taxels (Polonsky, Keer 1999, Wear 231,
-// 206), displacement by convolution with Love's (1929) influence of a uniformly loaded square.
-// Source: docs/reference/plant.md, Levels.
-// loaded square. Source: docs/reference/plant.md, Levels.
+// neighbours. Contact: conjugate gradients on the loaded taxels (Polonsky, Keer 1999, Wear 231,
+// 206). Displacement: convolution with Love's (1929) influence of a uniformly loaded square.
+// Source: docs/reference/plant.md, Levels. loaded square. Source: docs/reference/plant.md, Levels.
 
 #include "sim/plant/imprint/fft.hpp"
 #include "sim/plant/imprint/height_map.hpp"
@@ -12,9 +11,8 @@ namespace weft::sim {
 
 /// 1/E* = (1 - nu^2)/E of the array's cover plus that of the object.
 struct HalfSpaceParams {
-  double modulus_pa = 2e6;  ///< E*, a soft rubber's [E]
-  double tolerance =
-      1e-10;  ///< of the solution: change of the pressures in one pass, relative to their sum
+  double modulus_pa = 2e6;   ///< E*, a soft rubber's [E]
+  double tolerance = 1e-10;  ///< change of the pressures in one pass, relative to their sum
   int iteration_limit = 2000;
 };
 

@@ -51,8 +51,8 @@ double balance_by_sorting(const Law& law, double load, std::vector<double>& touc
 }
 
 /// The unknown for a total load, in P. A taxel that is counted without touching makes the result
-/// too deep (its load would be negative), so a taxel beyond reach stays beyond reach. Removing such
-/// taxels and solving again ends at the true set of contacts.
+/// too deep, because its load would be negative. A taxel beyond reach therefore stays beyond reach.
+/// Removing such taxels and solving again ends at the true set of contacts.
 double solve(const Law& law, double load, std::vector<double>& touching) {
   for (int pass = 0; pass < shrinking_passes; ++pass) {
     const double a = balance(law, load, touching.data(), touching.data() + touching.size());

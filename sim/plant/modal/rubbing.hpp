@@ -26,7 +26,7 @@ struct RubbingParams {
 
 /// Parameters for a surface of grains `grain_m` apart (0: `params` unchanged, for a fabric). The
 /// face rests on n = (side/grain)^2 grains with independent forces. The sum varies by 1/sqrt(n) =
-/// grain/side of the whole, so that only the grain is estimated.
+/// grain/side of the whole, so only the grain is an estimate.
 RubbingParams with_grain(RubbingParams params, double grain_m);
 
 /// Sum of plane waves' means over a square face pressed on them: sinc(k_x a) sinc(k_y a). Many
