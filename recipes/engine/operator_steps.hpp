@@ -22,7 +22,7 @@ struct StepPrompt {
 std::optional<std::size_t> due_step(const Plan& plan, std::size_t trial, std::size_t from,
                                     bool begins);
 
-/// Whether some step is due before each trial that changes to or mounts this fabric.
+/// Whether a step with this `before`, or one before each mounting, applies to the fabric.
 bool has_prompt_before(const Plan& plan, std::size_t fabric, OperatorStep::Before before);
 
 StepPrompt step_prompt(const Plan& plan, std::size_t trial, std::size_t step);

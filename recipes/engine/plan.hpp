@@ -43,8 +43,8 @@ struct LiveVote {
   std::optional<StopEarly> stop_early;  ///< nullopt: the model votes and nothing else happens
 };
 
-/// An exploration: phases S, P, M, E in this order (paper, section III-B), or S, P, E: a press
-/// without a stroke, for an imprint.
+/// An exploration: phases S, P, M, E in this order (paper, section III-B). A press for an imprint
+/// has S, P, E and no stroke.
 struct Exploration {
   std::string name;  ///< "M1"
   std::vector<PhaseStep> phases;

@@ -80,7 +80,7 @@ struct Geometry {
   Vec2 origin_m;           ///< x and y stage positions that put the probe over the fabric's origin
   Vec2 plate_size_m;       ///< the plate covers [0, size] in the fabric frame
   double surface_z_m = 0;  ///< z stage position at which the face would touch the bare plate
-  double tilt_axis_y_m = 0;      ///< v of the axis about which the platform turns
+  double tilt_axis_y_m = 0;      ///< v of the axis about which the plate turns
   double tilt_axis_depth_m = 0;  ///< depth of that axis below the surface of the plate
   double probe_arm_m = 0;        ///< from the axis about which the probe turns down to its face
 
