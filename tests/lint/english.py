@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fails on retired phrases in comments and documentation, and on pages of long sentences: docs/reference/glossary.md has the terms.
 
-    english.py ROOT [PATH ...]    checks the parts of ENFORCED, or the files and folders below PATH whole
+    english.py ROOT [PATH ...]    checks COMMENTS and PAGES, or the files and folders below PATH whole
     english.py --report ROOT      counts findings by folder, and the sentence length of each page; exit status 0
     english.py --selftest         checks that the checker refuses what it must refuse
 
@@ -15,8 +15,9 @@ import statistics
 import sys
 import tokenize
 
-# Parts of a tree that are clean and stay so: (kind, folder or file). The list grows until it holds everything.
-ENFORCED = []
+# What is clean and stays so; both lists grow until they hold everything.
+COMMENTS = ("recipes", "sim")  # folders and files with comments
+PAGES = ()                     # folders and files of documentation
 MOST_WORDS = 20  # mean of a page's sentences
 CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
 PHRASES = {  # pattern -> what is used instead
@@ -221,7 +222,10 @@ def main():
     if sys.argv[1] == "--report":
         return report(root, checker)
     count = files = 0
-    for path in files_below(root, sys.argv[2:] or ENFORCED):
+    places = sys.argv[2:]
+    paths = list(files_below(root, places)) if places else [path for path in files_below(root, COMMENTS) if path.suffix != ".md"]
+    paths += [] if places else [path for path in files_below(root, PAGES) if path.suffix == ".md"]
+    for path in paths:
         text = path.read_text(errors="replace")
         found = checker.problems(path, text)
         if path.suffix == ".md" and (long := length_problem(text)):
