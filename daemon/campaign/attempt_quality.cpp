@@ -8,7 +8,7 @@ namespace weft::daemon {
 namespace {
 
 constexpr std::uint16_t full_scale = 0xFFFF;
-// Lines hand over some samples at a time: so long a silence is no loss yet.
+// Links deliver samples in batches: a silence up to the longer of these is not a loss yet.
 constexpr double timeout_s = 0.1;
 constexpr double timeout_samples = 4;
 

@@ -1,5 +1,5 @@
 #pragma once
-// Whether what was recorded of one take of a repetition is good enough to be trained with.
+// Decides whether the record of one attempt at a trial is good enough for training.
 
 #include <cstdint>
 #include <optional>
@@ -10,8 +10,7 @@
 
 namespace weft::daemon {
 
-/// Looks at the samples of the recorded phases as they come: pure, and no more than a few numbers a
-/// taxel.
+/// Checks the samples of the recorded phases as they arrive. Pure; stores a few numbers per taxel.
 class AttemptQualityCheck {
  public:
   AttemptQualityCheck(const recipes::RepeatBad& limits, double taxel_rate_hz,
@@ -19,27 +18,27 @@ class AttemptQualityCheck {
 
   void begin();
   void check(const Sample& sample);
-  /// The recording goes on: samples are due from `now`.
+  /// The recording resumes: samples are due from `now`.
   void resume(TimePoint now);
-  /// The recording pauses: a sensor that has been silent for a while has lost what was due by
-  /// `now`. The sample that would tell how many comes when nobody looks any more. A sensor that
-  /// gave nothing in the whole take is not judged: its driver's watch reports it.
+  /// The recording pauses: a sensor that has been silent for a while has lost the samples due by
+  /// `now`. The sample that would report their number arrives outside the recording. A sensor
+  /// without any sample in the attempt is not judged: its driver's watchdog reports it.
   void pause(TimePoint now);
-  /// Why the take is bad, the first of: lost samples; taxel by taxel a saturated one, a dead one;
-  /// force out of its band. `in_band_fraction`: of phase M.
+  /// First reason why the attempt is bad, in this order: lost samples; taxel by taxel, saturated or
+  /// dead; force out of its band. Nothing if it is good. `in_band_fraction`: of phase M.
   [[nodiscard]] std::optional<Error> verdict(double in_band_fraction) const;
 
  private:
   struct Taxel {
     std::uint16_t last = 0;
-    std::uint32_t still = 0, longest_still = 0;  ///< frames in a row that are the same
+    std::uint32_t still = 0, longest_still = 0;  ///< equal frames in a row
     std::uint32_t full = 0;                      ///< frames at the end of the range
   };
   struct Arrived {
     double rate_hz = 0;
     std::uint64_t samples = 0, lost = 0;
-    TimePoint due_from = {};  ///< the last sample, or where the recording went on after it
-    bool waits = false;       ///< for the first sample since then
+    TimePoint due_from = {};  ///< time of the last sample, or of the later resume
+    bool waits = false;       ///< for the first sample since the resume
     void add(const Sample& sample);
     [[nodiscard]] std::uint64_t lost_by(TimePoint now) const;
     void pause(TimePoint now);
@@ -49,7 +48,7 @@ class AttemptQualityCheck {
   [[nodiscard]] std::optional<Error> bad_taxel() const;
 
   recipes::RepeatBad limits_;
-  std::uint32_t still_frames_;  ///< so many equal ones are a dead taxel's
+  std::uint32_t still_frames_;  ///< a taxel with this number of equal frames in a row is dead
   std::vector<Taxel> taxels_;
   Arrived frames_, readings_;
 };

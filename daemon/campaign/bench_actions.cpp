@@ -11,30 +11,29 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The guard is for a machine's timer that did not come. A late loop runs this cycle first and the
-// timer, which may be the regular end of a phase, right after.
+// The guard catches a timer of the machine that did not fire. A late loop runs this cycle first.
+// The timer, perhaps the regular end of a phase, runs right after.
 constexpr Duration deadline_grace = 100ms;
-// Readings this close to zero, for so long and so many in a row, show that the bias was taken; ten
-// counts of a Mini40 SI-40-2 (docs/reference/device-facts.md, Mini40). Their mean is the zero:
-// the sensor's own is one reading with its noise, 20 mN off now and then.
+// The sensor has taken its bias when readings stay this close to zero for this time and number. The
+// tolerance is ten counts of a Mini40 SI-40-2 (docs/reference/device-facts.md, Mini40). The mean of
+// these readings is the zero. The sensor's own bias is one noisy reading, sometimes 20 mN off.
 constexpr double bias_tolerance_n = 0.2;
 constexpr Duration bias_time = 1s;
 constexpr std::uint64_t bias_readings = 50;
-// Frames of the taxels that make a baseline.
+// Taxel frames in a baseline.
 constexpr std::size_t baseline_frames = 5;
-// A request over UDP may be lost, and nothing answers it: while readings are off, it goes out
-// again.
+// A request over UDP may be lost, and it has no answer. It is repeated while readings are off.
 constexpr Duration bias_again = 1s;
-// A reading so far from the last one is no force: the mount, at its stiffest and fastest, makes a
-// tenth of that between two readings. Level L0 of the plant steps to its set point at once.
+// Share of the force cap. A larger step between two readings is no real force: the mount, at its
+// stiffest and fastest, makes a tenth of it. Level L0 of the plant steps to its set point at once.
 constexpr double jump_share = 0.4;
 // A landing or a lift-off changes the load by the probe's weight; the rest is noise.
 constexpr double landing_share = 1.2;
-// Readings so many periods apart may differ by anything.
+// Readings further apart than this (in periods) are not compared.
 constexpr double jump_gap_readings = 5;
-// Readings of a stage that comes to rest, after it was told to.
+// A stage that was commanded to stop still moves for up to this time.
 constexpr Duration z_comes_to_rest = 250ms;
-// A rotary stage reaches its speed within this time.
+// A rotary stage reaches its speed within this time [s].
 constexpr double tilt_ramp_s = 1;
 // Some ten thousand trials of samples, or the write-ahead log of a reader that holds it back.
 constexpr std::uint64_t least_free_bytes = std::uint64_t{64} << 20;
@@ -43,7 +42,7 @@ Duration max_age(double rate_hz, double least_s) {
   return from_seconds(recipes::most_age_s(rate_hz, least_s));
 }
 
-/// Nothing where an array has not sent yet.
+/// Nothing if an array has not sent a frame yet.
 std::optional<TimePoint> oldest(std::span<const recipes::TaxelReading> arrays) {
   const auto first = std::ranges::min_element(arrays, {}, &recipes::TaxelReading::at);
   return first == arrays.end() ? std::nullopt : first->at;
@@ -182,8 +181,8 @@ void BenchActions::check_motion() {
   on_event_(recipes::MotionDone{ticket});
 }
 
-// The way is a velocity that ends by itself, sent again in each cycle: a host that dies on it must
-// not leave a stage that goes on into the plate (docs/adr/0002).
+// The motion is a velocity that expires by itself and is sent again in each cycle. If the host dies
+// during it, the stage must not continue into the plate (docs/adr/0002).
 void BenchActions::check_force_way() {
   if (!force_way_) return;
   const Snapshot& seen = bench_->snapshot();
@@ -204,7 +203,7 @@ void BenchActions::check_force_way() {
     on_event_(recipes::MotionDone{order.ticket});
 }
 
-// A cycle's mean is looked at, in which a bad reading shows however many good ones follow it.
+// Checks the mean of a cycle: it shows a bad reading even if good ones follow.
 void BenchActions::check_bias() {
   if (!biasing_) return;
   if (!bench_->has_wrench()) return check_baseline();
@@ -235,7 +234,7 @@ bool BenchActions::is_touched() const {
   return bench_->touch().mean_change() >= touch_counts_;
 }
 
-// Counts that wander by half a touch would be taken for one.
+// Counts that drift by half the touch threshold could look like a touch.
 void BenchActions::check_baseline() {
   recipes::TaxelTouch& touch = bench_->touch();
   if (touch.baseline_spread() > touch_counts_ / 2) {
@@ -279,14 +278,16 @@ std::optional<Error> BenchActions::still_awaited() const {
       .hint = "Look at what touches or shakes the plate, then at the sensor's cable or network"};
 }
 
-// Back from the set point to rest, z stays at or under where the cloth bore the probe.
+// Between set point and rest, z stays at or below the height where the fabric first carried the
+// probe.
 BenchActions::ZWay BenchActions::z_way(double from, double target) const {
   if (target > from) return ZWay::down;
   return touched_z_m_ && target >= *touched_z_m_ ? ZWay::none : ZWay::off_the_cloth;
 }
 
-// Under the force loop z makes its way by what it feels, and the cloth keeps the probe. Told to
-// stop or to turn, z goes on for a moment: both may be while it comes back.
+// Under the force loop, z follows the measured force and the probe stays on the fabric. After a
+// command to stop or to reverse, z continues for a moment: then both landing and lift-off are
+// possible.
 void BenchActions::check_z_motion(recipes::WatchInput& watched, TimePoint now) {
   const ZWay way = motion_ ? motion_->z_way : ZWay::none;
   if (way == ZWay::down || (force_way_ && !force_way_->up)) can_land_until_ = now + z_comes_to_rest;

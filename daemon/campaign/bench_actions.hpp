@@ -1,6 +1,6 @@
 #pragma once
-// What a machine (campaign, alignment) asks of a bench, carried out and watched once per scan
-// cycle: moves, guarded descents, zeros, and the guards that stand before every command.
+// Carries out the orders of a machine (campaign, alignment) on a bench and watches them once per
+// scan cycle: moves, guarded descents, biases. Checks the guards before every command.
 
 #include <array>
 #include <functional>
@@ -13,16 +13,16 @@
 
 namespace weft::daemon {
 
-/// What the guards need and only the caller knows.
+/// Guard inputs that only the caller knows.
 struct GuardContext {
-  std::optional<TimePoint> deadline;  ///< of the machine's step
-  Duration since_last{};              ///< cycle
+  std::optional<TimePoint> deadline;  ///< of the machine's current step
+  Duration since_last{};              ///< since the previous cycle
   std::optional<std::uint64_t> free_bytes;
-  bool zero_moves = false;  ///< somebody touches the plate, or the sensor takes its zero
+  bool zero_moves = false;  ///< a person touches the plate, or the sensor takes its bias
 };
 
-/// Thread-bound to the bench's loop. Answers are told as the engine's events, each with the ticket
-/// of what it answers; a command that a driver refuses is told as a Fault.
+/// Thread-bound to the bench's loop. Reports outcomes as the engine's events, each with the ticket
+/// of its order. A command that a driver refuses is reported as a Fault.
 class BenchActions {
  public:
   using EventSink = std::function<void(recipes::Event)>;
@@ -33,23 +33,23 @@ class BenchActions {
   void begin(const recipes::Descend& order) { begin(ForceWay{order, false}); }
   void begin(const recipes::Ascend& order);
   void end_force_way() { force_way_.reset(); }
-  /// All axes stand still, nothing is awaited any more.
+  /// Stops all axes and cancels all orders in progress.
   void stop();
 
-  /// One cycle's look at what is under way.
+  /// Checks all orders in progress, once per cycle.
   void check_all();
   void check_motion();
-  /// What the engine's step still waits for and what was seen of it, for who gives up; nothing
-  /// where that is not known.
+  /// Error for a timeout: the condition that the engine's step still waits for, and the last
+  /// values. Nothing if unknown.
   [[nodiscard]] std::optional<Error> still_awaited() const;
-  /// What trips a guard in this cycle, if anything.
+  /// The guard that trips in this cycle, if any.
   std::optional<recipes::GuardTrip> check_guards(const GuardContext& context);
 
-  /// A velocity that ends by itself after recipes::servo_horizon, whatever the rate of the cycle.
+  /// Sends a velocity that expires after recipes::servo_horizon, whatever the cycle rate.
   void drive(StageAxis axis, double velocity);
   void set_still(StageAxis axis);
-  /// Ends a cycle: asks z for a reading in every one and the other stages once in a row of stage
-  /// positions. What the sensors say from now on is the next cycle's.
+  /// Ends a cycle: polls z in every cycle and the other stages once per row of stage positions.
+  /// Readings that arrive from here on belong to the next cycle.
   void poll(std::uint64_t cycle);
 
  private:
@@ -59,10 +59,10 @@ class BenchActions {
   [[nodiscard]] bool is_touched() const;
   [[nodiscard]] Error no_baseline() const;
 
-  /// A motion command under way and the number that confirms it.
+  /// A motion command in progress and the number that confirms it.
   struct Awaited {
     StageAxis axis;
-    std::uint32_t move_id;  ///< 0: refused, it never comes
+    std::uint32_t move_id;  ///< 0: refused, never confirmed
   };
   enum class ZWay : std::uint8_t { none, down, off_the_cloth };
   struct Motion {
@@ -77,20 +77,21 @@ class BenchActions {
   };
   struct Biasing {
     recipes::Ticket ticket = 0;
-    TimePoint sent_at{};  ///< last
-    int times = 0;        ///< it was sent
+    TimePoint sent_at{};  ///< time of the last request
+    int times = 0;        ///< number of requests
     std::optional<TimePoint> quiet_since{};
-    WrenchTotal quiet{};                           ///< readings since then
-    std::optional<std::array<double, 3>> off_n{};  ///< mean of the last cycle that was not quiet
+    WrenchTotal quiet{};  ///< readings since `quiet_since`
+    /// Mean of the last cycle that was not quiet [N].
+    std::optional<std::array<double, 3>> off_n{};
   };
 
   void begin(const ForceWay& way);
   void send_bias();
   std::uint32_t command(StageAxis axis, const Command& command);
-  /// Readings and when they came.
+  /// The newest readings with their times.
   [[nodiscard]] recipes::WatchInput newest() const;
   [[nodiscard]] ZWay z_way(double from, double target) const;
-  /// Whether the probe may land, or be lifted off, by where z goes or went a moment ago.
+  /// Sets whether the probe may land or lift off, from the present or recent motion of z.
   void check_z_motion(recipes::WatchInput& watched, TimePoint now);
 
   Loop* loop_;
@@ -99,8 +100,9 @@ class BenchActions {
   Duration period_{};
   recipes::GuardLimits guard_limits_;
   recipes::GuardWatch watch_;
-  double touch_counts_;                ///< without a force sensor: the taxels' mean change
-  std::optional<double> touched_z_m_;  ///< at the end of the last way down
+  /// Touch threshold without a force sensor: mean change of the taxels [counts].
+  double touch_counts_;
+  std::optional<double> touched_z_m_;  ///< at the end of the last descent
   TimePoint can_land_until_{}, can_lift_until_{};
   std::optional<Motion> motion_;
   std::optional<ForceWay> force_way_;

@@ -22,11 +22,10 @@ using recipes::Diagnostic;
 using recipes::Plan;
 using recipes::Range;
 
-// Limits and settings are both decimal numbers turned into SI: equal ones may differ in the last
-// bits.
+// Limits and settings are decimal numbers converted to SI: equal ones may differ in the last bits.
 constexpr double rounding = 1e-9;
 
-/// The same of several devices is told once.
+/// Reports the same problem of several devices once.
 void add_once(Diagnostic found, std::vector<Diagnostic>& problems) {
   const auto same = [&](const Diagnostic& reported) {
     return to_string(reported) == to_string(found);
@@ -34,7 +33,7 @@ void add_once(Diagnostic found, std::vector<Diagnostic>& problems) {
   if (std::ranges::none_of(problems, same)) problems.push_back(std::move(found));
 }
 
-/// One driver with a link to nobody.
+/// Builds one driver with a link that has no device.
 void build_driver(const DeviceEntry& entry, const std::string& place,
                   const std::shared_ptr<DriverCatalog>& drivers,
                   std::vector<Diagnostic>& problems) {
@@ -49,7 +48,7 @@ void build_driver(const DeviceEntry& entry, const std::string& place,
   add_once(diagnostic(device.error(), pointer), problems);
 }
 
-/// The limits of one axis as the plan counts on them, in the unit of the rig file.
+/// Limits of one axis that the plan assumes [SI], with the factor to the unit of the rig file.
 struct AxisLimits {
   double speed;
   Range travel;
@@ -73,13 +72,13 @@ std::string range_text(const Range& range, const AxisLimits& axis) {
          axis.unit;
 }
 
-/// Only the driver whose settings are known here; another one refuses at run time what it cannot
-/// do.
+/// Covers only the driver with settings known here. Other drivers refuse at run time what they
+/// cannot do.
 void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes::RigLimits& limits,
                     std::vector<Diagnostic>& problems) {
   if (entry.driver != "thorlabs_apt") return;
   const auto settings = drivers::read_stage_settings(entry.config_json);
-  if (!settings) return;  // told by build_driver
+  if (!settings) return;  // reported by build_driver
   const AxisLimits axis = limits_of(role, limits);
   if (axis.speed > settings->max_speed * (1 + rounding))
     problems.push_back(
@@ -95,7 +94,7 @@ void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes:
                         "Narrow the limit, or widen the driver's travel if the stage permits it"});
 }
 
-/// A driver that only the file of a plugin has, by its name.
+/// True if only a plugin has a driver of this name.
 bool is_of_plugin(const RigFile& rig, const std::string& driver) {
   const std::vector<std::string> all = rig.drivers->names(), ours = DriverCatalog().names();
   return std::ranges::find(all, driver) != all.end() &&
@@ -113,7 +112,7 @@ void check_devices(const recipes::RigLimits& limits, const RigFile& rig, PluginD
   }
 }
 
-/// Of the fabric's first trial.
+/// Seeds of the fabric's first trial.
 sim::PatchSeeds first_seeds(const Plan& plan, std::size_t fabric) {
   const auto first = std::ranges::find(plan.trials, fabric, &recipes::TrialSpec::fabric);
   if (first == plan.trials.end()) return {};
@@ -137,7 +136,7 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
   }
 }
 
-/// All of check_bench(), where there is a plan, or all of check_rig().
+/// Does the work of check_bench() with a plan, and of check_rig() without one.
 BenchProblems inspect_bench(const recipes::RigLimits& limits, const RigFile& rig,
                             const std::filesystem::path& rig_path, PluginDrivers plugins,
                             const Plan* plan) {
@@ -167,7 +166,7 @@ BenchProblems inspect_bench(const recipes::RigLimits& limits, const RigFile& rig
       std::ranges::any_of(rig.devices,
                           [&](const DeviceEntry& d) { return is_of_plugin(rig, d.driver); }))
     return found_problems;
-  // What is left shows when all is put together: a device without emulator, for example.
+  // Other problems appear only in the assembled bench, for example a device without emulator.
   const auto bench = SimulatedBench::create(rig, *fabrics, seed);
   if (!bench)
     found_problems.rig.push_back(diagnostic(bench.error(), pointer_in(bench.error().where)));
@@ -226,7 +225,8 @@ Result<OpenedRig> open_rig(const std::filesystem::path& path, const PluginSettin
 Result<BenchPreflight> preflight_bench(const CampaignRequest& request, const recipes::Plan& plan,
                                        const RigFile& rig, PluginDrivers plugins) {
   const auto chosen = choose_fidelity(request, plan, rig);
-  // A fidelity that is refused is told once; the rig file as it stands may have other problems.
+  // If the fidelity is refused, the rig file as it is may have other problems, which are reported
+  // instead.
   Result<RigFile> settled = parse_rig_file(chosen ? chosen->rig_text : rig.text);
   if (!settled) return pass(settled.error(), request.rig.string());
   settled->drivers = rig.drivers;

@@ -19,16 +19,16 @@ namespace {
 
 using nlohmann::json;
 
-/// The host's end. Thread-bound to the link's loop.
+/// Host side of the console of weft-rig. Thread-bound to the link's loop.
 class RigConsole {
  public:
   using Answer = std::function<void(Status)>;
   explicit RigConsole(std::unique_ptr<Link> link);
 
-  /// Puts a patch of a fabric on the emulated plate. Errors told: those of weft-rig; io.
+  /// Puts a patch of a fabric on the emulated plate. Errors in `answer`: those of weft-rig; io.
   void mount(const recipes::MountFabric& order, Answer answer);
-  /// Lets a fault befall a device, or ends some: `fault_json` as FaultOrder has it. Errors told:
-  /// likewise.
+  /// Injects a fault into a device, or ends faults: `fault_json` as in FaultOrder. Errors as of
+  /// mount().
   void inject_fault(std::string_view fault_json, bool ends, Answer answer);
 
  private:
@@ -148,7 +148,7 @@ class SimulatedSession final : public BenchSession {
   recipes::MountFabric mounted_;
 };
 
-/// The rig file with its emulated stages where `place` has them.
+/// The rig file with its emulated stages at `place`.
 RigFile rig_at(const RigFile& rig, const SimulatedPlace& place) {
   json root = json::parse(rig.text);
   for (json& device : root.at("devices"))
@@ -205,7 +205,7 @@ class PortSession final : public BenchSession {
   void mount(const recipes::MountFabric& order, MountDone done) override {
     if (console_) return console_->mount(order, std::move(done));
     done(
-        {});  // by a person, who was asked before and has confirmed it: check_recipe() sees to that
+        {});  // by a person, who has confirmed the operator step: check_recipe() requires that step
   }
   void inject_fault(const FaultOrder& order) override {
     if (!console_) return BenchSession::inject_fault(order);
@@ -226,14 +226,14 @@ class PortSession final : public BenchSession {
     heart_ = loop_.after(heart_period, [this] { beat(); });
   }
 
-  /// To the clear height, and never downwards: a probe that is higher stays there.
+  /// Lifts to the clear height, never downwards: a probe above it stays there.
   [[nodiscard]] std::optional<Lift> lift() const {
     const StageSample& z = bench_->snapshot().stage[recipes::index(StageAxis::z)];
     if (!z.homed || lift_forbidden_ || z.position <= clear_z_m_) return std::nullopt;
     return Lift{z.position, clear_z_m_};
   }
 
-  /// Without the monitor nothing stops the stages when this process ends: a fault ends the run.
+  /// Without the monitor nothing stops the stages when this process ends, so a fault ends the run.
   void report_lost_monitor() {
     bench_->report_fault({.code = Errc::wrong_state,
                           .where = "monitor",
@@ -244,8 +244,8 @@ class PortSession final : public BenchSession {
                                   "the run"});
   }
 
-  std::unique_ptr<DeviceLocks> locks_;  ///< unlocked last, when the ports are closed
-  std::unique_ptr<Monitor> monitor_;    ///< began before the priority and the ports
+  std::unique_ptr<DeviceLocks> locks_;  ///< released last, after the ports are closed
+  std::unique_ptr<Monitor> monitor_;    ///< started before the real-time priority and the ports
   double clear_z_m_;
   bool lift_forbidden_ = false;
   RealTimeScope real_time_;
@@ -255,7 +255,7 @@ class PortSession final : public BenchSession {
   std::unique_ptr<Bench> bench_;
 };
 
-// Drivers and emulators are configured apart; what disagrees is refused before it runs.
+// Drivers and emulators are configured apart: contradictions are refused before the run.
 Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& request) {
   const Result<std::string> fabrics = read_fabrics(request.rig, request.rig_path);
   if (!fabrics) return pass(fabrics.error());
@@ -300,12 +300,12 @@ Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request
 
 namespace {
 
-// One USB or network hop; a real FTDI chip holds small packets up to 16 ms unless told otherwise,
-// its latency timer is set to 1 ms by the drivers' start-up.
+// One USB or network hop. A real FTDI chip holds small packets up to 16 ms by default; the drivers'
+// start-up sets its latency timer to 1 ms.
 constexpr Duration link_latency = std::chrono::milliseconds(1);
 
-/// Records of a stream that a driver makes one sample of: `average`, where its configuration has
-/// it.
+/// Number of stream records that the driver averages into one sample: `average` of its
+/// configuration, or 1.
 double records_per_sample(const DeviceEntry& device) {
   const auto config = nlohmann::json::parse(device.config_json, nullptr, false);
   const auto average = nlohmann::json::json_pointer("/average");
@@ -347,7 +347,7 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
     const std::optional<double> sent_hz = emulated.stream_rate_hz(device.name);
     if (!sent_hz) continue;
     const double configured_hz = limits.stream_rate_hz(device.role, device.name);
-    if (configured_hz == 0) continue;  // a role that its samples do not fill: found when they come
+    if (configured_hz == 0) continue;  // role and samples do not match: found when samples arrive
     const double average_hz = configured_hz * records_per_sample(device);
     if (std::abs(average_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail({.code = Errc::invalid_argument,

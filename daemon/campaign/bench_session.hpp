@@ -1,5 +1,5 @@
 #pragma once
-// A bench and what makes its time pass: one campaign runs unchanged on all three kinds.
+// A bench and the passage of its time: one campaign runs unchanged on all three kinds of bench.
 
 #include <filesystem>
 #include <functional>
@@ -18,20 +18,21 @@
 
 namespace weft::daemon {
 
-/// In the campaign's folder: what the monitor reports of a host that was lost.
+/// File in the campaign's folder with the monitor's report of a lost host.
 inline constexpr const char* monitor_log_name = "monitor.log";
 
-/// Where the session before left a simulated bench: the emulated devices end with their session,
-/// and motion outside a run begins where the run ended. A run itself always begins from the rig
-/// file, so that it is the same each time.
+/// State in which the previous session left a simulated bench. Emulated devices end with their
+/// session; motion outside a run starts where the run ended. A run itself always starts from the
+/// rig file, so that it is repeatable.
 struct SimulatedPlace {
   bool is_known = false;
-  std::array<double, recipes::axis_count> position{};  ///< of the motors, each stage's own zero
+  /// Of the motors, from each stage's own zero [m, rad].
+  std::array<double, recipes::axis_count> position{};
   std::array<bool, recipes::axis_count> homed{};
-  recipes::MountFabric mounted;  ///< what lies on the plate; no fabric: nothing
+  recipes::MountFabric mounted;  ///< the fabric on the plate; no name: none
 };
 
-// A simulated bench ready to be driven: virtual time, emulated devices, links between them.
+// A simulated bench, assembled: virtual time, emulated devices, links between them.
 
 /// Members are destroyed last to first: drivers before links, links before the rig, the loop last.
 struct SimulatedBench {
@@ -42,69 +43,70 @@ struct SimulatedBench {
   std::vector<std::unique_ptr<MemoryLink>> far_ends;
   std::unique_ptr<Bench> bench;
 
-  /// `fabrics_json` is the text of the rig file's cloth table.
+  /// `fabrics_json` is the text of the rig file's fabric table.
   static Result<std::unique_ptr<SimulatedBench>> create(const RigFile& rig_file,
                                                         std::string_view fabrics_json,
                                                         std::uint64_t seed);
 };
 
-/// Drivers and emulators are configured apart, as they are on a real bench. Refuses rates that
-/// disagree before they become a wrong rate in the data set.
+/// Checks that driver and emulator rates agree: they are configured apart, as on a real bench. A
+/// mismatch would become a wrong rate in the data set. Errors: invalid_argument.
 Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const sim::Rig& emulated);
 
-/// Text of the cloth table that the rig file names (`simulation.fabrics`, relative to it).
+/// Text of the fabric table named by the rig file (`simulation.fabrics`, relative to it).
 Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem::path& rig_path);
 
-/// Where the wall time of a session went, as far as it can tell.
+/// Wall time of a session by part, as far as it is known.
 struct SessionLoad {
   double plant_and_emulators_s = 0;
   double drivers_and_control_s = 0;
   std::uint64_t events = 0;  ///< callbacks of the virtual loop
 };
 
-/// Thread-bound. Drivers are gone before links, links before the loop.
+/// Thread-bound. Drivers are destroyed before links, links before the loop.
 class BenchSession {
  public:
   virtual ~BenchSession() = default;
   virtual Bench& bench() = 0;
-  /// Of drivers and supervisor.
+  /// The loop of drivers and supervisor.
   virtual Loop& loop() = 0;
-  /// Lets time pass until `done()`; on a simulated bench also until nothing is left to happen.
+  /// Lets time pass until `done()`. A simulated bench also returns when no event is left.
   virtual void run_until(const std::function<bool()>& done) = 0;
   virtual void mount(const recipes::MountFabric& order, MountDone done) = 0;
-  /// Lets a fault befall an emulated device, or ends some. Told: unsupported, of a real bench;
-  /// sim::Rig::inject()'s and clear_faults()'s.
+  /// Injects a fault into an emulated device, or ends faults. Errors in the order's callback:
+  /// unsupported on a real bench; those of sim::Rig::inject() and clear_faults().
   virtual void inject_fault(const FaultOrder& order);
   [[nodiscard]] virtual SessionLoad load() const { return {}; }
-  /// Whether its time is the world's: then nothing may hold the loop up.
+  /// True on a bench in real time: nothing may delay the loop then.
   [[nodiscard]] virtual bool real_time() const { return false; }
-  /// The emulated bench, where it is this process's; its trials can be played again.
+  /// The emulated bench if it is in this process; its trials can be replayed.
   virtual sim::Rig* plant() { return nullptr; }
-  /// From now on the probe stays where it is, whatever becomes of this process: after a halt.
+  /// After a halt: the probe stays where it is, even if this process dies.
   virtual void forbid_lift() {}
-  /// What would let it keep time better; empty when there is nothing.
+  /// Advice for better timing; empty if there is none.
   [[nodiscard]] virtual std::string advice() const { return {}; }
 };
 
 struct SessionRequest {
   const RigFile& rig;
-  std::filesystem::path rig_path;  ///< the cloth table is found relative to it
+  std::filesystem::path rig_path;  ///< the fabric table is relative to it
   const recipes::RigLimits& limits;
-  std::uint64_t seed = 0;  ///< of a simulated bench's sensors
-  /// Of a simulated bench: written when the session ends. Null: not kept. Outlives the session.
+  std::uint64_t seed = 0;  ///< seeds the sensors of a simulated bench
+  /// Simulated bench only: written when the session ends. Null: not stored. Outlives the session.
   SimulatedPlace* place = nullptr;
-  bool begins_there = false;  ///< at `place`, where it is known
-  /// On ports: where the monitor reports the loss of this process, beside standard error.
+  bool begins_there = false;  ///< start at `place`, if it is known
+  /// Bench on ports only: file for the monitor's report if this process is lost, beside standard
+  /// error.
   std::filesystem::path monitor_log = {};
 };
 
-/// Opens the devices and, unless told otherwise, homes the stages. Errors: the bench's; wrong_state
-/// when it was stopped; timeout, when the bench fell silent.
+/// Opens the devices and, by default, homes the stages. Errors: the bench's; wrong_state if
+/// stopped; timeout if the bench stops responding.
 Status bring_up(BenchSession& session, const StopRequested& stop_requested,
                 Homing homing = Homing::all);
 
-/// Makes devices and links; nothing has been said to a device yet.
-/// Errors: what the rig file, its cloth table or a port refuse.
+/// Creates devices and links without sending any message. Errors: those of the rig file, its fabric
+/// table or a port.
 Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request);
 
 }  // namespace weft::daemon

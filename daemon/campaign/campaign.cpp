@@ -33,7 +33,7 @@ std::optional<double> requested_accuracy_n(const SimulationNote& note) {
   return note.promise ? std::optional(note.promise->requested_n) : std::nullopt;
 }
 
-// The parts of a run in progress, and what is told about it.
+// The parts of a run in progress and its reports to the hooks.
 class Run {
  public:
   Run(const SettledRequest& settled, BenchSession& session, const CampaignHooks& hooks,
@@ -53,11 +53,11 @@ class Run {
     return up;
   }
 
-  /// What is on record of trials that are not run again.
+  /// Recorded trials that are not run again.
   struct History {
     recipes::Start from;
     std::size_t complete = 0, rejected = 0, ended_early = 0;
-    std::size_t replayed = 0;  ///< trials that a simulated bench does once more, unrecorded
+    std::size_t replayed = 0;  ///< trials that a simulated bench repeats without recording
   };
   static History make_history(const std::optional<ResumePlan>& before) {
     History out;
@@ -117,7 +117,7 @@ class Run {
     return summary(supervisor.result(), recording);
   }
 
-  /// Plays some trials again; the run is over, and nothing of it changes.
+  /// Simulates some trials again; the run is over and its outcome does not change.
   Status estimate_simulation_error(Recorder& recorder, CampaignSummary& summary) const {
     const auto began = steady_wall_now();
     SimulationNote& note = summary.simulation;
@@ -135,7 +135,7 @@ class Run {
   }
 
  private:
-  // What people were asked before trials that are on record, they have done.
+  // Operator steps before recorded trials are already done.
   void skip_completed_prompts(Supervisor& supervisor, std::size_t replayed) {
     while (supervisor.requested() != nullptr && supervisor.state().trial < replayed) {
       forecast_.skip_prompt(supervisor.requested()->prompt);
@@ -150,18 +150,18 @@ class Run {
     hooks_->frame_sampler->begin_trial(plan_->explorations[spec.exploration]);
   }
 
-  // What is only played again is no news, and nobody waits for it.
+  // Not called during a replay, which is neither shown nor slowed down.
   void publish_live_frame() {
     if (hooks_->frame_sampler != nullptr)
       hooks_->frame_sampler->show(session_->bench().snapshot(), session_->loop().now());
     throttle();
   }
 
-  // An order ends the wait: it is obeyed at the time that the bench has come to.
+  // An order ends the wait. It takes effect at the present bench time.
   void throttle() {
     constexpr std::chrono::milliseconds shortest{1}, longest{100};
     if (hooks_->orders == nullptr || session_->plant() == nullptr) return;
-    if (keeper_.requested() == 0) {  // no pace: the clock is not read
+    if (keeper_.requested() == 0) {  // as fast as possible: the clock is not read
       keeper_.ahead(session_->loop().now(), {});
       return;
     }
@@ -173,7 +173,7 @@ class Run {
     }
   }
 
-  // A clock that jumps to the next timer would jump over a pause: there the orders are waited for.
+  // Virtual time would jump over a pause, so a simulated bench waits for orders here.
   void apply_pending_orders(Supervisor& supervisor, TrialRecording& recording,
                             std::size_t replayed) {
     if (hooks_->orders == nullptr) return;
@@ -183,7 +183,7 @@ class Run {
     if (is_waiting && session_->plant() != nullptr)
       while (!signalled(*hooks_) && !hooks_->orders->wait(poll_interval))
         apply_pending_faults(supervisor, recording, replayed);
-    if (hooks_->orders->is_idle()) return;  // as a rule, and asked at every event
+    if (hooks_->orders->is_idle()) return;  // the usual case, checked at every event
     while (const auto given = hooks_->orders->take()) {
       apply_order(*given, supervisor, recording);
       if (given->order == Order::halt) session_->forbid_lift();
@@ -191,7 +191,7 @@ class Run {
     }
   }
 
-  // While the past is played again they wait: it had none.
+  // Faults wait until a replay is over: the recorded trials had none.
   void apply_pending_faults(const Supervisor& supervisor, TrialRecording& recording,
                             std::size_t replayed) {
     if (hooks_->orders == nullptr || hooks_->orders->is_idle()) return;
@@ -249,14 +249,14 @@ class Run {
     hooks_->moment(moment);
   }
 
-  /// `from` never falls.
+  /// `from` never decreases.
   const std::optional<recipes::StepPrompt>& next_prompt(std::size_t from) {
     if (!std::exchange(has_next_prompt_, true) || (next_prompt_ && next_prompt_->trial < from))
       next_prompt_ = recipes::next_prompt(*plan_, from);
     return next_prompt_;
   }
 
-  // A vote that cannot be had is no fault of the trial: it goes on to its whole length.
+  // A failed vote is no failure of the trial: the stroke continues to its full length.
   void vote(const Sample& sample, Phase phase, TrialRecording& recording) {
     const auto callback = live_.on_sample(sample, phase);
     if (!callback)
@@ -286,7 +286,8 @@ class Run {
     rejected_ += again ? 1 : 0;
     ended_early_ += done.ended_early ? 1 : 0;
     const bool is_over = done.outcome == recipes::Outcome::complete ||
-                         done.outcome == recipes::Outcome::failed;  // else it is taken once more
+                         // Otherwise the trial is repeated.
+                         done.outcome == recipes::Outcome::failed;
     const double bench_s = to_seconds(session_->loop().now());
     if (is_over)
       forecast_.on_trial(done.trial + 1, bench_s, keeper_.requested(), steady_wall_now());
@@ -352,13 +353,13 @@ class Run {
   bool is_replaying_ = false;  ///< trials that are on record
   std::optional<recipes::StepPrompt> next_prompt_;
   std::size_t complete_ = 0;
-  std::size_t rejected_ = 0;  ///< takes
+  std::size_t rejected_ = 0;  ///< attempts
   std::size_t ended_early_ = 0;
   TimePoint brought_up_;
   std::chrono::nanoseconds began_ = steady_wall_now();
 };
 
-/// The campaign that the folder holds, where it is to be gone on with.
+/// The campaign of the folder, if the request resumes it.
 Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
                                                const std::filesystem::path& campaign,
                                                const SettledRequest& settled,
@@ -372,8 +373,8 @@ Result<std::optional<ResumePlan>> make_history(const CampaignRequest& request,
   return std::optional<ResumePlan>{};
 }
 
-/// The end of the campaign's file, which nobody writes to from here on. Where nothing can be
-/// written nothing is checked, and the promise is judged by what was found before.
+/// Finishes the campaign's file; it is not written afterwards. If it cannot be written, no error
+/// check runs and earlier findings decide about the promise.
 Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummary& summary) {
   evaluate_promise(summary.simulation);
   Status ok = recorder.resume_recording(now);
@@ -424,7 +425,8 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (!recorder) return pass(recorder.error());
   CampaignSummary summary = run.execute(*recorder, Run::make_history(*history));
   summary.simulation = std::move(settled->simulation);
-  if (*history && (*history)->is_replayed) summary.simulation.errors.clear();  // all were run again
+  // All trials were run again.
+  if (*history && (*history)->is_replayed) summary.simulation.errors.clear();
   Status saved = finished(std::move(*recorder), run, (*session)->loop().now(), summary);
   summary.wall_s = seconds_since(began) - summary.time.error_check_s;
   summary.bench = rig.bench;

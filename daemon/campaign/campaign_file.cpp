@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uintmax_t most_plugin_bytes = std::uintmax_t{1} << 28;
 
-/// Which code drove a device, where it was not this program's own.
+/// Records the code of a driver that is not part of this program.
 Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog& drivers) {
   const Result<DriverSource> source = drivers.source(entry.driver);
   if (!source || source->file.empty()) return {};
@@ -29,13 +29,13 @@ Status record_plugin(Recorder& recorder, const DeviceEntry& entry, DriverCatalog
   return recorder.journal(TimePoint{}, "plugin", line.dump());
 }
 
-/// What the loop's zero was in the world's time, so that a file can be laid beside other records.
+/// UTC of the loop's zero, so that a file can be aligned with other records.
 Status record_clock(Recorder& recorder, const Loop& loop) {
   return recorder.journal(loop.now(), "clock",
                           nlohmann::json{{"utc_ns", utc_now().count()}}.dump());
 }
 
-/// Devices as they identified themselves, and which code drove them where it was not our own.
+/// Records the identity of each device and the code of each driver from a plugin.
 Status record_devices(Recorder& recorder, const Bench& bench, DriverCatalog& drivers) {
   for (const auto& device : bench.devices()) {
     const DeviceEntry& entry = device->entry();
@@ -83,7 +83,7 @@ Status forget_end(const std::filesystem::path& folder) {
                  .where = folder.string(),
                  .what = "cannot set certificate and data set aside",
                  .got = error.message()});
-  return sync_folder(folder);  // before the campaign goes on: the old end must not come back
+  return sync_folder(folder);  // before the campaign resumes: the old end must not reappear
 }
 
 Result<Recorder> created(const std::filesystem::path& file, const SettledRequest& settled,
@@ -95,8 +95,8 @@ Result<Recorder> created(const std::filesystem::path& file, const SettledRequest
   if (!aside->empty())
     if (Status ok = forget_end(file.parent_path()); !ok) return pass(ok.error());
   CampaignHeader header = make_header(checked, rig);
-  // With the rig file, which was chosen for it: a campaign that dies before its first trial has
-  // both.
+  // The header holds both the rig file and the choice that shaped it, even if the campaign dies
+  // before its first trial.
   if (settled.simulation.has_request()) header.simulation_json = to_json(settled.simulation);
   Result<Recorder> recorder = Recorder::create(file, header);
   if (!recorder) return recorder;
@@ -152,7 +152,7 @@ Status conclude(const std::filesystem::path& folder, CampaignSummary& summary) {
 void without_dataset(const std::filesystem::path& folder, const Error& why,
                      CampaignSummary& summary) {
   summary.dataset_error = why;
-  summary.dataset_sha256 = certified_dataset(folder);  // of an end before, which nobody changed
+  summary.dataset_sha256 = certified_dataset(folder);  // of an earlier end, which is unchanged
   summary.dataset_file.clear();
   if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
   if (const auto found = load_progress(summary.campaign_file))
@@ -193,7 +193,7 @@ SimulationNote simulation_on_record(const std::filesystem::path& campaign) {
 
 namespace {
 
-/// Of a campaign whose every trial is on record.
+/// Summary of a campaign with every trial on record.
 CampaignSummary make_summary(const std::filesystem::path& folder, const recipes::Plan& plan,
                              const RigFile& rig, const CampaignHistory& history) {
   CampaignSummary summary = summary_on_record(folder, history);
@@ -206,7 +206,7 @@ CampaignSummary make_summary(const std::filesystem::path& folder, const recipes:
   return summary;
 }
 
-/// It may have died before its log was.
+/// Folds the write-ahead log in: the process may have died before it did so.
 Status folded_in(const std::filesystem::path& campaign) {
   auto file = CampaignWriter::reopen(campaign);
   if (!file) return pass(file.error());

@@ -1,5 +1,5 @@
 #pragma once
-// The file of a run: made, gone on with, and concluded with data set and certificate.
+// The campaign file of a run: created, resumed, and concluded with data set and certificate.
 
 #include <filesystem>
 
@@ -10,45 +10,45 @@
 
 namespace weft::daemon {
 
-/// A new one, with what the bench is. One that is there, with nothing on record, is set aside. What
-/// was asked of the simulation is on record from the first, as not checked: whoever concludes the
-/// campaign says so.
+/// Creates a campaign file with the devices of the bench. An existing file with nothing on record
+/// is set aside. Records the simulation request from the start, as not checked, so that any later
+/// conclusion reports it.
 Result<Recorder> created(const std::filesystem::path& file, const SettledRequest& settled,
                          BenchSession& session);
 
-/// The one on record, when the bench that came up is its own. Errors: same_devices()'s.
+/// Reopens the recorded campaign if the bench has the recorded devices. Errors: same_devices()'s
+/// and Recorder::resume()'s.
 Result<Recorder> reopened(const std::filesystem::path& file, const ResumePlan& how,
                           BenchSession& session);
 
-/// What the campaign's file says last of its simulation; empty where it says nothing.
+/// The last simulation note of the campaign's file; empty if it has none.
 SimulationNote simulation_on_record(const std::filesystem::path& campaign);
 
-/// Takes away what is of an end that is none any more: the certificate, and the data set, which is
-/// set aside. Errors: io.
+/// Removes the certificate of an outdated end and sets its data set aside. Errors: io.
 Status forget_end(const std::filesystem::path& folder);
 
-/// Data set and certificate of a campaign file that is finished.
+/// Writes data set and certificate of a finished campaign file.
 Status conclude(const std::filesystem::path& folder, CampaignSummary& summary);
 
-/// Where that could not be, or the file not be finished: what is on record is told, and why there
-/// is no more. How the bench ended stays as it was.
+/// Summary if conclude() or the end of the file failed: reports the recorded trials, and `why` as
+/// `dataset_error`. The other facts about the bench's end do not change.
 void without_dataset(const std::filesystem::path& folder, const Error& why,
                      CampaignSummary& summary);
 
-/// The engine knows nothing of trials that failed before it went on, nor of those that the disk
-/// refused.
+/// Sets the outcome to failed if complete trials are missing. The engine does not know trials that
+/// failed before a resume, nor those that could not be written.
 void fail_where_trials_lack(CampaignSummary& summary);
 
-/// What the file says of its trials; nobody has looked at the rig.
+/// Summary from the trials of the file; the state of the rig is unknown.
 CampaignSummary summary_on_record(const std::filesystem::path& folder,
                                   const CampaignHistory& history);
 
-/// Of a campaign whose every trial is on record, but which was not concluded. Where that cannot be
-/// now either, `dataset_error` says why.
+/// Concludes a campaign with every trial on record. If that fails again, `dataset_error` has the
+/// reason.
 CampaignSummary concluded(const std::filesystem::path& folder, const recipes::Plan& plan,
                           const RigFile& rig, const CampaignHistory& history);
 
-/// Of one that came to its end before. Errors: read_certificate()'s.
+/// Summary of a campaign that ended earlier. Errors: read_certificate()'s.
 Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
                                           const recipes::Plan& plan, const RigFile& rig,
                                           const CampaignHistory& history);

@@ -1,4 +1,4 @@
-// What a campaign is asked for, checked and settled before anything moves.
+// Checks and settles the request of a campaign before anything moves.
 
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
@@ -12,7 +12,7 @@
 namespace weft::daemon {
 namespace {
 
-/// A single problem keeps its parts; several are a list.
+/// A single problem keeps its parts; several become a list.
 Error refusal(const std::filesystem::path& file, const std::vector<recipes::Diagnostic>& problems) {
   if (problems.size() == 1) {
     const recipes::Diagnostic& only = problems.front();
@@ -29,7 +29,7 @@ Error refusal(const std::filesystem::path& file, const std::vector<recipes::Diag
   return {.code = Errc::invalid_argument, .where = file.string(), .what = std::move(text)};
 }
 
-/// The rig file, with the level that was found where one is named.
+/// The rig file, with the measured plate tilt if one is named.
 Result<std::string> rig_text_of(const CampaignRequest& request) {
   Result<std::string> rig = read_text_file(request.rig);
   if (!rig || request.level.empty()) return rig;
@@ -41,8 +41,7 @@ Result<std::string> rig_text_of(const CampaignRequest& request) {
   return both;
 }
 
-/// Of the campaign that is to go on; nothing where no trial of one has begun, and nothing was
-/// asked.
+/// Simulation of the campaign to resume. Nothing if no trial has begun and nothing was requested.
 std::optional<RecordedSimulation> recorded_simulation(const CampaignRequest& request) {
   if (!request.resume) return std::nullopt;
   const std::filesystem::path campaign = request.out / campaign_file_name;
@@ -53,7 +52,7 @@ std::optional<RecordedSimulation> recorded_simulation(const CampaignRequest& req
   return RecordedSimulation{std::move(history->info.rig_json), std::move(note)};
 }
 
-/// Level, integrator and step, written into the rig file that is run and recorded.
+/// Writes level, integrator and step into the rig file that is run and recorded.
 Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRequest& checked,
                                        RigFile& rig) {
   auto chosen = choose_fidelity(request, checked.plan, rig);
@@ -66,7 +65,7 @@ Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRe
   return std::move(chosen->note);
 }
 
-/// Without the models.
+/// check_request() without the models.
 Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   Result<std::string> rig_text = rig_text_of(request);
   if (!rig_text) return pass(rig_text.error());
@@ -81,7 +80,7 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
                         std::move(report.warnings)};
 }
 
-/// Everything that the rig file, or the bench that it describes, has against the plan.
+/// Collects all problems of the rig file or its bench with the plan.
 Status check_its_bench(const CampaignRequest& request, const CheckedRequest& checked) {
   Result<RigFile> rig = parse_rig_file(checked.rig_text);
   if (!rig) return pass(rig.error(), request.rig.string());

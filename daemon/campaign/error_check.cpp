@@ -44,7 +44,7 @@ void merge(const SimulationError& one, SimulationError& total) {
 
 namespace {
 
-/// Of a trial without taxels: the ends of their frames while it was recorded.
+/// For a trial without taxels: the ends of the frames while it was recorded.
 std::vector<TimePoint> recorded_frames(const std::vector<PhaseStart>& phases, TimePoint end) {
   std::vector<TimePoint> out;
   for (std::size_t i = 0; i < phases.size(); ++i) {
@@ -107,7 +107,7 @@ SimulationError ErrorCheck::error_of(const StoredTrial& stored) const {
   out.worst_exploration = plan_->explorations[spec.exploration].name;
   out.trials = 1;
   if (out.worst.samples > 0) out.pairs.insert({out.worst_fabric, out.worst_exploration});
-  // A sample is of a frame that ended before: the first one may be of the time before the phase.
+  // A sample belongs to a frame that ended earlier: the first may be from before the phase.
   std::optional<TimePoint> began;
   for (const PhaseStart& start : stored.phases) {
     if (start.phase == Phase::none) continue;

@@ -1,5 +1,5 @@
 #pragma once
-// How far a campaign's simulation is from a finer one, found by playing some of its trials again.
+// Error of a campaign's simulation against a finer one, found by replaying some of its trials.
 
 #include <optional>
 #include <set>
@@ -15,15 +15,16 @@
 
 namespace weft::daemon {
 
-/// Adds what some trials showed to `total`: largest differences, and root mean squares over all
-/// samples. `total` is resolved only where all are; the largest error that is known stays apart.
+/// Adds the errors of some trials to `total`: largest differences, and root mean squares over all
+/// samples. `total` is resolved only if all are. The largest resolved error is stored separately.
 void merge(const SimulationError& one, SimulationError& total);
 
-/// Keeps the stages' motion in the first complete trial of every exploration and of every fabric,
-/// and simulates those again more finely when the campaign is over. Where an accuracy was asked for
-/// it keeps one of every pair of the two and plays two references. Changes nothing about a run.
-/// Cost: 1.5 MB a minute of a kept trial, and then the time of simulating its contact: some 20 ms
-/// of the quick reference, 0.2 s of each fine one for 30 s of motion.
+/// Stores the stages' motion in the first complete trial of every exploration and of every fabric.
+/// Simulates those trials again at a finer setting when the campaign is over. With a requested
+/// accuracy it stores one trial of every pair of the two and simulates two references. Does not
+/// change the run. Cost: 1.5 MB per minute of a stored trial, then the time to simulate its
+/// contact. For 30 s of motion that is about 20 ms for the quick reference and 0.2 s for each fine
+/// one.
 class ErrorCheck {
  public:
   static constexpr std::size_t most_trials = 64;
@@ -34,17 +35,18 @@ class ErrorCheck {
     std::vector<PhaseStart> phases;
   };
 
-  /// Null: nothing is kept. `rig` and `plan` outlive it. `accuracy_n`: asked for.
+  /// Null `rig`: nothing is stored. `rig` and `plan` outlive it. `accuracy_n`: the requested
+  /// accuracy.
   ErrorCheck(sim::Rig* rig, const recipes::Plan& plan, std::optional<double> accuracy_n)
       : rig_(rig), plan_(&plan), accuracy_n_(accuracy_n), pairs_(count_pairs(plan)) {}
 
-  /// Before every mount.
+  /// Call before every mount.
   void patch_follows();
-  /// Of the recording the samples of taxels and force count, without taxels the frames while it was
-  /// recorded.
+  /// Compares the recorded samples of taxels and force. Without taxels it uses the frames during
+  /// the recording.
   void trial_done(std::size_t trial, bool complete, TimePoint now, const TrialRecording& recording);
-  /// One, or none when no trial was kept and none was looked at `before`: by an earlier process of
-  /// the campaign, in trials that this one has not run.
+  /// One error. None if no trial was stored and `before` is empty. `before`: errors from an earlier
+  /// process of the campaign, of trials that this one has not run.
   [[nodiscard]] std::vector<SimulationError> errors(std::vector<SimulationError> before = {}) const;
   [[nodiscard]] const std::vector<StoredTrial>& trials() const { return trials_; }
 
@@ -60,7 +62,7 @@ class ErrorCheck {
   const recipes::Plan* plan_;
   std::optional<double> accuracy_n_;
   std::size_t pairs_;
-  std::set<Pair> seen_;  ///< of the kept trials
+  std::set<Pair> seen_;  ///< of the stored trials
   std::vector<StoredTrial> trials_;
 };
 

@@ -14,14 +14,14 @@ namespace {
 
 constexpr std::uintmax_t most_model_bytes = std::uintmax_t{1} << 28;
 
-constexpr double same_rate = 0.01;  // relative: nominal rates, as two rig files may round them
+constexpr double same_rate = 0.01;  // relative; two rig files may round nominal rates differently
 
-/// Which kind of data a rig's bench makes: those of an emulated one are simulated.
+/// The kind of data of a rig's bench: an emulated bench makes simulated data.
 std::string_view data_of(const recipes::RigLimits& limits) {
   return limits.bench == "real" ? "real" : "simulated";
 }
 
-/// What a model says of itself in its first lines.
+/// Checks the head of a model against exploration and rig.
 Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& limits,
             double sample_rate_hz, const classifier::FeatureSetup& setup,
             const std::string& bench) {

@@ -102,7 +102,7 @@ LiveFrame LiveFrameSampler::make_frame(const Snapshot& seen, TimePoint now,
   return out;
 }
 
-// The looking thread may hold the mutex: then the next event of the bench tries again.
+// The viewer's thread may hold the mutex: the next event of the bench tries again.
 void LiveFrameSampler::show(const Snapshot& seen, TimePoint now) {
   const bool is_row_due = !last_row_ || to_seconds(now - *last_row_) >= history_step_s;
   if (!is_row_due && !wanted_.load(std::memory_order_relaxed)) return;

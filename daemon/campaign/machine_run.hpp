@@ -1,6 +1,6 @@
 #pragma once
-// The scan cycle around a machine that needs no recording (alignment, maintenance): each cycle
-// checks the guards, then what the machine waits for, and carries out what it answers.
+// The scan cycle around a machine without recording (alignment, maintenance). Each cycle checks the
+// guards, then the orders in progress, and carries out the machine's effects.
 
 #include <algorithm>
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace weft::daemon {
 
-/// Thread-bound to the bench's loop. Plan and bench outlive it. Found beside `State`: step(plan,
+/// Thread-bound to the bench's loop. Plan and bench outlive it. Required beside `State`: step(plan,
 /// state, event, now), is_retreating(state), zero_moves(state).
 template <class Plan, class State, class Done>
 class MachineRun {
@@ -31,14 +31,14 @@ class MachineRun {
   MachineRun(const MachineRun&) = delete;
   MachineRun& operator=(const MachineRun&) = delete;
 
-  /// The bench is up.
+  /// Call when the bench is up.
   void start() {
     last_cycle_ = loop_->now();
     cycle_due_ = last_cycle_ + period_;
     cycle_timer_ = loop_->at(cycle_due_, [this] { cycle(); });
     dispatch(recipes::Start{});
   }
-  /// AbortRequested, HaltRequested.
+  /// Accepts AbortRequested and HaltRequested.
   void request(recipes::Event event) { dispatch(std::move(event)); }
 
   [[nodiscard]] const std::optional<Done>& result() const { return result_; }
@@ -56,8 +56,8 @@ class MachineRun {
     cycle_timer_ = loop_->at(cycle_due_, [this] { cycle(); });
   }
 
-  /// Whether this cycle may command, as in a campaign: after a trip the machine's answer is all
-  /// that goes out in it, and a retreat goes on to its end.
+  /// Whether this cycle may send commands, as in a campaign. After a trip, only the machine's
+  /// answer is sent in this cycle. A retract in progress continues to its end.
   bool guarded(Duration since_last) {
     const bool retreating = is_retreating(state_);
     bool tripped = false;

@@ -15,10 +15,10 @@ using namespace std::chrono_literals;
 using MaintenanceRun =
     MachineRun<recipes::MaintenancePlan, recipes::MaintenanceState, recipes::MaintenanceDone>;
 
-constexpr Duration force_time = 300ms;  ///< whose readings say what the force is before the motion
-constexpr Duration rest_time = 2s;      ///< that stopped stages are given to come to rest
+constexpr Duration force_time = 300ms;  ///< readings of this time show the force before the motion
+constexpr Duration rest_time = 2s;      ///< time for stopped stages to come to rest
 
-/// One order on a bench that is open.
+/// Carries out one order on an open bench.
 class MaintenanceSession {
  public:
   MaintenanceSession(BenchSession& session, const MaintenanceHooks& hooks)
@@ -46,7 +46,7 @@ class MaintenanceSession {
 
   recipes::MaintenanceDone execute(const recipes::MaintenancePlan& plan) {
     MaintenanceRun run(plan, session_.loop(), session_.bench());
-    take_orders(run);  // a halt may have come since the bench was looked at
+    take_orders(run);  // a halt may have come since the bench was checked
     if (!run.result()) run.start();
     session_.run_until([&] {
       throttle();
@@ -60,7 +60,7 @@ class MaintenanceSession {
         .error = Error{.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"}};
   }
 
-  /// Stages that were stopped still brake. False: one did not come to rest.
+  /// Waits while stopped stages still brake. False: one did not come to rest.
   bool come_to_rest() {
     Bench& bench = session_.bench();
     const TimePoint since = session_.loop().now();

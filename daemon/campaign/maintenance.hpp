@@ -1,6 +1,6 @@
 #pragma once
-// Motion outside a run on a bench: opens it without homing and without a recorder, carries out one
-// order with the guards and the monitor of a run, and closes it.
+// Motion outside a run. Opens a bench without homing and recorder, carries out one order, and
+// closes it. Guards and monitor are those of a run.
 
 #include <array>
 #include <filesystem>
@@ -16,34 +16,35 @@ namespace weft::daemon {
 
 struct MaintenanceRequest {
   recipes::MaintenanceOrder order;
-  std::filesystem::path rig;  ///< rig file
+  std::filesystem::path rig;
   PluginSettings plugins = {};
 };
 
-/// Where the stages are before the motion, and how z goes up.
+/// Positions of the stages before the motion, and how z lifts.
 struct MaintenanceBegin {
   recipes::Joints from;
-  bool is_relative = false;  ///< z has not been homed: up by at most the clearance
+  bool is_relative = false;  ///< z has not been homed: it lifts by at most the clearance
 };
 
 struct MaintenanceSummary {
   MaintenanceBegin begin;
-  recipes::Joints to = {};  ///< as the stages reported last
+  recipes::Joints to = {};  ///< last positions reported by the stages
   recipes::MaintenanceDone done = {};
 };
 
 struct MaintenanceHooks {
   DeviceLogSink device_log;
-  /// Before anything moves, on the thread of the motion.
+  /// Called before anything moves, on the thread of the motion.
   std::function<void(const MaintenanceBegin&)> begins;
   /// Stop, abort and halt end the motion; other orders are ignored.
   RunOrders* orders = nullptr;
-  const BenchPace* pace = nullptr;  ///< of a simulated bench; kept where there are `orders`
-  SimulatedPlace* place = nullptr;  ///< of a simulated bench, which begins there and is left there
+  const BenchPace* pace = nullptr;  ///< of a simulated bench; applied only with `orders`
+  SimulatedPlace* place = nullptr;  ///< of a simulated bench: start position, updated at the end
 };
 
-/// Errors: what kept the motion from beginning (open_rig()'s, open_session()'s, bring_up()'s,
-/// recipes::plan_maintenance()'s); nothing has moved then. What goes wrong later is in the summary.
+/// Errors: the reasons why the motion could not start (open_rig()'s, open_session()'s,
+/// bring_up()'s, recipes::plan_maintenance()'s); nothing has moved then. Later failures are in the
+/// summary.
 Result<MaintenanceSummary> run_maintenance(const MaintenanceRequest& request,
                                            const MaintenanceHooks& hooks);
 

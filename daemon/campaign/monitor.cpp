@@ -43,7 +43,7 @@ struct Monitor::Shared {
   std::atomic<std::uint64_t> beats{0};
   std::atomic<bool> watched{false};
   std::atomic<double> lift_from_m{no_lift}, lift_to_m{no_lift};
-  std::atomic<std::uint64_t> rounds{0};  ///< of the monitor
+  std::atomic<std::uint64_t> rounds{0};  ///< of the monitor's loop
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free &&
               std::atomic<double>::is_always_lock_free);
@@ -53,24 +53,24 @@ namespace {
 using namespace protocols::apt;
 
 constexpr int poll_ms = 50;
-// A monitor that was itself kept waiting for so long has seen nothing, and starts again.
+// A monitor that was itself suspended for this long has missed beats and starts again.
 constexpr std::chrono::milliseconds own_stall{200};
-// Over the control loop's 10: a loop that spins must not keep it from running.
+// Above the control loop's 10: a loop that spins must not keep the monitor from running.
 constexpr int priority = 20;
 constexpr char goodbye = 'q';
-// Links and controllers take their time: over what the ramp takes, and the way of a lift.
+// Delays of links and controllers, in addition to the ramp and to the travel of a lift.
 constexpr Duration braking_grace = std::chrono::milliseconds(100);
 constexpr Duration lift_grace = std::chrono::seconds(1), longest_lift = std::chrono::seconds(60);
 
-/// A channel's profiled stop (APT16 p. 56): the stage keeps its position afterwards. For z the move
-/// that lifts the probe, too.
+/// A channel's profiled stop (APT16 p. 56): the stage keeps its position afterwards. For z also the
+/// move that lifts the probe.
 EmergencyStop apt_stop(const DeviceEntry& device, DriverCatalog* drivers, double lift_speed_mps) {
   EmergencyStop stop;
   stop.link = device.link;
-  // With the rig's limit of acceleration, as its driver gets it.
+  // Includes the rig's acceleration limit, as the driver gets it.
   const Result<std::string> config =
       drivers != nullptr ? driver_config(device, *drivers) : device.config_json;
-  if (!config) return stop;  // the bench refuses it too: the run does not begin
+  if (!config) return stop;  // the bench refuses it too: the run does not start
   const auto settings = drivers::read_stage_settings(*config);
   if (!settings) return stop;
   const Route route{settings->destination, address::host};
@@ -92,13 +92,13 @@ EmergencyStop apt_stop(const DeviceEntry& device, DriverCatalog* drivers, double
 int open_line(const SerialSettings& line) {
   const int port = ::open(line.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (port < 0) return port;
-  // The line is as the dead host left it; where that fails, its settings are tried all the same.
+  // The port is as the dead host left it. If this call fails, the port's settings are used anyway.
   if (set_line_raw(port, false)) static_cast<void>(set_line_speed(port, line.baud));
   return port;
 }
 
-/// Where a TCP port may be, as connect() takes it; empty for another link, or when nobody knows the
-/// host: then the bench does not get its port either.
+/// Addresses of a TCP port for connect(). Empty for another link or an unknown host: then the bench
+/// cannot open its port either.
 std::vector<Bytes> addresses_of(const LinkSettings& link) {
   const auto* tcp = std::get_if<TcpPort>(&link);
   if (tcp == nullptr) return {};
@@ -129,14 +129,14 @@ int open_socket(const Bytes& bytes) {
   return -1;
 }
 
-/// The first of the addresses where somebody listens.
+/// Connects to the first address that accepts.
 int open_socket(const std::vector<Bytes>& addresses) {
   for (const Bytes& address : addresses)
     if (const int socket = open_socket(address); socket >= 0) return socket;
   return -1;
 }
 
-/// Whether the whole message went out.
+/// True if the whole message was sent.
 bool send(const EmergencyStop& stop, const Bytes& message) {
   const auto* line = std::get_if<SerialSettings>(&stop.link);
   const int port = line != nullptr ? open_line(*line) : open_socket(stop.addresses);
@@ -147,7 +147,8 @@ bool send(const EmergencyStop& stop, const Bytes& message) {
   return sent == static_cast<ssize_t>(message.size());
 }
 
-/// Whether a probe was sent up. What its messages lack is known only now.
+/// True if the lift was sent. Writes the target position into the messages first: it is known only
+/// now.
 bool send_lift(EmergencyStop& stop, double z_m) {
   if (stop.lift.empty() || std::isnan(z_m)) return false;
   auto counts =
@@ -157,7 +158,7 @@ bool send_lift(EmergencyStop& stop, double z_m) {
   return send(stop, stop.lift);
 }
 
-/// What became of the stages.
+/// Result of stopping the stages.
 struct Stopped {
   std::size_t stopped = 0;
   bool lifted = false;
@@ -188,7 +189,7 @@ Stopped stop_stages(std::vector<EmergencyStop>& stops, Lift lift) {
 
 enum class HostSignal { nothing, farewell, end };
 
-/// Waits a little for the host's end of the line.
+/// Waits up to `wait_ms` for the host's end of the socket.
 HostSignal poll_host(int line, int wait_ms) {
   pollfd end{line, POLLIN, 0};
   if (::poll(&end, 1, wait_ms) <= 0) return HostSignal::nothing;
@@ -196,9 +197,9 @@ HostSignal poll_host(int line, int wait_ms) {
   return ::read(line, &byte, 1) == 1 && byte == goodbye ? HostSignal::farewell : HostSignal::end;
 }
 
-/// Keeps standard input, output and error, this end of the line and the device locks. Whatever else
-/// the host had open stays the host's alone: a lock of a folder is released and a client's
-/// connection ends when the host closes it, not when the monitor goes. `kept`: sorted.
+/// Keeps standard input, output and error, this end of the socket and the device locks. Closes all
+/// other descriptors of the host. A folder lock is then released, and a client's connection ends,
+/// when the host closes it. `kept`: sorted.
 void close_all_except(const std::vector<int>& kept) {
   unsigned next = STDERR_FILENO + 1;
   for (const int fd : kept) {
@@ -210,17 +211,17 @@ void close_all_except(const std::vector<int>& kept) {
 }
 
 void become_monitor() {
-  ::setsid();  // Ctrl-C is for the host, which then ends tidily
+  ::setsid();  // Ctrl-C is for the host, which then ends in order
   for (const int number : {SIGINT, SIGHUP, SIGPIPE, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGXFSZ})
     ::signal(number, SIG_IGN);
   sched_param parameters{};
   parameters.sched_priority = priority;
-  ::sched_setscheduler(0, SCHED_FIFO, &parameters);  // refused: it watches less punctually
+  ::sched_setscheduler(0, SCHED_FIFO, &parameters);  // if refused, the monitor is less punctual
 }
 
 enum class HostEnd { farewell, died, killed };
 
-/// The monitor's life. `died` only where it was watched.
+/// Main loop of the monitor. Returns `died` only while the host is watched.
 template <class Shared>
 HostEnd watch_host(Shared& shared, int line, pid_t host, Duration max_wait) {
   std::uint64_t beats = 0;
@@ -243,12 +244,12 @@ HostEnd watch_host(Shared& shared, int line, pid_t host, Duration max_wait) {
   }
 }
 
-/// How the notice of a lost host begins and ends. Made before the fork: a child of a process with
-/// threads may not allocate.
+/// Beginning and end of the notice about a lost host. Made before the fork: a child of a process
+/// with threads may not allocate.
 struct NoticeText {
   std::string died, killed;
   std::filesystem::path log;
-  bool is_journal;  ///< standard error is systemd's journal, which takes a priority
+  bool is_journal;  ///< standard error is systemd's journal, which accepts a priority
 };
 
 NoticeText format_notices(pid_t host, const Monitor::Settings& settings) {
@@ -264,7 +265,7 @@ NoticeText format_notices(pid_t host, const Monitor::Settings& settings) {
 
 using Line = std::array<char, 512>;
 
-/// "2026-11-29 06:33:06 UTC ", by arithmetic alone: the C library's calendar takes a lock.
+/// "2026-11-29 06:33:06 UTC ", by arithmetic only: the C library's calendar functions take a lock.
 int print_time(Line& line) {
   using namespace std::chrono;
   const sys_time<nanoseconds> now(utc_now());
@@ -291,7 +292,7 @@ void append_to_log(const std::filesystem::path& log, const Line& text) {
   ::close(file);
 }
 
-/// Without syslog(3), which takes locks: the message to the socket that it would go to.
+/// Sends the message directly to the socket that syslog(3) uses: syslog(3) takes locks.
 void send_to_system_log(const Line& text) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -306,7 +307,7 @@ void send_to_system_log(const Line& text) {
   ::close(socket);
 }
 
-/// After the stops, which wait for nothing. A reader that keeps its writer waiting gets none.
+/// Call after the stops, which must not wait. A reader that would block the write gets no notice.
 void write_notice(const NoticeText& notices, bool killed, const Stopped& done, std::size_t stages) {
   Line text{};
   std::snprintf(
@@ -362,13 +363,14 @@ Result<std::unique_ptr<Monitor>> Monitor::start(Settings settings) {
   const pid_t child = ::fork();
   if (child < 0) return failed("the monitor could not be started");
   if (child == 0) {
-    close_all_except(kept);  // the other end too, or its end would never be seen
+    close_all_except(kept);  // also the host's end: otherwise its closing would go unseen
     become_monitor();
     const HostEnd end = watch_host(*shared, line[0], host, settings.max_wait);
     if (end == HostEnd::farewell) ::_exit(0);
     const Stopped done = stop_stages(settings.stops, {shared->lift_from_m, shared->lift_to_m});
     write_notice(notices, end == HostEnd::killed, done, settings.stops.size());
-    if (!settings.locks.empty()) wait(done.lift_takes);  // who arms a stage stops it
+    // Keeps the locks: a program that arms a stage stops it.
+    if (!settings.locks.empty()) wait(done.lift_takes);
     ::_exit(0);
   }
   ::close(line[0]);
@@ -380,7 +382,7 @@ Monitor::~Monitor() {
   while (::send(line_, &goodbye, 1, MSG_NOSIGNAL) < 0 && errno == EINTR) {
   }
   ::close(line_);
-  if (!ended_) ::kill(process_, SIGCONT);  // one that was stopped would never go
+  if (!ended_) ::kill(process_, SIGCONT);  // a suspended process would never end
   while (!ended_ && ::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
   }
   ::munmap(shared_, sizeof(Shared));
@@ -405,7 +407,7 @@ bool Monitor::is_alive() {
   if (seen == process_ || (seen < 0 && errno == ECHILD)) ended_ = true;
   const auto now = steady_wall_now();
   const std::uint64_t rounds = shared_->rounds;
-  // Who did not look for a while was kept waiting, and the monitor perhaps with it.
+  // After a long interval between calls this process was suspended, and perhaps the monitor too.
   if (rounds != std::exchange(rounds_, rounds) || now - checked_at_ > own_stall) seen_at_ = now;
   checked_at_ = now;
   return !ended_ && now - seen_at_ <= default_timeout;

@@ -1,4 +1,4 @@
-// An interrupted campaign discarded, or kept as far as it came; declared in resume.hpp.
+// Discards an interrupted campaign, or keeps its complete trials; declared in resume.hpp.
 
 #include "daemon/campaign/resume.hpp"
 
@@ -29,7 +29,7 @@ std::string counted(std::size_t trials) {
   return std::to_string(trials) + (trials == 1 ? " trial" : " trials");
 }
 
-/// The campaign, where there is something in it that can be kept.
+/// The campaign, if it has a complete trial to keep.
 Result<CampaignHistory> load_partial_history(const fs::path& folder,
                                              const StopRequested& stop_requested) {
   if (!has_campaign(folder))
@@ -51,7 +51,7 @@ Result<CampaignHistory> load_partial_history(const fs::path& folder,
                .hint = "Discard the run, or go on with it"});
 }
 
-/// The last line of a file that is not gone on with, and its end.
+/// Ends a campaign file that is not resumed, with a last journal entry.
 Status end_with(const fs::path& folder, std::string_view kind, const json& payload) {
   const fs::path campaign = campaign_in(folder);
   const auto journal = load_journal(campaign);

@@ -31,12 +31,12 @@ Status same_text(const char* what, const std::string& recorded, const std::strin
 
 std::string shortened(const json& value) {
   constexpr std::size_t most = 120;
-  const std::string text = value.dump(-1, ' ', true);  // a cut leaves valid text
+  const std::string text = value.dump(-1, ' ', true);  // ASCII: a cut leaves valid text
   return text.size() <= most ? text : text.substr(0, most) + " ...";
 }
 
-/// "/repetitions: 2, recorded 3" of the first places where two documents differ; "" where they
-/// have the same content.
+/// "/repetitions: 2, recorded 3" for the first differences of two documents; "" if their content is
+/// equal.
 std::string differences_text(const std::string& recorded_text, const std::string& now_text) {
   constexpr std::size_t most = 5;
   const json recorded = json::parse(recorded_text, nullptr, false);
@@ -49,7 +49,7 @@ std::string differences_text(const std::string& recorded_text, const std::string
     const auto value = [&](const json& document) {
       return document.contains(place) ? shortened(document[place]) : std::string("nothing");
     };
-    // What was added at the end of a list has "/-" for its place.
+    // An addition at the end of a list has the place "/-".
     const bool added = changes[i].at("op") == "add";
     text += (i == 0 ? "" : "; ") + place.to_string() + ": " +
             (added ? shortened(changes[i].at("value")) : value(now)) + ", recorded " +
@@ -58,7 +58,7 @@ std::string differences_text(const std::string& recorded_text, const std::string
   return changes.size() > most ? text + "; and more" : text;
 }
 
-/// Layout and order of keys do not count. `document`: as `weft dataset info --document` has it.
+/// Layout and order of keys do not count. `document`: as in `weft dataset info --document`.
 Status same_document(const std::filesystem::path& campaign, const std::string& document,
                      const std::string& recorded, const std::string& now) {
   const std::string different = recorded == now ? "" : differences_text(recorded, now);
@@ -100,7 +100,8 @@ Status same_rules(const std::string& recorded_json) {
                        "readable"});
 }
 
-/// Other models end slides elsewhere, and other rules make other trials, where any are `left`.
+/// Refuses other models and other engine rules if trials are `left`: models decide where strokes
+/// end, and rules change the trials.
 Status same_conditions(const std::filesystem::path& campaign, const CheckedRequest& checked,
                        bool left) {
   const auto journal = load_journal(campaign);
@@ -124,7 +125,7 @@ std::string axis_to(recipes::Axis axis, double target) {
   return std::string(recipes::to_string(axis)) + " to " + place(axis, target);
 }
 
-/// The moves of one trial in the order in which the engine commands them.
+/// Adds the moves of one trial in the order of the engine's commands.
 Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::string>& will) {
   const recipes::TrialSpec& trial = plan.trials[index];
   const recipes::Exploration& exploration = plan.explorations[trial.exploration];
@@ -144,7 +145,7 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
   return {};
 }
 
-/// People first: `begins` where nobody knows what lies on the plate.
+/// Adds the operator steps before a trial. `begins`: the fabric on the plate is unknown.
 void add_prompts(const recipes::Plan& plan, std::size_t trial, bool begins,
                  std::vector<std::string>& will) {
   for (auto step = recipes::due_step(plan, trial, 0, begins); step;

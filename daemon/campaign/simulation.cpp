@@ -61,14 +61,14 @@ sim::RunSize run_size(const recipes::Plan& plan, const FidelityRequest& requeste
           .is_evaluated = requested.is_evaluated};
 }
 
-/// The same for every choice of a process, so that a check and the run choose the same.
+/// Measured once per process, so that a check and the run choose the same.
 double probe_us() {
   static const double measured_us =
       sim::measure_probe_us([] { return 1e6 * thread_cpu_seconds(); });
   return measured_us;
 }
 
-/// A force that is held asks for the loop's traces in the data, unless somebody says otherwise.
+/// A regulated force needs the loop's traces in the data, unless the request states otherwise.
 sim::SimulationRequest simulation_request(const recipes::Plan& plan,
                                           const FidelityRequest& requested) {
   sim::SimulationRequest request{.traits = {}, .set_points_n = set_points_n(plan)};
@@ -155,7 +155,7 @@ json error_json(const SimulationError& error) {
   return out;
 }
 
-/// JSON knows no infinity: it was written as null.
+/// JSON has no infinity: it was written as null.
 double figure_at(const json& object, const char* key) {
   const json& found = object.at(key);
   return found.is_null() ? HUGE_VAL : found.get<double>();
@@ -192,7 +192,7 @@ SimulationError error_from(const json& each) {
   return out;
 }
 
-/// Whether the plant is this process's: that of an emulated bench is weft-rig's.
+/// True if the plant is in this process: the plant of an emulated bench is in weft-rig.
 bool simulated_here(const RigFile& rig) {
   const json root = json::parse(rig.text, nullptr, false);
   return root.is_object() && root.value("bench", json()) == "simulated";
@@ -202,11 +202,11 @@ bool simulated_here(const RigFile& rig) {
 
 namespace {
 
-/// Table and cloths for a choice, read where something is asked for.
+/// Fidelity and fabric tables for a choice, read only if an accuracy or speed is requested.
 struct ChoiceFiles {
   std::optional<sim::FidelityTable> table;
   std::optional<sim::FabricLibrary> library;
-  bool has_rows = true;  ///< the table was measured with this cloth table
+  bool has_rows = true;  ///< the fidelity table was measured with this fabric table
 };
 
 Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem::path& rig_path) {
@@ -223,7 +223,7 @@ Result<ChoiceFiles> read_choice_files(const RigFile& rig, const std::filesystem:
   return out;
 }
 
-/// What was asked for at the begin may be said again, or left out.
+/// A resumed campaign may repeat the original request or omit it.
 Status same_request(const char* option, const std::optional<double>& now,
                     const std::optional<double>& recorded, const char* format) {
   if (!now || now == recorded) return {};
@@ -243,7 +243,7 @@ Status same_request(const FidelityRequest& now, const SimulationNote& recorded) 
   return same ? same_request("--budget", now.times_real_time, times, "%.6gx") : same;
 }
 
-/// The rig file as it was recorded, where the one at hand is still what that was made of.
+/// The recorded rig file, if the present one is still the one it was made from.
 Result<ChosenSimulation> resumed_choice(const RigFile& rig, const RecordedSimulation& recorded,
                                         sim::SimulationRequest request) {
   const auto config = sim::parse_rig_config(recorded.rig_json);

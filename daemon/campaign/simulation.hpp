@@ -1,5 +1,5 @@
 #pragma once
-// How finely a campaign is simulated, why, and how far that is from a finer simulation of itself.
+// Fidelity of a campaign's simulation: its setting, the reason, and its error against a finer one.
 
 #include <filesystem>
 #include <optional>
@@ -17,37 +17,37 @@ namespace weft::daemon {
 
 /// `--accuracy` and `--budget`.
 struct FidelityRequest {
-  std::optional<double> accuracy_n{};       ///< largest error of the recorded force
+  std::optional<double> accuracy_n{};       ///< largest accepted error of the recorded force
   std::optional<double> times_real_time{};  ///< least speed of the whole run
-  bool strict = false;                      ///< after a miss the next setting is run
+  bool strict = false;                      ///< after a miss, run with the next setting
   std::optional<double> promise_below_n{};  ///< of a strict run after its first attempt
   std::optional<double> probe_us{};  ///< this machine's speed; none: measured, once per process
-  bool is_evaluated = true;          ///< evaluation counts as a part of the run
-  bool is_checked = true;            ///< so does the error check
+  bool is_evaluated = true;          ///< evaluation counts as part of the run
+  bool is_checked = true;            ///< the error check counts as part of the run
 
   [[nodiscard]] bool uses_table() const {
     return accuracy_n.has_value() || times_real_time.has_value();
   }
 };
 
-/// Of the normal force, and where it was.
+/// Error of the normal force, with its place.
 struct ForceError {
   double force_n = 0;
   std::string fabric{}, exploration{}, phase{};
   double at_s = 0;
 };
 
-/// Of a campaign's recorded trials, against a finer simulation.
+/// Error of a campaign's recorded trials against a finer simulation.
 struct SimulationError {
-  sim::RunError worst;       ///< largest differences of all, root mean squares over all samples
-  std::string worst_fabric;  ///< where the force differs most
-  std::size_t trials = 0;    ///< that were looked at
+  sim::RunError worst;  ///< largest differences of all trials, root mean squares over all samples
+  std::string worst_fabric;  ///< with the largest force difference
+  std::size_t trials = 0;    ///< number of compared trials
   std::string worst_exploration{}, worst_phase{};
-  double worst_at_s = 0;  ///< since that trial's phase S began
-  /// Fabric and exploration of those in which samples were compared.
+  double worst_at_s = 0;  ///< since the trial's phase S began
+  /// Fabric and exploration of the trials with compared samples.
   std::set<std::pair<std::string, std::string>> pairs{};
-  /// The largest of those trials whose references agree well enough to say, whatever others leave
-  /// open; 0: of none.
+  /// The largest among trials with references that agree well enough; other trials may be
+  /// unresolved. 0: no such trial.
   ForceError resolved{};
 
   [[nodiscard]] ForceError largest() const {
@@ -60,16 +60,16 @@ struct SimulationNote {
   std::string setting;  ///< "L1 3.072 ms"
   std::string level;    ///< "L1"
   std::string because;  ///< "the scene needs a wrench, taxel counts and a regulated force"
-  std::vector<SimulationError> errors;  ///< empty where it was not asked for, or no trial complete
-  std::optional<SimulationPromise> promise{};  ///< where an accuracy was asked for
-  std::optional<SimulationBudget> budget{};    ///< where a speed was
-  std::vector<std::string> aside{};  ///< folders of a strict run's attempts before this one
+  std::vector<SimulationError> errors;  ///< empty if not requested, or if no trial is complete
+  std::optional<SimulationPromise> promise{};  ///< with a requested accuracy
+  std::optional<SimulationBudget> budget{};    ///< with a requested speed
+  std::vector<std::string> aside{};            ///< folders of a strict run's previous attempts
 
   [[nodiscard]] bool empty() const { return setting.empty(); }
   [[nodiscard]] bool has_request() const { return promise.has_value() || budget.has_value(); }
 };
 
-/// What the file of a campaign that goes on says.
+/// Simulation records of a campaign that is resumed.
 struct RecordedSimulation {
   std::string rig_json;
   SimulationNote note;
@@ -77,33 +77,34 @@ struct RecordedSimulation {
 
 struct ChosenSimulation {
   SimulationNote note;
-  std::string rig_text;  ///< with the choice written into it: what is run and recorded
+  std::string rig_text;  ///< with the choice written into it, as run and recorded
 };
 
-/// On a bench that is not simulated by this process the note is empty and the rig file as it is.
-/// From the rig's sensors and traits, what the recipe holds, and the table that the rig file names
-/// (`simulation.fidelity`, relative to it), which is read only if something is asked for.
-/// `recorded`: of a campaign that goes on. What was asked for at its begin stays, setting, promise
-/// and reason too, whatever the table says by now; the note has the errors that were found so far.
-/// Errors: what sim::choose_simulation refuses, with a place in the rig file; wrong_state, where
-/// something else is asked for than at the begin.
+/// Chooses the simulation from the rig's sensors and traits, the recipe, and the fidelity table.
+/// The rig file names the table (`simulation.fidelity`, relative to it). Reads it only if an
+/// accuracy or speed is requested. On a bench that is not simulated by this process the note is
+/// empty and the rig file unchanged. `recorded`: of a campaign that is resumed. Its original
+/// request, setting, promise and reason stay, even if the table has changed; the note has the
+/// errors found so far. Errors: those of sim::choose_simulation, with a place in the rig file;
+/// unsupported if a request has no simulation here; wrong_state if the request differs from the
+/// original one.
 Result<ChosenSimulation> choose_simulation(const RigFile& rig,
                                            const std::filesystem::path& rig_path,
                                            const recipes::Plan& plan,
                                            const FidelityRequest& requested,
                                            const std::optional<RecordedSimulation>& recorded = {});
 
-/// Fills the promise of `note` from its errors; unless those are of every pair it is not held. An
-/// error that is known to be above what was asked for stands for the largest, which may be open.
+/// Fills the promise of `note` from its errors. It is kept only if the errors cover every pair. A
+/// resolved error above the requested accuracy replaces the largest one, which may be unresolved.
 void evaluate_promise(SimulationNote& note);
-/// Whether the error is known to be above what was asked for: not whether it was checked.
+/// True if a resolved error is above the requested accuracy; false if it was not checked.
 bool is_measured_miss(const SimulationPromise& promise);
-/// Whether an accuracy was asked for and the run cannot say that it was kept.
+/// True if an accuracy was requested and the run cannot show that it was kept.
 bool is_promise_missed(const SimulationNote& note);
 
 /// For the campaign's journal.
 std::string to_json(const SimulationNote& note);
-/// Back from there. Errors: parse.
+/// Inverse of to_json(). Errors: parse.
 Result<SimulationNote> simulation_note_from(std::string_view json_text);
 
 /// Pairs of fabric and exploration in the plan's trials.

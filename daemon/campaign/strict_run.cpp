@@ -10,13 +10,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A new folder OUT/aside-N.
+/// Creates a new folder OUT/aside-N.
 Result<fs::path> make_aside(const fs::path& out) {
   std::error_code error;
   for (int number = 1;; ++number) {
     fs::path aside = out / ("aside-" + std::to_string(number));
     if (fs::create_directory(aside, error)) return aside;
-    if (!error) continue;  // it is there
+    if (!error) continue;  // it exists already
     return fail({.code = Errc::io,
                  .where = aside.string(),
                  .what = "cannot make a folder for the campaign that missed its accuracy",
@@ -24,9 +24,9 @@ Result<fs::path> make_aside(const fs::path& out) {
   }
 }
 
-/// The end first: a campaign without it is concluded anew by who resumes it, should this process
-/// die in between. The database before its log, which is folded in: without the database it is
-/// nothing, while a database without its log might lack its last trials.
+/// Moves certificate and data set first: if this process dies in between, a resume concludes the
+/// campaign again. Then the database, then its log, which is folded in. A log without its database
+/// is useless, but a database without its log might lack its last trials.
 Result<fs::path> move_aside(const fs::path& out) {
   const auto aside = make_aside(out);
   if (!aside) return aside;
@@ -59,7 +59,7 @@ bool is_run_again(const CampaignRequest& request, const CampaignHooks& hooks,
          !summary.simulation.promise->next_setting.empty();
 }
 
-/// What an attempt ended with, and where those before it are: no summary names them.
+/// Adds the folders of earlier attempts to the error: no summary names them.
 Error naming(Error error, std::vector<std::string> aside) {
   if (aside.empty()) return error;
   SimulationNote note;
@@ -83,7 +83,7 @@ Result<CampaignSummary> run_until_held(const CampaignRequest& request, const Cam
     if (!moved) return pass(naming(moved.error(), std::move(aside)));
     aside.push_back(moved->string());
     attempt.fidelity.promise_below_n = summary->simulation.promise->promised_n;
-    attempt_hooks.rig_acquired = nullptr;  // the rig is this run's already
+    attempt_hooks.rig_acquired = nullptr;  // the run already has the rig
     attempt_hooks.planned = nullptr;
     summary = run_campaign(attempt, attempt_hooks);
   }

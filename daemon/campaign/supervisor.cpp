@@ -9,10 +9,10 @@
 namespace weft::daemon {
 namespace {
 
-// Of the stop that a probe hangs on whose weight the stage carries in part: cloth and stop in
-// series are never stiffer (docs/reference/plant.md).
+// Stiffness of the stop that carries part of the probe's weight: fabric and stop in series are
+// never stiffer (docs/reference/plant.md).
 constexpr double stop_stiffness_npm = 2e5;
-// The loop's gain holds a force whose readings are so many cycles late (force_loop.hpp).
+// The loop's gain is stable with readings up to this number of cycles late (force_loop.hpp).
 constexpr double most_late_cycles = 2;
 
 }  // namespace
@@ -137,15 +137,15 @@ void Supervisor::carry_out(const recipes::CampaignDone& effect) {
   result_ = effect;
 }
 
-// The scan cycle: read, guard, look for what is awaited, regulate, poll.
+// The scan cycle: read, check the guards, check orders in progress, regulate, poll.
 
 namespace {
 
-// All stages are recorded, and those but z are read, once in this many cycles.
+// All stages are recorded, and all but z are read, once in this number of cycles.
 constexpr std::uint64_t slow_divisor = recipes::RigLimits::cycles_per_stage_row;
 
-// Further from the newest reading the mean of a cycle is of a force that moves, or of a reading
-// that no guard has seen.
+// A larger difference between a cycle's mean and the newest reading means that the force moves. Or
+// the mean contains a reading that no guard has checked.
 constexpr double mean_tolerance_n = 0.1;
 
 /// Normal force of a cycle: the mean of its readings, or the newest, which the guards have passed.
@@ -170,14 +170,14 @@ void Supervisor::cycle() {
   if (cycles_ % slow_divisor == 0) recording_->stages(bench_->snapshot(), now);
   actions_.poll(cycles_);
   recording_->commit_if_due();
-  // From when it was due, not from when it came: lateness does not slow the rate. What was missed
-  // is not made up for.
+  // Counted from the due time, not from the actual time: lateness does not slow the rate. Missed
+  // cycles are not made up.
   cycle_due_ = std::max(cycle_due_ + period_, now);
   if (!result_) cycle_timer_ = loop_->at(cycle_due_, [this] { cycle(); });
 }
 
-// Whether this cycle may command. After a fault or a trip the engine's own answer (stop, retreat)
-// is all that goes out in it; a retreat that is under way already goes on to its end.
+// Whether this cycle may send commands. After a fault or a trip, only the engine's own answer
+// (stop, retract) is sent in this cycle. A retract in progress continues to its end.
 bool Supervisor::guarded(Duration since_last) {
   const bool retreating = state_.step == recipes::Step::retracting;
   const std::size_t events = trips_;
@@ -196,7 +196,7 @@ bool Supervisor::guarded(Duration since_last) {
 }
 
 GuardContext Supervisor::guard_context(Duration since_last) const {
-  // Whoever changes the cloth touches the plate, and a bias moves the zero.
+  // Mounting a fabric touches the plate, and a bias moves the zero.
   const bool zero_moves = state_.step < recipes::Step::approaching;
   return {deadline_, since_last, recording_->free_bytes(), zero_moves};
 }

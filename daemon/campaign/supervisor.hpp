@@ -1,7 +1,7 @@
 #pragma once
-// Runs a plan on a bench: carries out the engine's effects and feeds the outcomes back. One scan
-// cycle at a fixed rate reads the bench, looks at the guards, then updates the controller and
-// writes commands.
+// Runs a plan on a bench: carries out the engine's effects and reports their outcomes to it. One
+// scan cycle at a fixed rate reads the bench and checks the guards. Then it updates the controller
+// and sends commands.
 
 #include <functional>
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace weft::daemon {
 
-/// Has a piece of a fabric on the plate: a person's work on a real bench, the plant's on a
+/// Mounts a piece of a fabric on the plate: by a person on a real bench, by the plant on a
 /// simulated one. Calls `done` once, at once or later, on the bench's loop.
 using MountDone = std::function<void(Status)>;
 using Mounter = std::function<void(const recipes::MountFabric& order, MountDone done)>;
@@ -25,9 +25,9 @@ struct SupervisorHooks {
   Mounter mount;
   std::function<void(const recipes::TrialDone&, const ForceTally&)> trial_done;
   std::function<void(std::size_t trial)> trial_begun = {};
-  /// Every sample of the sensors with the phase that it belongs to.
+  /// Every sample of the sensors with its phase.
   std::function<void(const Sample&, Phase)> sensed = {};
-  /// Asked once a cycle while the probe slides: whether it has told enough.
+  /// Called once per cycle during a stroke: true ends it early.
   std::function<bool()> slid_enough = {};
 };
 
@@ -38,14 +38,14 @@ class Supervisor {
              SupervisorHooks hooks);
   ~Supervisor();
 
-  /// The bench is up: begin, or go on.
+  /// Call when the bench is up: begins or resumes.
   void start(recipes::Start from = {});
-  /// Feeds an event from outside: StopRequested, AbortRequested, HaltRequested.
+  /// Feeds an event from outside: StopRequested, AbortRequested, HaltRequested, OperatorConfirmed.
   void request(recipes::Event event);
 
   [[nodiscard]] const std::optional<recipes::CampaignDone>& result() const { return result_; }
   [[nodiscard]] const recipes::State& state() const { return state_; }
-  /// What a person is asked for now; null when nothing is.
+  /// The open operator prompt; null if there is none.
   [[nodiscard]] const recipes::PromptOperator* requested() const;
 
  private:
@@ -71,15 +71,15 @@ class Supervisor {
   void trip(recipes::Event event);
   [[nodiscard]] GuardContext guard_context(Duration since_last) const;
   void regulate(Duration since_last);
-  /// What the engine's step still waits for, as BenchActions::still_awaited(); of a press that does
-  /// not come to its force: why.
+  /// The condition that the engine's step still waits for, as BenchActions::still_awaited(). If a
+  /// press does not reach its force: the reason.
   [[nodiscard]] std::optional<Error> still_awaited() const;
 
   struct Regulation {
     recipes::HoldForce order;
     recipes::ForceLoopState loop;
     recipes::SettleDetector settle;
-    double force_n = 0;  ///< of the last cycle in which a reading came
+    double force_n = 0;  ///< of the last cycle with a new reading
     recipes::ForceLatency latency;
     bool settled = false;
   };
@@ -103,7 +103,7 @@ class Supervisor {
   std::uint64_t cycles_ = 0;
   TimerId cycle_timer_ = 0;
   TimerId engine_timer_ = 0;
-  std::optional<TimePoint> deadline_;  ///< of the step that the engine is in
+  std::optional<TimePoint> deadline_;  ///< of the engine's current step
   std::optional<Regulation> regulation_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< for a mount that ends late
 };

@@ -13,10 +13,11 @@ namespace {
 
 constexpr unsigned timing_stride = 64;
 constexpr std::chrono::seconds space_period{1};
-/// Looks at the clock closer than this are dense, and it is not read at so many calls then.
+/// Calls closer together than this are dense: the next `calls_unlooked` calls do not read the
+/// clock.
 constexpr std::chrono::microseconds dense_calls{500};
 constexpr unsigned calls_unlooked = 15;
-constexpr std::chrono::milliseconds rest_settles{300};  // after the probe came to rest
+constexpr std::chrono::milliseconds rest_settles{300};  // wait after the probe came to rest
 
 TrialOutcome recorded(recipes::Outcome outcome, bool ended_early) {
   switch (outcome) {
@@ -62,8 +63,8 @@ double RestTally::error_n() const {
   return std::sqrt(squares_n2_ / (count - 1) / count);
 }
 
-// Every call of the recorder goes through here: the first error is kept, one call in
-// `timing_stride` timed.
+// All calls of the recorder go through here: stores the first error and times one call in
+// `timing_stride`.
 template <class Write>
 void TrialRecording::write(Write&& write) {
   const bool timed = ++writes_ % timing_stride == 0;
@@ -116,7 +117,8 @@ void TrialRecording::sensor(const Sample& sample, std::string_view device) {
   } else if (const auto* wrench = std::get_if<WrenchSample>(&sample.value)) {
     wrench_sampled_.push_back(sample.host);
     write([&] { return recorder_->wrench(stamp, *wrench); });
-    if (plan_->limits.taxels == 0) {  // phases stand in rows of taxels, which have no counts here
+    // Phases are stored in rows of taxels, which have no counts here.
+    if (plan_->limits.taxels == 0) {
       sampled_.push_back(sample.host);
       write([&] { return recorder_->taxel(stamp, {}, phase_); });
     }
@@ -201,8 +203,8 @@ std::optional<double> TrialRecording::commit_lag_s() {
   return std::chrono::duration<double>(*lag).count();
 }
 
-// In virtual time calls come so densely that to read the clock would cost more than to commit; in
-// real time they do only where the loop catches up.
+// In virtual time calls are so dense that reading the clock would cost more than a commit. In real
+// time that happens only while the loop catches up.
 void TrialRecording::commit_if_due() {
   if (unlooked_ > 0) return static_cast<void>(--unlooked_);
   const auto before = std::exchange(wall_, steady_wall_now());
@@ -218,7 +220,7 @@ void journal(TrialRecording& recording, const DeviceLogEntry& line) {
   const json payload{{"device", line.device},
                      {"level", line.level == LogLevel::error ? "error" : "warning"},
                      {"text", line.text}};
-  // A device's words need not be UTF-8.
+  // A device's text need not be UTF-8.
   recording.journal(line.time, "device_log",
                     payload.dump(-1, ' ', false, json::error_handler_t::replace));
 }

@@ -1,6 +1,6 @@
 #pragma once
-// What is recorded of a trial, and how well its force was held; warnings and errors of the drivers
-// for the journal.
+// Records a trial and the quality of its force regulation. Passes warnings and errors of the
+// drivers to the journal.
 
 #include <functional>
 #include <map>
@@ -26,13 +26,13 @@ struct ForceTally {
   [[nodiscard]] double rms_n() const;
 };
 
-/// Normal force of a phase of rest, S or E, once what the probe brought along has died away.
+/// Normal force of a rest phase, S or E, after the initial transient.
 class RestTally {
  public:
   void add(double force_n);
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] double mean_n() const { return mean_n_; }
-  /// Of the mean, a standard deviation.
+  /// Standard deviation of the mean.
   [[nodiscard]] double error_n() const;
 
  private:
@@ -45,29 +45,29 @@ struct PhaseStart {
   TimePoint at{};
 };
 
-/// Routes samples of the open trial into the recorder. A failed write is kept as `error()`.
+/// Routes samples of the open trial into the recorder. A failed write is stored as `error()`.
 class TrialRecording {
  public:
   TrialRecording(Recorder& recorder, const recipes::Plan& plan);
 
   void begin(std::size_t trial, TimePoint now);
   void set_phase(Phase phase, TimePoint now);
-  /// `device`: the name of the one that it is of.
+  /// `device`: the name of the sample's device.
   void sensor(const Sample& sample, std::string_view device);
   void stages(const Snapshot& snapshot, TimePoint now);
-  /// `ended_early`: complete, but for its slide.
+  /// `ended_early`: complete except for its stroke.
   void end(recipes::Outcome outcome, bool ended_early, TimePoint now);
   void journal(TimePoint now, std::string_view kind, std::string_view payload_json);
   /// Lets the recorder commit when its budget of wall time is used up.
   void commit_if_due();
 
-  /// Free bytes where the campaign is recorded, looked at once in a second of wall time.
+  /// Free bytes on the campaign's disk, checked once per second of wall time.
   [[nodiscard]] std::optional<std::uint64_t> free_bytes();
 
   [[nodiscard]] Phase phase() const { return phase_; }
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
-  /// Why the record of the trial, whose last phase is over, is bad; nothing where it is good or the
-  /// recipe does not ask.
+  /// Why the record of the trial is bad, after its last phase. Nothing if it is good or the recipe
+  /// does not check it.
   [[nodiscard]] const std::optional<Error>& trial_bad() const { return trial_bad_; }
   /// Phase M of the trial that ended last, and of all complete trials together.
   [[nodiscard]] const ForceTally& trial_force() const { return trial_force_; }
@@ -76,15 +76,15 @@ class TrialRecording {
     return phase == Phase::end ? rest_after_ : rest_before_;
   }
   [[nodiscard]] const ForceTally& campaign_force() const { return campaign_force_; }
-  /// Samples of the campaign's phases that were lost before the daemon got them [count].
+  /// Samples lost in recorded phases before they reached the daemon [count].
   [[nodiscard]] std::uint64_t frames_lost() const { return frames_lost_; }
-  /// As Recorder has it [s].
+  /// As in Recorder [s].
   [[nodiscard]] std::optional<double> commit_lag_s();
-  /// When the taxel samples of the last trial that are recorded arrived.
+  /// Arrival times of the recorded taxel samples of the last trial.
   [[nodiscard]] const std::vector<TimePoint>& sampled() const { return sampled_; }
-  /// And its samples of the force.
+  /// Arrival times of its recorded force samples.
   [[nodiscard]] const std::vector<TimePoint>& wrench_sampled() const { return wrench_sampled_; }
-  /// Begins of the last trial's phases; `none` where nothing is recorded.
+  /// Starts of the last trial's phases; `none` while nothing is recorded.
   [[nodiscard]] const std::vector<PhaseStart>& phases() const { return phases_; }
   /// Wall seconds spent in the recorder, estimated as in TimedLoop.
   [[nodiscard]] double seconds() const;
@@ -109,8 +109,8 @@ class TrialRecording {
   std::optional<Error> error_;
   std::optional<std::uint64_t> free_bytes_;
   std::chrono::nanoseconds space_seen_{};
-  std::chrono::nanoseconds wall_{};  ///< monotonic, when commit_if_due() last looked
-  unsigned unlooked_ = 0;            ///< calls of it that are left without a look
+  std::chrono::nanoseconds wall_{};  ///< monotonic; last time that commit_if_due() read the clock
+  unsigned unlooked_ = 0;            ///< remaining calls of it that do not read the clock
   std::uint64_t frames_lost_ = 0;
   unsigned writes_ = 0;
   std::chrono::nanoseconds spent_{};
@@ -118,7 +118,7 @@ class TrialRecording {
   std::vector<PhaseStart> phases_;
 };
 
-// What drivers say in words: warnings and errors, for the campaign's journal and for a person.
+// Log lines of the drivers: warnings and errors, for the campaign's journal and for a person.
 
 struct DeviceLogEntry {
   TimePoint time;  ///< on the bench's clock
@@ -128,9 +128,9 @@ struct DeviceLogEntry {
 };
 using DeviceLogSink = std::function<void(const DeviceLogEntry&)>;
 
-/// Listens to all devices of a bench, which outlives it. Each warning and error goes to the sink at
-/// once, and to the journal (kind "device_log") as soon as there is one: lines from before are
-/// kept, up to `most_stored`, and how many more there were is journalled too.
+/// Receives the log of all devices of a bench, which outlives it. Passes each warning and error to
+/// the sink at once, and to the journal (kind "device_log") as soon as there is one. Earlier lines
+/// are kept, up to `most_stored`; the number of further ones is journalled too.
 class DeviceLog {
  public:
   static constexpr std::size_t most_stored = 256;
@@ -140,7 +140,7 @@ class DeviceLog {
   DeviceLog(const DeviceLog&) = delete;
   DeviceLog& operator=(const DeviceLog&) = delete;
 
-  /// A line of no device.
+  /// Adds a line that belongs to no device.
   void add(DeviceLogEntry line) { take(std::move(line)); }
   /// Null: lines are kept again.
   void journal_to(TrialRecording* recording);

@@ -21,8 +21,8 @@ PlannedTime PlannedTime::of(const recipes::Plan& plan, std::size_t first, bool i
           .is_real_time = is_real_time};
 }
 
-// What passed since the newest report belongs to what the run was doing then. A hold is no time of
-// the bench, although the clock of a real one goes on.
+// The time since the newest report belongs to the activity of the run in it. A pause is no bench
+// time, although the clock of a real bench continues.
 void RunForecast::advance(double bench_s, double pace, Clock now) {
   if (doing_ == Doing::moving) {
     used_s_ += bench_s - bench_at_s_;
@@ -85,7 +85,7 @@ double RunForecast::used_s(double speed, Clock now) const {
   return std::clamp(used_s_ + since_s, 0.0, trial_s());
 }
 
-// People take as much longer or shorter than the recipe says as they have so far.
+// Scales the planned time of people by their actual time so far.
 std::optional<double> RunForecast::left_s(double pace, Clock now) const {
   const auto fast = speed(pace);
   if (plan_.trials == 0 || !fast) return std::nullopt;

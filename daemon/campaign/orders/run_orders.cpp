@@ -46,7 +46,7 @@ void RunOrders::give(GivenOrder order) {
   const std::lock_guard lock(mutex_);
   if (order.order >= Order::stop) ends_ = true;
   if (order.order == Order::halt)
-    waiting_.push_front(std::move(order));  // behind nothing
+    waiting_.push_front(std::move(order));  // before all others
   else
     waiting_.push_back(std::move(order));
   any_ = true;

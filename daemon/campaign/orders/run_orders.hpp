@@ -1,5 +1,5 @@
 #pragma once
-// What people and programs ask of a run that is under way on another thread, and what it reports.
+// Orders of people and programs to a run on another thread, and the run's reports.
 
 #include <atomic>
 #include <chrono>
@@ -18,13 +18,12 @@
 
 namespace weft::daemon {
 
-/// Events that the effects of a machine cause wait in line, so that the machine never runs inside
-/// itself.
+/// Queues the events that a machine's effects cause, so that the machine never runs inside itself.
 template <class Event>
 class EventQueue {
  public:
-  /// Takes `event` and, unless a call further out does so, hands it and all that it causes to
-  /// `take`, one after the other.
+  /// Queues `event`. Unless an outer call does so already, passes it and all events that it causes
+  /// to `take`, one after the other.
   void dispatch(Event event, const std::function<void(const Event&)>& take) {
     waiting_.push_back(std::move(event));
     if (std::exchange(dispatching_, true)) return;
@@ -47,10 +46,10 @@ std::string_view to_string(Order order);
 struct GivenOrder {
   Order order = Order::pause;
   std::string by;                ///< session, user or rule
-  recipes::Ticket confirms = 0;  ///< of what was asked, where it is a confirmation
+  recipes::Ticket confirms = 0;  ///< for a confirmation: the ticket of its prompt
 };
 
-/// Where a run is.
+/// Progress of a run.
 struct RunStatusUpdate {
   std::size_t trial = 0;  ///< of `planned`
   std::size_t planned = 0;
@@ -60,41 +59,40 @@ struct RunStatusUpdate {
   std::uint32_t repetition = 0;
   double virtual_s = 0;  ///< on the bench's clock
   RunForecast forecast = {};
-  /// What a person is asked for now; its ticket goes back with Order::confirm.
+  /// The open operator prompt; its ticket returns with Order::confirm.
   std::optional<recipes::PromptOperator> requested = {};
-  /// The next that a person will be asked for, where nothing is asked now.
+  /// The next operator step, if no prompt is open.
   std::optional<recipes::StepPrompt> next_prompt = {};
 };
 
-/// A fault for a device of a simulated or emulated bench, or the end of some.
+/// Injects a fault into a device of a simulated or emulated bench, or ends faults.
 struct FaultOrder {
-  std::string json;   ///< an entry of `simulation.faults`; of an end "device" and "fault", or ""
-  bool ends = false;  ///< those faults of the device
+  std::string json;   ///< an entry of `simulation.faults`; to end: "device" and "fault", or ""
+  bool ends = false;  ///< end those faults of the device
   std::string by;
-  /// What came of it; on any thread. The answer is posted when its last copy is dropped, also where
-  /// it was never called.
+  /// Receives the result, on any thread. The answer is posted when its last copy is destroyed, even
+  /// if it was never called.
   std::function<void(const Status&)> callback;
 };
 
-/// The engine's event for it.
+/// The engine's event for the order.
 recipes::Event event_of(const GivenOrder& given);
 
-/// Given from any thread, taken by the run's own.
+/// Orders are given from any thread and taken by the run's own.
 class RunOrders {
  public:
   void give(GivenOrder order);
   void give(FaultOrder order);
-  /// Whether there is neither order nor fault. Costs two loads of atomics.
+  /// True if there is neither order nor fault. Costs two atomic loads.
   [[nodiscard]] bool is_idle() const {
     return !any_.load(std::memory_order_relaxed) && !any_fault_.load(std::memory_order_relaxed);
   }
-  /// The next one. Costs one load of an atomic when there is none.
+  /// The next order. Costs one atomic load if there is none.
   std::optional<GivenOrder> take();
   std::optional<FaultOrder> next_fault();
-  /// True when there is an order, false when none came in time. For a run whose clock does not pass
-  /// by itself.
+  /// True if there is an order, false after the timeout. For a run in virtual time.
   bool wait(std::chrono::milliseconds most);
-  /// Whether one that ends the run has been given, taken or not.
+  /// True if an order that ends the run has been given, taken or not.
   [[nodiscard]] bool ends_run() const { return ends_.load(std::memory_order_relaxed); }
 
  private:
