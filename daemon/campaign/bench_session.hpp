@@ -26,7 +26,7 @@ inline constexpr const char* monitor_log_name = "monitor.log";
 /// rig file, so that it is repeatable.
 struct SimulatedPlace {
   bool is_known = false;
-  /// Of the motors, from each stage's own zero [m, rad].
+  /// Motor positions, each from its stage's own zero [m, rad].
   std::array<double, recipes::axis_count> position{};
   std::array<bool, recipes::axis_count> homed{};
   recipes::MountFabric mounted;  ///< the fabric on the plate; no name: none

@@ -7,7 +7,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Drivers have time limits of their own, which say more than this one.
+// Longer than the drivers' own time limits, which give more precise errors.
 constexpr Duration max_wait = 6s;
 constexpr Duration poll_period = 50ms;
 
@@ -37,7 +37,7 @@ bool BenchExamination::await(const std::function<bool()>& done, Duration limit) 
   return done();
 }
 
-/// Asks every device that is well, and waits until each is there or has failed.
+/// Calls every device without an error and waits until each has reached `state` or has failed.
 void BenchExamination::reach(DriverState state, Status (Driver::*call)()) {
   std::vector<std::size_t> requested;
   for (std::size_t i = 0; i < patients_.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
-// Devices spoken to without moving anything: who they are, and how fast and regularly they answer.
+// Examines devices without moving anything: their identity, and the rate and regularity of their
+// samples.
 
 #include <array>
 #include <cstdint>
@@ -13,12 +14,12 @@
 
 namespace weft::daemon {
 
-// What the doctor says: one thing that was looked at.
+// Findings of the doctor: one checked item each.
 
 enum class Severity : std::uint8_t {
   ok,
-  warning,  ///< a campaign may run, worse than it could
-  problem   ///< a campaign cannot run, or its data would not be trusted
+  warning,  ///< a campaign can run, with lower quality
+  problem   ///< a campaign cannot run, or its data are not trustworthy
 };
 constexpr std::string_view to_string(Severity severity) {
   constexpr std::array<std::string_view, 3> names{"ok", "warning", "problem"};
@@ -31,36 +32,36 @@ struct Diagnosis {
   Severity severity = Severity::ok;
   std::string subject;  ///< "stage.x", "clock"
   std::string what;
-  std::string hint;  ///< what to do about it; empty when all is well
+  std::string hint;  ///< what to do; empty if all is well
 };
 
-/// What one device said.
+/// Result of one device.
 struct DeviceReport {
   std::string name, role, driver, link;
-  std::string plugin;     ///< the file of its driver; empty when that is built in
-  bool answered = false;  ///< it was opened: the right device, which said who it is
-  bool armed = false;     ///< it was seen to work
+  std::string plugin;     ///< the file of its driver; empty for a built-in driver
+  bool answered = false;  ///< it was opened: the right device, with its identity
+  bool armed = false;     ///< it worked
   DeviceIdentity identity;
   std::optional<Error> error;
   std::uint64_t samples = 0;
   std::uint64_t lost = 0;
-  double rate_hz = 0;             ///< of a stream, seen
-  double configured_rate_hz = 0;  ///< 0: it sends nothing on its own
+  double rate_hz = 0;             ///< measured rate of a stream
+  double configured_rate_hz = 0;  ///< 0: it sends nothing unasked
   double longest_gap_s = 0;       ///< between two samples of a stream
-  double latency_s = 0;           ///< of an answer, median; stages
+  double latency_s = 0;           ///< median answer time; stages only
   double worst_latency_s = 0;
 };
 
 /// Lets time pass until `done()`.
 using LetPass = std::function<void(const std::function<bool()>& done)>;
 
-/// Opens and arms all devices at once, listens for `listen_s`, asks stages for readings, and closes
-/// them. Stages are enabled and never moved. Devices that fail do not hold up the others.
+/// Opens and arms all devices at once, receives for `listen_s`, polls stages for readings, and
+/// closes them. Stages are enabled and never moved. Devices that fail do not delay the others.
 class BenchExamination {
  public:
   struct Patient {
     Device* device;
-    DeviceReport* report;  ///< filled; its names are there already
+    DeviceReport* report;  ///< result; its names are already set
   };
   BenchExamination(Loop& loop, LetPass let_pass, std::vector<Patient> patients);
   void run(double listen_s);

@@ -1,4 +1,4 @@
-// What the reports of the devices mean.
+// Turns the reports of the devices into findings.
 
 #include <cmath>
 #include <map>
@@ -10,9 +10,9 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double rate_warning = 0.05;  // of the configured rate; a stream that starts is a bit off
+constexpr double rate_warning = 0.05;  // of the configured rate; allows for the start of a stream
 constexpr double rate_problem = 0.20;
-// A stage that is asked every cycle of 10 ms answers well before the next but one.
+// A stage that is polled in every cycle of 10 ms answers well before the next but one.
 constexpr double slow_answer_s = 0.020;
 
 std::string format_identity(const DeviceIdentity& identity) {
@@ -50,7 +50,8 @@ Diagnosis latency(const DeviceReport& device) {
       "an idle one"};
 }
 
-/// Of blocks; their driver has compared the rates of the readings with the configured ones.
+/// For devices that send blocks. Their driver has compared the readings' rates with the configured
+/// ones.
 Diagnosis blocks(const DeviceReport& device) {
   return {Severity::ok,
           device.name,
@@ -83,7 +84,7 @@ void check_device(const DeviceReport& device, std::vector<Diagnosis>& out) {
                    "Look for a bad cable or a network with other traffic"});
 }
 
-/// One device that answers on two ports is a wiring that the rig file does not know.
+/// If one device answers on two ports, the wiring differs from the rig file.
 void check_serials(const std::vector<DeviceReport>& devices, std::vector<Diagnosis>& out) {
   std::map<std::string, std::string> owners;
   for (const DeviceReport& device : devices)

@@ -42,7 +42,7 @@ void examine_simulated(const RigFile& rig, const DoctorRequest& request, DoctorR
       .run(request.listen_s);
 }
 
-/// Ports of one device that are wrong before anything is opened; true when it may be tried.
+/// Checks the port of one device before it is opened; true if it can be opened.
 bool can_try_port(const DeviceEntry& entry, DoctorReport& report) {
   const auto* serial = std::get_if<SerialSettings>(&entry.link);
   if (serial == nullptr) return true;
@@ -68,7 +68,7 @@ bool is_serial(const DeviceEntry& entry) {
   return std::holds_alternative<SerialSettings>(entry.link);
 }
 
-/// Serial ports first, which nobody can take from a program that has them.
+/// Serial ports first: opening one cannot take it from another program.
 std::vector<std::size_t> make_order(const RigFile& rig) {
   std::vector<std::size_t> out(rig.devices.size());
   std::iota(out.begin(), out.end(), std::size_t{0});
@@ -76,7 +76,7 @@ std::vector<std::size_t> make_order(const RigFile& rig) {
   return out;
 }
 
-/// By another program, not by a device of this rig that was given the same port.
+/// True if another program uses the rig. A port shared by two devices of this rig does not count.
 bool is_in_use(const RigFile& rig, const DoctorReport& report) {
   std::set<std::string> shared;
   for (const Diagnosis& diagnosis : shared_ports(rig.devices)) shared.insert(diagnosis.subject);
@@ -91,7 +91,8 @@ bool is_in_use(const RigFile& rig, const DoctorReport& report) {
          std::ranges::any_of(rig.devices, is_open_elsewhere);
 }
 
-/// A sensor in a network streams to who asked last: from a campaign on this rig it would be taken.
+/// A network sensor streams to the last host that requested it. A request would take it from a
+/// campaign on this rig.
 Status require_safe_to_try(const DeviceEntry& entry, const RigFile& rig,
                            const DoctorReport& report) {
   if (is_serial(entry) || !is_in_use(rig, report)) return {};
@@ -100,7 +101,7 @@ Status require_safe_to_try(const DeviceEntry& entry, const RigFile& rig,
                .hint = "End that program first: the device would be taken from it"});
 }
 
-/// As a run makes it, with its page. Errors: those of a run.
+/// Opens a device as a run does, with its page. Errors: those of a run.
 Result<std::unique_ptr<Device>> open_device(RealLoop& loop, const RigFile& rig,
                                             const DeviceEntry& entry) {
   Result<std::unique_ptr<Link>> link = open_link(loop, entry.link);

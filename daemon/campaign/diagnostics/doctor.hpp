@@ -1,5 +1,5 @@
 #pragma once
-// A rig looked over from the rig file to the samples: what is there, what is wrong, what to do.
+// Examines a rig from the rig file to the samples: what is there, what is wrong, what to do.
 
 #include <filesystem>
 #include <optional>
@@ -12,55 +12,55 @@
 
 namespace weft::daemon {
 
-// What the machine itself must give a bench: punctuality, clocks, room for the data.
+// Requirements of a bench on the computer: punctuality, clocks, room for the data.
 
-/// What was found out of the machine, so that the judgement can be tested apart from it.
+/// Measured facts, so that the judgement can be tested apart from the computer.
 struct MachineFacts {
-  bool fifo_permitted = false;             ///< SCHED_FIFO
-  bool memory_lockable = false;            ///< without a limit
-  long clock_resolution_ns = 0;            ///< of CLOCK_MONOTONIC
-  std::optional<bool> clock_synchronised;  ///< of the wall clock, by NTP or PTP; nullopt: not told
-  std::vector<std::string> governors;      ///< of each processor; empty: no frequency scaling
+  bool fifo_permitted = false;               ///< SCHED_FIFO
+  bool memory_lockable = false;              ///< without a limit
+  long clock_resolution_ns = 0;              ///< of CLOCK_MONOTONIC
+  std::optional<bool> clock_synchronised;    ///< of the wall clock, by NTP or PTP; nullopt: unknown
+  std::vector<std::string> governors;        ///< of each processor; empty: no frequency scaling
   std::optional<std::uintmax_t> free_bytes;  ///< where the data go; nullopt: no such folder
   bool folder_writable = false;
   std::string software;  ///< software_version()
 };
 
-/// Tries real-time priority and memory locks for a moment, and looks at the folder of the data.
+/// Tries real-time priority and memory locks for a moment, and checks the folder of the data.
 MachineFacts check_machine(const std::filesystem::path& data_folder);
 
 /// Findings in the order of MachineFacts. In virtual time punctuality does not matter.
 std::vector<Diagnosis> check_system(const MachineFacts& facts, bool real_time);
 
-// Ports of the operating system: which there are, whose they are, and why one cannot be opened.
+// Ports of the operating system: a list, their holders, and why one cannot be opened.
 
-/// A serial port that the machine has, as libserialport lists it.
+/// A serial port of the computer, as libserialport lists it.
 struct SerialPortSeen {
   std::string name;  ///< "/dev/ttyUSB0"
   std::string description;
   int usb_vendor = -1;  ///< -1: not on USB
   int usb_product = -1;
   std::string usb_serial;
-  std::string note;  ///< what it probably is
+  std::string note;  ///< its probable kind
 };
 std::vector<SerialPortSeen> serial_ports();
 
-/// "Thorlabs controller" for 0403:FAF0; empty when the pair says nothing.
+/// "Thorlabs controller" for 0403:FAF0; empty for an unknown pair.
 std::string usb_note(int vendor, int product);
 
-/// Thorlabs controllers below `usb_devices` (/sys/bus/usb/devices) that no serial driver took.
+/// Thorlabs controllers below `usb_devices` (/sys/bus/usb/devices) without a serial driver.
 std::vector<std::string> thorlabs_without_port(const std::filesystem::path& usb_devices);
 
-/// What can be said of a serial port before it is opened: missing, no permission, held by another
-/// program, an FTDI chip that waits too long. Empty when nothing is wrong.
+/// Problems of a serial port before it is opened: missing, no permission, held by another program,
+/// an FTDI chip with a long latency. Empty if nothing is wrong.
 std::vector<Diagnosis> check_serial(const std::string& device, const SerialSettings& settings,
                                     const std::vector<SerialPortSeen>& present);
 
-/// "minicom (pid 17)" for every other program that has the port open, as far as it may be seen.
-/// None of a pseudo-terminal, of which weft-rig holds both ends.
+/// "minicom (pid 17)" for every other program that has the port open, as far as it can be seen.
+/// Empty for a pseudo-terminal: weft-rig holds both ends.
 std::vector<std::string> others_with(const SerialSettings& settings);
-/// Whether others_with() would see each program below `processes` (/proc): who is not root does not
-/// see what other users' programs have open.
+/// Whether others_with() sees each program below `processes` (/proc). Only root sees the open files
+/// of other users' programs.
 bool can_see_holders(const std::filesystem::path& processes);
 
 /// Devices of a rig that claim one port, each pair once.
@@ -71,7 +71,7 @@ std::string link_text(const LinkSettings& link);
 
 struct DoctorRequest {
   std::filesystem::path rig;
-  std::filesystem::path data_folder = ".";  ///< where campaigns will be recorded
+  std::filesystem::path data_folder = ".";  ///< where campaigns are recorded
   double listen_s = 2;
   PluginSettings plugins = {};
 };
@@ -86,14 +86,14 @@ struct DoctorReport {
   [[nodiscard]] std::size_t count(Severity severity) const;
 };
 
-/// Opens and arms every device, enables stages and moves nothing; takes `listen_s` and what slow
-/// devices take. Errors: a rig file that cannot be read. What is wrong with the bench is a finding.
+/// Opens and arms every device; enables stages, but moves nothing. Takes `listen_s` plus the time
+/// of slow devices. Errors: a rig file that cannot be read. Problems of the bench are findings.
 Result<DoctorReport> examine(const DoctorRequest& request);
 
-/// An error as a finding; its own hint unless another one is given.
+/// An error as a finding. `hint` replaces the error's own, unless empty.
 Diagnosis problem_of(const std::string& subject, Error error, const std::string& hint = {});
 
-/// What the reports of the devices mean.
+/// Findings from the reports of the devices.
 std::vector<Diagnosis> check_devices(const std::vector<DeviceReport>& devices);
 
 }  // namespace weft::daemon

@@ -1,4 +1,4 @@
-// Checks of serial ports, and which ports there are; declared in doctor.hpp.
+// Lists and checks serial ports; declared in doctor.hpp.
 
 #include "daemon/campaign/diagnostics/doctor.hpp"
 
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr int ftdi = 0x0403;
 constexpr int thorlabs_product = 0xFAF0;  // docs/reference/device-facts.md, APT line
-// An FTDI chip keeps small packets back for so long; 16 ms unless told otherwise.
+// Longest good latency timer of an FTDI chip, which delays small packets. Its default is 16 ms.
 constexpr int good_latency_ms = 1;
 
 std::string text_or_nothing(const char* text) {
@@ -181,7 +181,7 @@ std::vector<std::string> others_with(const SerialSettings& settings) {
 
 bool can_see_holders(const fs::path& processes) {
   std::error_code error;
-  if (!fs::exists(processes / "1", error)) return false;  // /proc mounted with hidepid
+  if (!fs::exists(processes / "1", error)) return false;  // /proc is mounted with hidepid
   for (const auto& process : fs::directory_iterator(processes, error)) {
     const std::string pid = process.path().filename().string();
     if (pid.find_first_not_of("0123456789") != std::string::npos) continue;

@@ -1,4 +1,4 @@
-// Checks of the machine: scheduling, clocks, disk; declared in doctor.hpp.
+// Checks of the computer: scheduling, clocks, disk; declared in doctor.hpp.
 
 #include "daemon/campaign/diagnostics/doctor.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A day of the paper's campaign is well below a gigabyte.
+// A day of the paper's campaign needs well below a gigabyte.
 constexpr std::uintmax_t little_space = 1'000'000'000;
 constexpr std::uintmax_t no_space = 100'000'000;
 constexpr long coarse_clock_ns = 1000;

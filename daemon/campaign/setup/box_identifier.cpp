@@ -1,4 +1,4 @@
-// What a Net F/T box says of itself; declared in box_search.hpp.
+// Reads the identity of a Net F/T box; declared in box_search.hpp.
 
 #include <charconv>
 
@@ -14,7 +14,7 @@ namespace rdt = protocols::rdt;
 
 constexpr std::uint16_t http_port = 80;
 constexpr Duration page_time = 3s, count_time = 1s;
-/// Records that are asked for at most: a box stops by itself where this program ends early.
+/// Limit of requested records: the box stops by itself if this program ends early.
 constexpr std::uint32_t most_records = 500;
 
 std::optional<std::uint16_t> port_of(std::string_view text) {

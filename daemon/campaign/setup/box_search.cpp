@@ -29,7 +29,7 @@ tl::unexpected<Error> failed(const char* call) {
                .hint = "End other programs that look for them, or name the box: --netft HOST"});
 }
 
-/// A socket of this process, closed with it.
+/// A socket that is closed at the end of its scope.
 struct Socket {
   Socket() : descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {}
   ~Socket() {
@@ -48,7 +48,7 @@ sockaddr_in address_of(in_addr host, std::uint16_t port) {
   return out;
 }
 
-/// Numbers of the networks that have broadcasts and are up.
+/// Interface indices of the networks that have broadcasts and are up.
 std::set<int> broadcast_networks() {
   std::set<int> out;
   ifaddrs* list = nullptr;
@@ -62,7 +62,7 @@ std::set<int> broadcast_networks() {
   return out;
 }
 
-/// Through one network; 0: as the machine's routes have it.
+/// Sends through one network; 0: by the routes of the computer.
 bool send_through(int socket, int network, const sockaddr_in& to, ByteView bytes) {
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(in_pktinfo))]{};
   iovec part{const_cast<std::uint8_t*>(bytes.data()), bytes.size()};
@@ -83,7 +83,7 @@ bool send_through(int socket, int network, const sockaddr_in& to, ByteView bytes
   return ::sendmsg(socket, &message, 0) == static_cast<ssize_t>(bytes.size());
 }
 
-/// Boxes reply to a group, so that those of another subnet can be found.
+/// Boxes reply to a group, so that boxes of another subnet can be found.
 void join(int socket, int network, Ipv4 group) {
   ip_mreqn membership{};
   std::copy(group.begin(), group.end(), reinterpret_cast<std::uint8_t*>(&membership.imr_multiaddr));
@@ -94,8 +94,9 @@ void join(int socket, int network, Ipv4 group) {
 
 using Replies = std::map<Ipv4, DiscoveryReply>;
 
-/// Of what has come by now, so much that a flood ends. A reply that names another address than its
-/// sender's is none: a box of another subnet sends from its own too.
+/// Reads the replies that have arrived, up to a limit that bounds a flood. Ignores a reply that
+/// names another address than its sender's: a box of another subnet also sends from its own
+/// address.
 void take_replies(int socket, Replies& replies) {
   constexpr int most_datagrams = 64;
   std::array<std::uint8_t, 2048> datagram{};
@@ -112,13 +113,13 @@ void take_replies(int socket, Replies& replies) {
   }
 }
 
-/// For as long as the last box may take.
+/// Waits as long as the last box may take.
 std::vector<DiscoveryReply> receive_replies(int socket, std::uint8_t delay_ms) {
-  constexpr int last_reply = 257;  // as ATI's client waits
+  constexpr int last_reply = 257;  // as in ATI's client
   RealLoop loop;
   const TimePoint end = loop.now() + std::chrono::milliseconds(last_reply * delay_ms);
   Replies replies;
-  loop.run_until([&] {  // looked at each RealLoop::longest_wait
+  loop.run_until([&] {  // checked every RealLoop::longest_wait
     take_replies(socket, replies);
     return loop.now() >= end;
   });
@@ -143,7 +144,7 @@ Result<std::vector<DiscoveryReply>> find_boxes(const BoxSearch& search) {
   const bool everywhere = to.s_addr == htonl(INADDR_BROADCAST);
   const std::set<int> networks = everywhere ? broadcast_networks() : std::set<int>{0};
   const Bytes request = protocols::rdt::encode(search.request);
-  bool sent = networks.empty();  // a machine without a network has no box in it
+  bool sent = networks.empty();  // a computer without a network has no box in it
   for (const int network : networks) {
     if (network != 0) join(socket.descriptor, network, search.request.reply_to);
     sent = send_through(socket.descriptor, network, address_of(to, search.port), request) || sent;

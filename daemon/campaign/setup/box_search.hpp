@@ -1,5 +1,5 @@
 #pragma once
-// Net F/T boxes: found by a broadcast in the network, and asked who they are.
+// Net F/T boxes: finds them by a broadcast in the network and reads their identity.
 
 #include <memory>
 #include <string>
@@ -12,44 +12,44 @@
 
 namespace weft::daemon {
 
-/// Where a search goes; changed by tests alone.
+/// Target of a search; other values are for tests only.
 struct BoxSearch {
-  std::string to = "255.255.255.255";  ///< through each network that has broadcasts
+  std::string to = "255.255.255.255";  ///< sent through each network that has broadcasts
   std::uint16_t port = protocols::rdt::discovery_port;
   std::uint16_t reply_port = protocols::rdt::discovery_reply_port;
   protocols::rdt::DiscoveryRequest request = {};
 };
 
-/// Of a search; what replies beyond them is passed over.
+/// Limit of a search; further replies are ignored.
 inline constexpr std::size_t most_boxes = 32;
 
-/// Sends one datagram into each network of the machine and waits for replies, 1.8 s. Boxes are not
-/// disturbed by it: none is asked to send. In the order of their addresses, each once; none whose
-/// reply came from another address.
-/// Errors: io, where the port of the replies is taken or there is no network.
+/// Sends one datagram into each network of the computer and waits 1.8 s for replies. Does not
+/// disturb boxes: none is requested to send. Returns each box once, ordered by address. Ignores
+/// replies that came from another address. Errors: io if the port for replies is in use or no
+/// datagram could be sent. Without a network the result is empty.
 Result<std::vector<protocols::rdt::DiscoveryReply>> find_boxes(const BoxSearch& search = {});
 
-/// Where a box is looked for.
+/// Address of a box.
 struct BoxPlace {
-  std::string place;  ///< as it was given
+  std::string place;  ///< as given by the user
   Endpoint records;   ///< RDT, UDP
-  Endpoint pages;     ///< HTTP; port 0: it is not asked for
-  /// Named by a person: it may be made to send for a second where its pages do not tell its rate.
-  /// A box that was found may send to another computer, which would lose it.
+  Endpoint pages;     ///< HTTP; port 0: not read
+  /// A person named the box: it may be requested to send for a second if its pages do not have its
+  /// rate. A box from a search may send to another computer, which would lose the stream.
   bool can_stream = false;
 };
 
 /// "HOST", "HOST:PORT" (no pages) or "HOST:PORT/PAGES". Errors: invalid_argument.
 Result<BoxPlace> parse_box_place(const std::string& text);
 
-/// Reads a box's pages, and where they are not to be had counts its records for a moment.
-/// Thread-bound to its loop, which outlives it.
+/// Reads a box's pages. If they are not available, counts its records for a moment. Thread-bound to
+/// its loop, which outlives it.
 class BoxIdentifier {
  public:
   BoxIdentifier(RealLoop& loop, BoxPlace place);
   void start();
   [[nodiscard]] bool done() const { return done_; }
-  /// Once done: its kind is unknown where nothing replied.
+  /// Valid once done; the kind is unknown without a reply.
   [[nodiscard]] const FoundDevice& found() const { return found_; }
 
  private:

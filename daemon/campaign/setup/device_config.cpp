@@ -1,4 +1,4 @@
-// A device's part of a rig file: configuration, link and, where it is simulated, emulator.
+// A device's part of a rig file: configuration, link and, for a simulated device, emulator.
 
 #include "daemon/campaign/setup/device_config.hpp"
 
@@ -14,10 +14,10 @@ namespace {
 namespace apt = protocols::apt;
 using Json = nlohmann::ordered_json;
 
-/// Readings of a Digital F/T sensor are averaged to about so many a second.
+/// Readings of a Digital F/T sensor are averaged to about this rate.
 constexpr double digital_rate_hz = 500;
 constexpr double usual_wrench_hz = 500, usual_taxel_hz = 37, usual_imprint_hz = 5;
-/// Of an imprint array, in its middle.
+/// Rows and columns in the middle of an imprint array.
 constexpr std::size_t scanned_side = 32;
 
 double rate_or(const FoundDevice& found, double usual) {
@@ -108,7 +108,7 @@ struct LinkWriter {
   }
 };
 
-/// An array of so many taxels, as square as it can be.
+/// An array with the number of taxels found, as square as possible.
 Json emulated_taxels(const FoundDevice& found) {
   std::size_t rows = found.rows, cols = found.cols;
   for (std::size_t side = 1; rows * cols != found.taxels && side * side <= found.taxels; ++side)

@@ -12,8 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int ftdi = 0x0403, thorlabs = 0xFAF0;
-/// Lines of Weft's own sensors (READMEs of protocols/taxel, vibro and imprint) and of a Digital F/T
-/// sensor (device-facts.md), which has even parity.
+/// Baud rates of Weft's own sensors (READMEs of protocols/taxel, vibro and imprint). Then those of
+/// a Digital F/T sensor (device-facts.md), which has even parity.
 constexpr std::uint32_t sensor_bauds[] = {115200, 460800, 921600};
 constexpr std::uint32_t digital_bauds[] = {1250000, 115200};
 
@@ -68,7 +68,7 @@ Result<PortPlan> parse_port(const std::string& place, const std::vector<SerialPo
   return out;
 }
 
-/// Those that are named, then those that the machine has. Errors: invalid_argument.
+/// Plans of the named ports, then of the computer's. Errors: invalid_argument.
 Result<std::vector<PortPlan>> port_plans(const SearchRequest& request,
                                          std::vector<std::string>& warnings) {
   std::vector<PortPlan> out;
@@ -97,7 +97,7 @@ Result<std::vector<PortPlan>> port_plans(const SearchRequest& request,
   return out;
 }
 
-/// Locked for this program, and held by none that locks nothing.
+/// Locks a port for this program, and refuses it if a program without locks holds it.
 Status reserve(const std::string& place, const LinkSettings& link, DeviceLocks& locks,
                const std::optional<LinkSettings>& http = {}) {
   DeviceEntry entry;
@@ -138,7 +138,7 @@ std::vector<BoxPlace> box_places(const SearchRequest& request, std::vector<std::
   return out;
 }
 
-/// On a thread and a loop of its own: a host that cannot be reached keeps no other device waiting.
+/// Runs on its own thread and loop: an unreachable host does not delay other devices.
 template <class Identifier, class... What>
 std::future<FoundDevice> identify(What... what) {
   return std::async(std::launch::async, [... what = std::move(what)] {
@@ -150,7 +150,7 @@ std::future<FoundDevice> identify(What... what) {
   });
 }
 
-/// All at once, each locked until the end.
+/// Identifies all devices at once, each locked until the end.
 class Search {
  public:
   explicit Search(const SearchRequest& request)
@@ -191,7 +191,7 @@ class Search {
  private:
   struct Device {
     FoundDevice planned;
-    std::future<FoundDevice> found;  ///< of one that is asked
+    std::future<FoundDevice> found;  ///< of a device that is being identified
   };
 
   bool is_left_out(const std::vector<std::string>& names) {

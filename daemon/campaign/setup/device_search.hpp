@@ -1,6 +1,6 @@
 #pragma once
-// Which devices a machine has: at its serial ports, in its network, and at places that a person
-// names.
+// Finds the devices of a computer: at its serial ports, in its network, and at places named by a
+// person.
 
 #include <filesystem>
 #include <set>
@@ -14,49 +14,48 @@ namespace weft::daemon {
 
 struct SearchRequest {
   std::vector<std::string> ports;  ///< "/dev/ttyUSB0" or "tcp:HOST:PORT"
-  std::vector<std::string> boxes;  ///< as parse_box_place() takes them
-  /// Places, or serial numbers of USB, that are not touched, named above or not.
+  std::vector<std::string> boxes;  ///< as for parse_box_place()
+  /// Places, or USB serial numbers, that are not touched, even if named above.
   std::vector<std::string> left_out;
   bool search_ports = true;    ///< also every serial port on USB
   bool search_network = true;  ///< also by broadcast
-  // Changed by tests alone.
+  // For tests only.
   std::filesystem::path lock_folder;  ///< of the device locks; empty: the usual one
   std::filesystem::path by_id = "/dev/serial/by-id";
 };
 
 struct SearchReport {
   std::vector<FoundDevice> devices;  ///< in the order of the request, then as they were found
-  /// What kept a part of the search from being done, and USB controllers without a port.
+  /// Reasons why a part of the search was not done, and USB controllers without a port.
   std::vector<std::string> warnings;
-  std::set<std::string> left_out;  ///< of the request's, what there was
+  std::set<std::string> left_out;  ///< places and numbers of the request that were found
 };
 
-/// Asks all of them at once, each on a thread of its own, a few seconds; each is locked for as
-/// long. Nothing moves, nothing is set, no stream is left on. A device that is in use is reported
-/// with its holder and not asked.
-/// Errors: invalid_argument, for a place that is none.
+/// Identifies all devices at once in a few seconds, each on its own thread and locked for that
+/// time. Nothing moves, nothing is set, no stream is left on. A device in use is reported with its
+/// holder and not opened. Errors: invalid_argument for an invalid place.
 Result<SearchReport> search_devices(const SearchRequest& request);
 
-/// Expected devices that could not be asked or did not reply: without them roles would go to other
-/// devices than a person means.
+/// Expected devices that could not be identified or did not reply. Without them, roles would go to
+/// other devices than intended.
 std::vector<Error> unanswered(const SearchReport& report);
 
 /// The name of a serial port that stays the same when it is plugged in again: a link to it in
-/// `by_id` (udev's /dev/serial/by-id); the port itself where there is none, or where it is a link
-/// itself, which somebody made.
+/// `by_id` (udev's /dev/serial/by-id). The port itself if there is no such link, or if the port is
+/// already a link made by a person.
 std::string stable_port_name(const std::string& port, const std::filesystem::path& by_id);
 
-/// A port and how it is asked.
+/// A port and the attempts to identify its device.
 struct PortPlan {
   FoundDevice found;                  ///< its place; why it is not opened
-  std::vector<PortAttempt> attempts;  ///< one opening after the other; empty: it is not opened
+  std::vector<PortAttempt> attempts;  ///< one opening after the other; empty: not opened
 };
-/// Of a serial port that a person named: asked everything, a Thorlabs unit for its stage alone.
+/// Plan for a serial port named by a person: all attempts, but for a Thorlabs unit only its stage.
 PortPlan plan_named(const std::string& port, const std::vector<SerialPortSeen>& present,
                     const std::filesystem::path& by_id);
-/// Of one on USB that nobody named. Only a Thorlabs unit is opened, and that only where the
-/// programs that may have it can be seen: to be opened resets some boards, and what is sent to a
-/// device of another kind it may take as an order.
+/// Plan for a USB port that was not named. Opens only a Thorlabs unit, and only if the holders of
+/// ports can be seen: opening resets some boards, and another device may take a request for an
+/// order.
 PortPlan plan_unnamed(const SerialPortSeen& port, bool can_see_holders,
                       const std::filesystem::path& by_id);
 

@@ -43,7 +43,8 @@ void DigitalIdentifier::request_piece() {
 void DigitalIdentifier::on_registers(std::span<const std::uint16_t> piece) {
   registers_.insert(registers_.end(), piece.begin(), piece.end());
   if (registers_.size() < calibration_registers) return request_piece();
-  const Calibration calibration = decode_calibration(registers_).value();  // as many as were asked
+  // With the requested number of registers.
+  const Calibration calibration = decode_calibration(registers_).value();
   sensor_.calibration_serial = calibration.serial;
   sensor_.part_number = calibration.part_number;
   exchange_.send_request(Vendor{Function::vendor_stream, protocols::ati_digital::start_stream},
@@ -53,7 +54,7 @@ void DigitalIdentifier::on_registers(std::span<const std::uint16_t> piece) {
                          });
 }
 
-// The stream begins right behind the reply, perhaps in the same bytes.
+// The stream starts directly after the reply, perhaps in the same bytes.
 void DigitalIdentifier::start_stream() {
   streaming_ = true;
   stream_.begin_in_step();

@@ -1,5 +1,5 @@
 #pragma once
-// Who an ATI Digital F/T sensor is and how fast it sends, asked without setting anything.
+// Reads the identity and the rate of an ATI Digital F/T sensor without changing a setting.
 
 #include <functional>
 
@@ -13,12 +13,12 @@ struct DigitalSensor {
   double records_per_s = 0;                     ///< of its stream
 };
 
-/// Ends a stream that a host left, reads the sensor's calibration, lets it send for a moment and
-/// ends that. Thread-bound to the loop, which outlives it.
+/// Ends a stream that a host left on and reads the sensor's calibration. Then starts a stream for a
+/// moment and ends it. Thread-bound to the loop, which outlives it.
 class DigitalIdentifier {
  public:
   using Done = std::function<void(const Result<DigitalSensor>&)>;
-  /// Records are counted for so long.
+  /// Records are counted for this time.
   static constexpr Duration count_time = std::chrono::milliseconds(600);
 
   DigitalIdentifier(Loop& loop, drivers::Exchange::Send send, Done done);

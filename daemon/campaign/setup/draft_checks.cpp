@@ -1,4 +1,4 @@
-// Answers put into a draft, and what it lacks; declared in rig_draft.hpp.
+// Applies answers to a draft and finds its missing parts; declared in rig_draft.hpp.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-/// {DEVICE: text}, each given to `set`. Stages come before roles, which follow them.
+/// Passes each entry of {DEVICE: text} to `set`. Stages come before roles, which depend on them.
 Status apply_texts(RigDraft& draft, const json& answers, const char* key,
                    Status (*set)(RigDraft&, std::string_view, std::string_view)) {
   if (!answers.contains(key)) return {};
@@ -29,7 +29,8 @@ Status apply_texts(RigDraft& draft, const json& answers, const char* key,
   return {};
 }
 
-/// A stage that is not known, or a role that it cannot have or another could have as well.
+/// Error for an unknown stage, for an impossible role, or for a role that another device could also
+/// have.
 std::optional<Error> open_question(const RigDraft& draft, const DraftDevice& device) {
   const std::string& place = device.found.place;
   const bool is_left_out = device.role == no_role;
@@ -99,7 +100,7 @@ Status check_answers(std::string_view answers_json) {
   if (numbers.is_object()) numbers.erase("roles"), numbers.erase("stages");
   if (Status done = apply_answers(scratch, numbers.dump()); !done) return done;
   const json roles = answers->value("roles", json::object());
-  if (!roles.is_object()) return {};  // apply_answers() says where
+  if (!roles.is_object()) return {};  // apply_answers() reports the place
   for (const auto& [device, role] : roles.items())
     if (role.is_string())
       if (Status known = check_role_name(role.get<std::string>()); !known)

@@ -1,5 +1,5 @@
 #pragma once
-// A device that was found at a port, as far as it describes itself.
+// A device found at a port, as far as it describes itself.
 
 #include <optional>
 #include <string>
@@ -11,7 +11,7 @@
 namespace weft::daemon {
 
 enum class DeviceKind : std::uint8_t {
-  unknown,  ///< a port at which none of the others replied
+  unknown,  ///< a port without a reply of the kinds below
   stage,
   net_ft,
   digital_ft,
@@ -27,30 +27,30 @@ constexpr std::string_view to_string(DeviceKind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// Bytes that are taken of a text that a device reports.
+/// Maximum length of a text from a device [bytes].
 inline constexpr std::size_t max_text = 64;
 
 struct FoundDevice {
-  std::string place;  ///< as a person names it: "/dev/ttyUSB0", "tcp:HOST:PORT", "HOST"
-  LinkSettings link;  ///< as the rig file states it, by a stable name where there is one
+  std::string place;  ///< as a person writes it: "/dev/ttyUSB0", "tcp:HOST:PORT", "HOST"
+  LinkSettings link;  ///< for the rig file, with a stable name if there is one
   std::optional<LinkSettings> http;  ///< the pages of a Net F/T box
   DeviceKind kind = DeviceKind::unknown;
-  std::string model;   ///< as reported: "KDC101", "Net F/T"; empty where none is
+  std::string model;   ///< as reported: "KDC101", "Net F/T"; empty if none is
   std::string serial;  ///< of unit or calibration, as reported
-  double rate_hz = 0;  ///< of what it sends: frames, records, readings; 0: not known
+  double rate_hz = 0;  ///< of its frames, records or readings; 0: unknown
   // Stages.
-  std::vector<std::string> stages;  ///< that its controller may have; one where it is known
+  std::vector<std::string> stages;  ///< that its controller may have; one entry if it is known
   std::uint8_t destination = protocols::apt::address::usb_unit;
-  std::uint16_t stage_id = 0;  ///< as HW_GET_INFO has it
+  std::uint16_t stage_id = 0;  ///< as in HW_GET_INFO
   // Sensors.
   std::size_t taxels = 0;          ///< of a taxel array
   std::size_t rows = 0, cols = 0;  ///< of an imprint array
-  double sound_rate_hz = 0;        ///< of a vibration sensor, beside its acceleration's rate_hz
-  /// What a person should know of it: "its calibration page could not be read".
+  double sound_rate_hz = 0;        ///< of a vibration sensor; `rate_hz` is that of its acceleration
+  /// Notes for a person: "its calibration page could not be read".
   std::vector<std::string> notes;
-  std::optional<Error> problem;  ///< why it could not be asked: in use, no permission
-  /// A person named its place, or its USB numbers are Thorlabs': it is of the bench, and a rig file
-  /// without it would be wrong.
+  std::optional<Error> problem;  ///< why it could not be identified: in use, no permission
+  /// A person named its place, or its USB numbers are Thorlabs'. It belongs to the bench: a rig
+  /// file without it would be wrong.
   bool is_expected = false;
 };
 

@@ -12,13 +12,13 @@ namespace {
 using namespace std::chrono_literals;
 namespace apt = protocols::apt;
 
-/// After the first reply of a unit: a rack replies for itself and for its cards.
+/// Wait after the first reply of a unit: a rack replies for itself and for its cards.
 constexpr Duration more_replies = 300ms;
 constexpr double us_per_s = 1e6;
-/// Of an array's frames, which show its rate.
+/// Frames of an array that suffice to measure its rate.
 constexpr std::size_t enough_frames = 200;
 
-/// A line that only listens needs no handshake.
+/// A port that only receives needs no handshake.
 void set_plain(LinkSettings& link) {
   auto* serial = std::get_if<SerialSettings>(&link);
   if (serial != nullptr) serial->rts_cts = serial->ftdi_start_up = false;
@@ -76,7 +76,7 @@ void PortIdentifier::begin_attempt() {
   timer_.start(serial != nullptr && serial->ftdi_start_up ? ftdi_start_up_time : Duration{});
 }
 
-// Only now: a loop that was late would end an attempt as it sends the request.
+// Starts the timer only now: in a late loop it could expire while the request is being sent.
 void PortIdentifier::begin_listening() {
   is_listening_ = true;
   if (attempts_[next_].asks_stage) request_info();
@@ -90,7 +90,8 @@ void PortIdentifier::request_info() {
   static_cast<void>(link_->write(out));
 }
 
-// The link may be in the middle of its own callback: it goes with the next turn of the loop.
+// The link may be in the middle of its own callback, so it is destroyed in the next turn of the
+// loop.
 void PortIdentifier::finish() {
   done_ = true;
   timer_.cancel();
@@ -143,7 +144,7 @@ void PortIdentifier::receive_stage(ByteView bytes) {
     if (message.id == apt::MessageId::hw_get_info) on_info(message);
 }
 
-// The unit's own reply counts more than that of a card in it.
+// The unit's own reply takes precedence over that of a card in it.
 void PortIdentifier::on_info(const apt::Message& message) {
   const auto info = apt::decode_body<apt::HardwareInfo>(message.data);
   const bool from_unit = message.source == apt::address::usb_unit;

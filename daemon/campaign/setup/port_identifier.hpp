@@ -1,5 +1,6 @@
 #pragma once
-// What is at a port: listened to, then asked who it is. Nothing is set, armed or moved.
+// Identifies the device at a port: receives first, then requests its identity. Nothing is set,
+// armed or moved.
 
 #include <functional>
 #include <memory>
@@ -14,8 +15,7 @@
 
 namespace weft::daemon {
 
-/// One opening of a port, and what is asked there; sensors that send unasked are listened for in
-/// each.
+/// One opening of a port with its requests. Each one also detects sensors that send unasked.
 struct PortAttempt {
   LinkSettings link;
   bool asks_stage = false;    ///< APT: HW_REQ_INFO
@@ -25,15 +25,15 @@ struct PortAttempt {
 /// Thread-bound to its loop, which outlives it.
 class PortIdentifier {
  public:
-  /// How long a sensor that describes itself once a second is listened for.
+  /// Receive time: long enough for a sensor that describes itself once a second.
   static constexpr Duration listen_time = std::chrono::milliseconds(1500);
 
   PortIdentifier(RealLoop& loop, std::string place, std::vector<PortAttempt> attempts);
 
-  /// Begins; done() is true after a few seconds.
+  /// Starts; done() is true after a few seconds.
   void start();
   [[nodiscard]] bool done() const { return done_; }
-  /// Once done: its kind is unknown where nothing replied.
+  /// Valid once done; the kind is unknown without a reply.
   [[nodiscard]] const FoundDevice& found() const { return found_; }
 
  private:
@@ -52,10 +52,10 @@ class PortIdentifier {
 
   RealLoop* loop_;
   std::vector<PortAttempt> attempts_;
-  std::size_t next_ = 0;  ///< attempt
+  std::size_t next_ = 0;  ///< index of the next attempt
   FoundDevice found_;
   bool done_ = false;
-  bool is_listening_ = false;  ///< the link is open and no longer held
+  bool is_listening_ = false;  ///< the link is open and its start-up is over
   std::unique_ptr<Link> link_;
   protocols::apt::Splitter apt_;
   protocols::taxel::Splitter taxels_;
@@ -67,8 +67,8 @@ class PortIdentifier {
   Timer timer_;
 };
 
-/// The stages that a controller of this model may have, by the table of protocols/apt; with the id
-/// of a stage that it reports, that one alone.
+/// The stages that a controller of this model may have, by the table of protocols/apt. Only the
+/// reported stage if the controller reports a `stage_id`.
 std::vector<std::string> stages_of_controller(const std::string& model, std::uint16_t stage_id);
 
 /// A measured rate as a person would state it: 499.7 is 500, 36.96 is 37.

@@ -46,7 +46,7 @@ std::string_view sensor_role(DeviceKind kind) {
   return no_role;
 }
 
-/// Numbers in their order, other texts behind them.
+/// Numbers in their order, then other texts.
 bool serial_before(const DraftDevice* a, const DraftDevice* b) {
   const auto key = [](const DraftDevice* d) {
     return std::pair(d->found.serial.size(), d->found.serial);
@@ -54,7 +54,7 @@ bool serial_before(const DraftDevice* a, const DraftDevice* b) {
   return key(a) < key(b);
 }
 
-/// To stages of one axis that have none stated, in the order of their serial numbers.
+/// Assigns models to stages of one axis without a stated one, ordered by serial number.
 void assign_stages(RigDraft& draft, apt::Axis axis) {
   std::vector<DraftDevice*> free;
   std::vector<std::string_view> taken;
@@ -123,8 +123,8 @@ double default_number(const RigDraft& draft, std::string_view name) {
   const auto plate_y = [&] {
     return travel_mm(draft, draft.with_role("y") != nullptr ? "y" : "x");
   };
-  constexpr double surface_share = 0.4;  // of the travel: room above it and below
-  constexpr double clearance_mm = 8;     // or half of what a short stage has above the plate
+  constexpr double surface_share = 0.4;  // of the travel: leaves room above and below
+  constexpr double clearance_mm = 8;     // or half of the travel of a short stage above the plate
   const std::map<std::string_view, double> fixed{{"probe_mass_kg", 0.2},
                                                  {"probe_face_mm", 16},
                                                  {"torque_cap_nm", 2},
@@ -142,7 +142,7 @@ double default_number(const RigDraft& draft, std::string_view name) {
   if (name == "plate_x_mm") return travel_mm(draft, "x");
   if (name == "plate_y_mm") return plate_y();
   if (name == "fixed_y_mm") return draft.number("plate_y_mm") / 2;
-  // docs/howto/real-bench.md: begin with 6 N for recipes of 5 N.
+  // docs/howto/real-bench.md: start with 6 N for recipes of 5 N.
   if (name == "force_cap_n") return is_real ? 6 : 11;
   double speed = 4;
   for (const std::string_view role : linear_roles)

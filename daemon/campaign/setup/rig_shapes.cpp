@@ -19,7 +19,7 @@ constexpr RigShape shapes[] = {
     {"no-force-sensor", "three linear stages and 16 taxels: presses by depth"},
 };
 
-/// As an emulator of a stage reports itself; serial numbers of one rig differ.
+/// A stage as its emulator reports it; serial numbers in one rig differ.
 FoundDevice stage(const char* name, int number) {
   const auto& model = *protocols::apt::find_stage(name);
   FoundDevice out;

@@ -56,7 +56,7 @@ Json device_json(const DraftDevice& device, const RigDraft& draft, const StageLi
   return out;
 }
 
-/// Several tactile arrays: taxels, taxels2, taxels3.
+/// Numbers several tactile arrays: taxels, taxels2, taxels3.
 void number_arrays(Json& devices) {
   int arrays = 0;
   for (Json& device : devices)
@@ -64,7 +64,7 @@ void number_arrays(Json& devices) {
       device["name"] = device["name"].get<std::string>() + std::to_string(arrays);
 }
 
-/// In the order of the roles, as people read a bench.
+/// In the order of the roles, for human readers.
 Json devices_json(const RigDraft& draft, const StageLimits& limits) {
   Json out = Json::array();
   for (const char* const role : {"x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"})
@@ -96,7 +96,8 @@ Json limits_json(const RigDraft& draft, const StageLimits& limits) {
 Json probe_json(const RigDraft& draft) {
   const double face = draft.number("probe_face_mm");
   Json out{{"mass_kg", draft.number("probe_mass_kg")}, {"rest_travel_mm", 0.5}};
-  if (draft.mode != BenchMode::real) out["slack_mm"] = 1.0;  // a real mount's is to be measured
+  // The slack of a real mount must be measured.
+  if (draft.mode != BenchMode::real) out["slack_mm"] = 1.0;
   out["footprint_mm"] = {face, face};
   out["clearance_mm"] = draft.number("clearance_mm");
   if (!draft.has_wrench()) out["touch_counts"] = draft.number("touch_counts");
@@ -111,7 +112,7 @@ Json fixed_json(const RigDraft& draft) {
   return out;
 }
 
-/// Faster where time is real: docs of sim/rigs. A slow force sensor allows no more.
+/// Faster in real time: docs of sim/rigs. Not with a slow force sensor.
 double cycle_of(const RigDraft& draft) {
   if (draft.mode == BenchMode::simulated) return cycle_hz;
   const DraftDevice* const wrench = draft.with_role("wrench");
@@ -152,7 +153,7 @@ Status add_simulation(const RigDraft& draft, Json& rig) {
   return {};
 }
 
-/// A member a line, a device's members a line each.
+/// One line per member and one per device.
 std::string formatted(const Json& rig) {
   std::string out = "{";
   for (const auto& [key, value] : rig.items()) {
@@ -194,7 +195,7 @@ tl::unexpected<Error> already_there(const fs::path& target) {
                .hint = "Choose another name, or move the file away"});
 }
 
-/// Where nothing is. Not by a link from another name: not every file system has links.
+/// Fails if the file exists. Does not use a hard link, which some file systems lack.
 Status write_new_file(const fs::path& target, const std::string& text) {
   std::FILE* const file = std::fopen(target.c_str(), "wxe");
   if (file == nullptr) return errno == EEXIST ? already_there(target) : cannot_write(target, errno);
@@ -213,7 +214,7 @@ fs::path library() {
   return fs::exists(in_tree, error) ? in_tree : find_installed("recipes");
 }
 
-/// Those for a first campaign, then the others.
+/// Recipes for a first campaign, then the others.
 std::vector<std::string> recipe_names(bool has_imprints) {
   std::vector<std::string> out{"first.json", "first-along-x.json", "first-by-depth.json"};
   out.insert(has_imprints ? out.begin() : out.end(), "imprint.json");
@@ -251,7 +252,7 @@ Status require_new_file(const fs::path& target) {
   return check_target(target);
 }
 
-// Checked beside its place, for paths in it are relative to that.
+// Checked in the target's folder, because paths in the file are relative to it.
 Status write_rig(const RigDraft& draft, const fs::path& target) {
   const auto text = rig_text(draft);
   if (!text) return pass(text.error());
