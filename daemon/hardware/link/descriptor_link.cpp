@@ -18,7 +18,7 @@ constexpr std::size_t read_bytes = 65536;  // the largest datagram
 
 }  // namespace
 
-// Handlers hold it weakly but while they run: the link may be destroyed by what they call.
+// Handlers hold it weakly except while they run: their callbacks may destroy the link.
 struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
   Port(RealLoop& on, int fd, Framing how, std::string what, Unsent rest)
       : loop(&on), name(std::move(what)), framing(how), unsent(rest), descriptor(on.ports(), fd) {
@@ -50,14 +50,15 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     if (!gone) read();
   }
 
-  // For datagrams "end of file" is an empty one, and "refused" that nobody listens yet.
+  // For datagrams "end of file" is an empty one, and "refused" means that the far end does not
+  // listen yet.
   [[nodiscard]] bool harmless(const asio::error_code& error) const {
     return framing == Framing::datagrams &&
            (error == asio::error::eof || error == asio::error::connection_refused);
   }
 
-  /// A far end that says no more may still read what was said to it last: it is not reset, whatever
-  /// the socket was told about a plug that is pulled.
+  /// A far end that has stopped sending may still read the last bytes. So the socket is not reset,
+  /// even if it was set to simulate a pulled plug.
   void let_read_to_the_end() {
     const linger tidily{0, 0};
     ::setsockopt(descriptor.native_handle(), SOL_SOCKET, SO_LINGER, &tidily, sizeof tidily);
@@ -96,7 +97,7 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     return {};
   }
 
-  // How many bytes the port took at once.
+  // Number of bytes that the port accepted at once.
   Result<std::size_t> put(ByteView bytes) {
     const ssize_t count = ::write(descriptor.native_handle(), bytes.data(), bytes.size());
     if (count >= 0) return static_cast<std::size_t>(count);

@@ -11,38 +11,42 @@
 namespace weft::daemon {
 
 enum class Framing : std::uint8_t {
-  stream,     ///< no bytes for good means that the far end is gone
-  terminals,  ///< of a pseudo-terminal's master: nobody has the other end open, until resume()
-  datagrams   ///< each read and write is one datagram; a far end that is not there yet is no error
+  stream,  ///< end of file means that the far end is gone
+  /// The master of a pseudo-terminal; reading pauses while the other end is not open, until
+  /// resume().
+  terminals,
+  datagrams  ///< each read and write is one datagram; a far end that is not there yet is no error
 };
 
 enum class Unsent : std::uint8_t {
-  waits,  ///< what the port does not take at once is sent when it does
-  lost    ///< as on a wire at whose end nobody is; never a part: of a message that was begun the
-          ///< rest waits, and what is written meanwhile is lost
+  waits,  ///< bytes that the port does not accept at once are sent later
+  /// Bytes are lost, as on a wire without a receiver. Messages are never split: the rest of a
+  /// started message waits, and later writes are lost meanwhile.
+  lost
 };
 
 /// Thread-bound to its loop. Owns the descriptor.
 class DescriptorLink final : public Link {
  public:
-  /// Bytes that may wait for a far end that does not take them; more is an error.
+  /// Maximum number of bytes that wait for a far end; more is an error.
   static constexpr std::size_t most_waiting = std::size_t{1} << 20;
 
   DescriptorLink(RealLoop& loop, int descriptor, Framing framing, std::string name,
                  Unsent unsent = Unsent::waits);
   ~DescriptorLink() override;
 
-  /// Errors: io, when the port is closed, fails or has more than `most_waiting` bytes unsent.
+  /// Errors: io if the port is closed, fails or has more than `most_waiting` bytes unsent.
   Status write(ByteView bytes) override;
   void on_receive(Receiver receiver) override;
   void on_closed(Closed closed) override;
 
-  /// Nothing goes out before `delay` is over; what is written meanwhile waits. What comes in until
-  /// then is dropped, and so is what both sides of the port held: purged at half of it.
+  /// Sends nothing until `delay` is over: writes wait. Drops all bytes received until then. At half
+  /// of `delay` it purges the buffers of both sides.
   void hold_for(Duration delay);
-  /// What waits is not sent any more.
+  /// Discards the waiting bytes.
   void forget_unsent();
-  /// Of a master: called when the last has closed the terminal; nothing is read until resume().
+  /// For a master: called when the last program has closed the terminal. Nothing is read until
+  /// resume().
   void on_vacant(std::function<void()> vacant);
   void resume();
 

@@ -6,7 +6,7 @@
 
 namespace weft::daemon {
 
-// One direction: bytes on their way, kept in reused buffers so that a long run does not allocate.
+// One direction: bytes in transit, kept in reused buffers so that a long run does not allocate.
 struct Direction {
   struct Piece {
     TimePoint arrival;
@@ -21,7 +21,8 @@ struct Direction {
 
 struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
   Shared(Loop& first, Loop& second, Duration d) : loops{&first, &second}, latency(d) {}
-  /// While both loops live, as make_pair() asks: a timer of a dead link would call into nothing.
+  /// Requires both loops alive, as stated at make_pair(). A remaining timer would call a destroyed
+  /// link.
   ~Shared() {
     for (const int to : {0, 1})
       if (const auto timer = ways[static_cast<std::size_t>(to)].timer) loop(to).cancel(*timer);
@@ -48,7 +49,7 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
   }
 
   void deliver(int to) {
-    const auto alive = shared_from_this();  // a receiver may drop both ends
+    const auto alive = shared_from_this();  // a receiver may destroy both ends
     Direction& way = ways[static_cast<std::size_t>(to)];
     way.timer.reset();
     while (!way.under_way.empty() && way.under_way.front().arrival <= loop(to).now()) {

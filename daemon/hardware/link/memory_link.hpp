@@ -1,5 +1,5 @@
 #pragma once
-// Two ends of an in-memory byte pipe for virtual time: what one end writes, the other receives
+// Two ends of an in-memory byte pipe for virtual time. Bytes written at one end arrive at the other
 // after a fixed latency, in order.
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace weft::daemon {
 /// One end. Thread-bound to its loop.
 class MemoryLink final : public Link {
  public:
-  /// Both ends of a pipe. Each write is delivered as one piece `latency` later, to the first end on
-  /// `first`, to the second on `second`: two views of one clock, which outlive the pipe.
+  /// Both ends of a pipe. Each write arrives as one piece `latency` later: at the first end on
+  /// `first`, at the second on `second`. The loops are two views of one clock and outlive the pipe.
   static std::pair<std::unique_ptr<MemoryLink>, std::unique_ptr<MemoryLink>> make_pair(
       Loop& first, Loop& second, Duration latency);
   ~MemoryLink() override;
@@ -22,7 +22,7 @@ class MemoryLink final : public Link {
   Status write(ByteView bytes) override;
   void on_receive(Receiver receiver) override;
   void on_closed(Closed closed) override;
-  /// Cuts the pipe: the far end learns of it, later writes fail on both sides.
+  /// Cuts the pipe: the far end is notified, and later writes fail on both sides.
   void unplug();
 
  private:

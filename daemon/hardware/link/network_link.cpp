@@ -39,7 +39,7 @@ Result<Addresses> resolve(const Endpoint& end, int type) {
   return Addresses(list);
 }
 
-/// The outcome of a connect that is under way: 0, or a number of <cerrno>.
+/// The outcome of a connect in progress: 0, or a number of <cerrno>.
 int outcome(int descriptor, Duration limit) {
   pollfd ready{descriptor, POLLOUT, 0};
   const auto limit_ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
@@ -55,7 +55,7 @@ int connect_to(int descriptor, const addrinfo& address, Duration limit) {
   return errno == EINPROGRESS ? outcome(descriptor, limit) : errno;
 }
 
-/// At any address of this machine; 0, or a number of <cerrno>.
+/// Binds to any address of this computer. Returns 0, or a number of <cerrno>.
 int bind_to(int descriptor, int family, std::uint16_t port) {
   if (port == 0) return 0;
   sockaddr_in6 six{};
@@ -99,10 +99,10 @@ Result<int> connected_socket(const Endpoint& end, int type, Duration limit,
                .hint = "Is the device on, and are its address and this machine's network right?"});
 }
 
-/// A second of a Net F/T box at 7000 datagrams, of which the kernel counts about 800 bytes each.
+/// One second of a Net F/T box at 7000 datagrams, which the kernel counts as about 800 bytes each.
 constexpr int datagram_buffer = 4 << 20;
 
-/// As much as the system allows: up to net.core.rmem_max, beyond it for who may.
+/// Requests the size with privilege first; without it the limit is net.core.rmem_max.
 void enlarge_receive_buffer(int socket) {
   if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &datagram_buffer, sizeof(int)) != 0)
     ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &datagram_buffer, sizeof(int));
@@ -130,8 +130,8 @@ class RequestLink final : public Link {
   void on_closed(Closed closed) override { closed_ = std::move(closed); }
 
  private:
-  // What is called may write, which replaces the connection, or stop listening: nothing of this
-  // is touched after it.
+  // A callback may write, which replaces the connection, or stop listening. Do not touch members of
+  // this object after it.
   void read_next() {
     connection_->on_receive([this](ByteView bytes, TimePoint at) {
       if (const Receiver now = receiver_) now(bytes, at);

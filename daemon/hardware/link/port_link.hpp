@@ -13,7 +13,7 @@ namespace weft::daemon {
 
 enum class Parity : std::uint8_t { none, even, odd };
 
-/// What ftdi_start_up takes.
+/// Duration of `ftdi_start_up`.
 inline constexpr Duration ftdi_start_up_time = std::chrono::milliseconds(100);
 
 /// A serial line; eight data bits and one stop bit.
@@ -24,8 +24,7 @@ struct SerialSettings {
   Parity parity = Parity::none;
   bool rts_cts = false;
   /// The start-up of Thorlabs' FTDI chips before the first byte (docs/reference/device-facts.md,
-  /// APT line): settle 50 ms, drop what both sides hold, settle 50 ms. What is written meanwhile
-  /// waits.
+  /// APT line): settle 50 ms, purge both sides, settle 50 ms. Writes wait meanwhile.
   bool ftdi_start_up = false;
 };
 
@@ -34,31 +33,32 @@ struct Endpoint {
   std::uint16_t port = 0;
 };
 
-/// Opens a serial line, which is locked before any setting of it is changed: real ports through
-/// libserialport, pseudo-terminals, which that cannot open (docs/reference/device-facts.md, Serial
-/// ports), directly. Errors: not_found (no such port), io (permission), busy, each with a hint,
-/// unsupported (a speed that the port does not take: it is read back and compared).
+/// Opens a serial line and locks it before it changes any setting. Real ports open through
+/// libserialport. Pseudo-terminals open directly: libserialport cannot
+/// (docs/reference/device-facts.md, Serial ports). Errors: not_found (no such port), io
+/// (permission), busy, each with a hint; unsupported (the speed, read back, is not the requested
+/// one).
 Result<std::unique_ptr<Link>> open_serial(RealLoop& loop, const SerialSettings& settings);
 
-/// Connects; gives up after `limit`. Nagle's delay is off.
-/// Errors: not_found (name), io, timeout.
+/// Connects; gives up after `limit`. Disables Nagle's algorithm. Errors: not_found (name), io,
+/// timeout.
 Result<std::unique_ptr<Link>> open_tcp(RealLoop& loop, const Endpoint& far_end,
                                        Duration limit = std::chrono::seconds(3));
 
-/// A link to a server that closes its connection after each reply (HTTP/1.0): the first write goes
-/// to the connection that is made here, each later one to a new one. The end of a connection whose
-/// reply was heard is told like any other: who has what it asked for stops listening.
-/// Errors: open_tcp()'s, also of write(), which gives up after a second for each address.
+/// A link to a server that closes its connection after each reply (HTTP/1.0). The first write uses
+/// the connection that is made here; each later write makes a new one. The end of a connection is
+/// always reported, even after its reply. A caller that has its reply stops listening. Errors:
+/// open_tcp()'s, also from write(), which gives up after a second for each address.
 Result<std::unique_ptr<Link>> open_requests(RealLoop& loop, const Endpoint& far_end);
 
-/// A datagram link to one far end; what others send is not delivered. Silence is not an error:
-/// there is no connection that could fail. `local_port`: where a far end that was never asked sends
-/// to; 0: any. Errors: not_found (name), io.
+/// A datagram link to one far end; datagrams of other senders are not delivered. Silence is not an
+/// error: there is no connection that could fail. `local_port`: port for a far end that sends
+/// unasked; 0: any. Errors: not_found (name), io.
 Result<std::unique_ptr<Link>> open_udp(RealLoop& loop, const Endpoint& far_end,
                                        std::uint16_t local_port = 0);
 
-/// A stream over a descriptor that is open already (a pseudo-terminal's master, a socket). Takes
-/// it: it is closed with the link. `name` is for error messages.
+/// A stream over an open descriptor (a pseudo-terminal's master, a socket). Takes ownership of it.
+/// `name` is for error messages.
 std::unique_ptr<Link> adopt_stream(RealLoop& loop, int descriptor, std::string name);
 
 }  // namespace weft::daemon

@@ -61,8 +61,8 @@ Status lock(int descriptor) {
   return in_use(errno);
 }
 
-/// Two programs on one line would each see half of the answers. Root may open what another program
-/// has for itself alone.
+/// Two programs on one line would each read half of the answers. Root may open a port that another
+/// program has exclusively.
 Status claim(int descriptor) {
   int is_exclusive = 0;
   if (::ioctl(descriptor, TIOCGEXCL, &is_exclusive) == 0 && is_exclusive != 0) return in_use(EBUSY);
@@ -93,7 +93,7 @@ Result<OpenPort> open_pseudo_terminal(const std::string& path, const SerialSetti
   if (Status s = claim(port.get()); !s) return pass(s.error());
   if (Status s = set_line_raw(port.get(), settings.rts_cts); !s) return pass(s.error());
   if (Status s = set_line_speed(port.get(), settings.baud); !s) return pass(s.error());
-  ::tcflush(port.get(), TCIFLUSH);  // what was said before anybody listened
+  ::tcflush(port.get(), TCIFLUSH);  // bytes from before the port was open
   return port;
 }
 
@@ -123,8 +123,8 @@ tl::unexpected<Error> library_refused(sp_return code) {
   return number == EBUSY ? in_use(number) : cannot_open(number);
 }
 
-// Handshake by RTS begins with the line raised (docs/reference/device-facts.md, APT line). Where
-// the kernel's driver does not say that it is, libserialport has lowered it. A port without such
+// RTS handshake starts with the line raised (docs/reference/device-facts.md, APT line). If the
+// kernel's driver does not report it as raised, libserialport has lowered it. A port without such
 // lines has nothing to raise.
 void raise_rts_and_dtr(int descriptor) {
   const int lines = TIOCM_RTS | TIOCM_DTR;
@@ -145,9 +145,9 @@ Status set_by_library(const std::string& path, const SerialSettings& settings) {
   return {};
 }
 
-// Nothing is set before the line was claimed. Releases of libserialport after Debian's lock the
-// port themselves while they have it, so the claim is made again afterwards. Their settings outlive
-// their handle: the line stays open.
+// Changes no setting before the line is claimed. Releases of libserialport after Debian's lock the
+// port themselves while they have it, so the claim is repeated afterwards. Their settings outlive
+// their handle, because the line stays open.
 Result<OpenPort> open_real(const std::string& path, const SerialSettings& settings) {
   OpenPort line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (line.get() < 0) return errno == EBUSY ? in_use(errno) : cannot_open(errno);

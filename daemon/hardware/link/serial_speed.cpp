@@ -1,4 +1,4 @@
-// Apart from serial_link.cpp: the kernel's termios and that of the C library cannot be included
+// Separate from serial_link.cpp: the kernel's termios and that of the C library cannot be included
 // together.
 
 #include <asm/termbits.h>

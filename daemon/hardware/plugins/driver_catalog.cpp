@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Standard streams may be locked by the thread that hangs.
+// Does not use standard streams: the thread that hangs may have locked them.
 void end_process(const Error& error) {
   const std::string line = "weft: " + to_string(error) + "\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), line.size());
@@ -24,7 +24,7 @@ const DriverEntry* builtin_named(const std::string& driver) {
   return at == all.end() ? nullptr : *at;
 }
 
-/// The files for one driver, one folder after the other. Errors: not_found, for a folder.
+/// The files for one driver, one folder after the other. Errors: not_found for a folder.
 Result<std::vector<fs::path>> files_for(const std::string& driver,
                                         const std::vector<fs::path>& folders) {
   std::vector<fs::path> files;
@@ -77,7 +77,7 @@ DriverCatalog::DriverCatalog(PluginSettings settings) : settings_(std::move(sett
 
 DriverCatalog::~DriverCatalog() = default;
 
-// Its thread is there once there is a plugin to be watched.
+// Starts its thread only when there is a plugin to watch.
 PluginWatch& DriverCatalog::watch() {
   if (!watch_)
     watch_ = std::make_unique<PluginWatch>(settings_.limits, [this](const PluginCall& call) {

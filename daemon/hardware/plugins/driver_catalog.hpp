@@ -1,6 +1,6 @@
 #pragma once
-// Where the drivers of a rig come from: those linked into this program, and shared objects in
-// folders. Only what a rig asks for is loaded.
+// Sources of a rig's drivers: those linked into this program, and plugins (shared objects) in
+// folders. Loads only the drivers of the rig.
 
 #include <filesystem>
 #include <functional>
@@ -18,37 +18,37 @@ namespace weft::daemon {
 /// The drivers linked into this program: one per folder of drivers/, listed by CMake.
 std::span<const DriverEntry* const> builtin_drivers();
 
-// One shared object with a driver in it: found in order before anything in it is called.
+// One plugin: checked before any of its code is called.
 
 /// "weft-driver-NAME.so"
 std::string plugin_file_name(std::string_view driver);
-/// NAME of such a file name; empty when it is another one.
+/// NAME of such a file name; empty for any other file.
 std::string load_driver(const std::filesystem::path& file);
 
-/// Refuses a table that this program cannot call; reads version and size before all else.
-/// Errors: unsupported, with what was expected and what the plugin has.
+/// Refuses a table that this program cannot call; reads version and size first. Errors:
+/// unsupported, with the expected value and the plugin's.
 Status check_table(const weft_driver_entry_v1& table);
 
-/// Loads the file and checks its table; its driver must be the one that the file's name says.
-/// Errors: not_found, unsupported (no shared object, no driver in it, another ABI).
+/// Loads the file and checks its table. Its driver must have the name in the file's name. Errors:
+/// not_found, unsupported (no shared object, no driver in it, another ABI).
 Result<LoadedPlugin> load_plugin(const std::filesystem::path& file);
 
-/// Says that a plugin's code does not come back. Called on another thread than the loop's, which is
-/// lost: the process cannot go on, and this ends it.
+/// Reports that a call into a plugin does not return, and ends the process. Called on another
+/// thread than the loop's, which hangs: the process cannot continue.
 using PluginHung = std::function<void(const Error&)>;
 
 struct PluginSettings {
   std::vector<std::filesystem::path> folders;
-  bool builtins = true;  ///< false: drivers come from the folders alone
+  bool builtins = true;  ///< false: drivers come from the folders only
   PluginWatch::Limits limits = {};
-  PluginHung hung = {};  ///< empty: the sentence goes to standard error and the process ends
+  PluginHung hung = {};  ///< empty: writes the error to standard error and ends the process
 };
 
-/// One driver that a rig may name.
+/// One driver that a rig can name.
 struct DriverSource {
   std::string name;
   std::string summary;
-  std::string file;                     ///< of a plugin; empty for one that is built in
+  std::string file;                     ///< of a plugin; empty for a built-in driver
   std::string fingerprint;              ///< of a plugin
   std::string config_schema_json = {};  ///< JSON Schema of its configuration
 };
@@ -61,16 +61,16 @@ class DriverCatalog {
   DriverCatalog(const DriverCatalog&) = delete;
   DriverCatalog& operator=(const DriverCatalog&) = delete;
 
-  /// Makes a driver for one device. Errors: not_found, with the names there are; unsupported, for a
-  /// plugin that cannot be used; invalid_argument, when the name is taken twice; the driver's own.
+  /// Makes a driver for one device. Errors: not_found, with the known names; unsupported for an
+  /// unusable plugin; invalid_argument if two drivers have the name; the driver's own.
   Result<std::unique_ptr<Driver>> create(const std::string& driver, const std::string& device,
                                          std::string_view config_json, DriverHost& host);
-  /// Errors: as create(), short of the driver's own.
+  /// Errors: as create(), without the driver's own.
   Result<DriverSource> source(const std::string& driver);
-  /// Names of all drivers; plugins by the names of their files, unread.
+  /// Names of all drivers; those of plugins by their file names, without loading them.
   [[nodiscard]] std::vector<std::string> names() const;
-  /// The folders that are there, each before the plugins in it, unread: which drivers there are
-  /// changes with these alone.
+  /// The existing folders, each before its plugins, without loading them. The set of drivers
+  /// changes only with these files.
   [[nodiscard]] std::vector<std::filesystem::path> plugin_files() const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace weft::daemon {
 
-/// What the plugin calls.
+/// The functions that the plugin can call.
 weft_host_v1 host_table(PluginDriver& driver);
 
 template <class Call>
@@ -75,7 +75,7 @@ Result<std::unique_ptr<Driver>> PluginDriver::create(const LoadedPlugin& plugin,
 }
 
 PluginDriver::~PluginDriver() {
-  broken_off_ = true;  // nobody is left to be told of a fault
+  broken_off_ = true;  // report no further fault: the host is about to be destroyed
   if (device_ != nullptr) enter("destroy", [&] { plugin_.table->destroy(device_); });
   let_go();
 }
@@ -128,12 +128,12 @@ void PluginDriver::record_error(Error error) {
   if (depth_ == 0) break_off();
 }
 
-// The first fault counts; stop() is the driver's last chance to end what it has started.
+// Only the first fault counts. stop() is the driver's last chance to end its motions and streams.
 void PluginDriver::break_off() {
   if (std::exchange(broken_off_, true) || device_ == nullptr) return;
   enter("stop", [&] { plugin_.table->stop(device_); });
   let_go();
-  if (state_ == DriverState::faulted) return;  // it was told by the driver itself
+  if (state_ == DriverState::faulted) return;  // the driver itself has reported it
   state_ = DriverState::faulted;
   host_->state_changed(state_);
   host_->fault(*broken_);
@@ -201,7 +201,7 @@ void PluginDriver::open_port(std::unique_ptr<Port>& port, Link* link) {
                  .on_closed = &LinkTable::on_closed};
 }
 
-// What the plugin calls. The watch does not count the time that is spent here.
+// The functions that the plugin can call. The watch does not count the time spent here.
 struct HostTable {
   static PluginDriver& of(void* self) { return *static_cast<PluginDriver*>(self); }
   static PluginWatch::Turn own_turn(PluginDriver& driver) {
@@ -294,7 +294,7 @@ PluginWatch::~PluginWatch() {
   thread_.join();
 }
 
-// Counts ticks instead of reading a clock: a machine that sleeps does not make a plugin late.
+// Counts ticks instead of reading a clock: suspending the computer does not make a plugin late.
 void PluginWatch::watch() {
   const auto tick = std::max(limits_.late / 8, std::chrono::milliseconds(1));
   std::unique_lock lock(guard_);

@@ -1,6 +1,6 @@
 #pragma once
-// A driver behind the C table of a plugin. Whatever the plugin's code does that it must not, this
-// side stays whole: what it throws and what keeps the loop waiting becomes a fault of its device.
+// A driver behind the C table of a plugin. Faulty code of the plugin does not damage this side:
+// exceptions and long calls become a fault of its device.
 
 #include <chrono>
 #include <condition_variable>
@@ -17,17 +17,18 @@
 
 namespace weft::daemon {
 
-// Sees from another thread when the code of a plugin keeps the loop waiting.
+// Detects from another thread that a plugin's code blocks the loop.
 
-/// What is being called, for sentences. The texts outlive the call.
+/// The current call, for messages. The texts outlive the call.
 struct PluginCall {
   const char* device;    ///< "taxels"
   const char* file;      ///< the shared object
   const char* function;  ///< "received"
 };
 
-/// One per program. Two limits: a call that returns late can be told so; one that does not return
-/// at all cannot be ended, and is reported on the watch's own thread. Wall time, whatever the loop.
+/// One per program. Two limits: a call that returns late is reported after it returns. A call that
+/// does not return cannot be ended; it is reported on the watch's own thread. Wall time, whatever
+/// the loop.
 class PluginWatch {
  public:
   struct Limits {
@@ -42,15 +43,15 @@ class PluginWatch {
   PluginWatch& operator=(const PluginWatch&) = delete;
   [[nodiscard]] const Limits& limits() const { return limits_; }
 
-  /// While it lives the loop's thread is inside `call`, or with nullptr back in the host's own code
-  /// that the plugin called. Turns nest. `call` outlives it.
+  /// While a turn exists, the loop's thread is inside `call`. With nullptr it is back in the host's
+  /// own code that the plugin called. Turns nest. `call` outlives it.
   class Turn {
    public:
     Turn(PluginWatch& watch, const PluginCall* call);
     ~Turn();
     Turn(const Turn&) = delete;
     Turn& operator=(const Turn&) = delete;
-    /// The limit was passed in this turn; the host's turns within it do not count.
+    /// The limit was exceeded in this turn; the host's turns within it do not count.
     [[nodiscard]] bool late() const;
 
    private:
@@ -73,7 +74,7 @@ class PluginWatch {
   std::thread thread_;
 };
 
-/// A table that the loader found in order, and what keeps it in memory.
+/// A table that the loader has checked, and the library that contains it.
 struct LoadedPlugin {
   std::shared_ptr<void> library;
   const weft_driver_entry_v1* table = nullptr;
@@ -83,7 +84,7 @@ struct LoadedPlugin {
 /// Thread-bound to the loop of its host. `watch` and `host` outlive it.
 class PluginDriver final : public Driver {
  public:
-  /// Errors: the driver's own; device, when its code threw or kept the program waiting.
+  /// Errors: the driver's own; driver if its code threw an exception or blocked the program.
   static Result<std::unique_ptr<Driver>> create(const LoadedPlugin& plugin,
                                                 const std::string& device,
                                                 std::string_view config_json, DriverHost& host,
@@ -105,7 +106,7 @@ class PluginDriver final : public Driver {
   friend struct HostTable;
   friend struct LinkTable;
 
-  /// One link of the device, and what the plugin wants called when something comes.
+  /// One link of the device, and the plugin's callbacks for it.
   struct Port {
     PluginDriver* driver;
     Link* link;
@@ -119,7 +120,7 @@ class PluginDriver final : public Driver {
   };
   void open_port(std::unique_ptr<Port>& port, Link* link);
 
-  /// Runs one call into the plugin; the outermost one settles what went wrong in it.
+  /// Runs one call into the plugin; the outermost one handles the errors of all.
   template <class Call>
   void enter(const char* function, const Call& call);
   template <class Call>
@@ -127,7 +128,8 @@ class PluginDriver final : public Driver {
   void record_exception(const std::string& what);
   void record_late();
   void record_error(Error error);
-  /// Ends the device: motion and streams as far as its code still can, then no call comes to it.
+  /// Ends the device: stops motion and streams as far as its code still can, then makes no further
+  /// call.
   void break_off();
   void let_go();
 
@@ -145,9 +147,9 @@ class PluginDriver final : public Driver {
   std::unique_ptr<Port> link_;
   std::unique_ptr<Port> http_;  ///< nullptr: the device has none
 
-  int depth_ = 0;                 ///< calls into the plugin that are under way
-  std::optional<Error> refused_;  ///< what the call under way gave as its reason
-  std::optional<Error> broken_;   ///< why no call comes to the plugin any more
+  int depth_ = 0;                 ///< nested calls into the plugin
+  std::optional<Error> refused_;  ///< reason given by the current call
+  std::optional<Error> broken_;   ///< why no further call is made to the plugin
   bool broken_off_ = false;
 };
 

@@ -12,10 +12,10 @@ constexpr std::string_view prefix = "weft-driver-";
 constexpr std::string_view suffix = ".so";
 constexpr std::string_view symbol = "weft_driver_v1";
 constexpr std::string_view rebuild = "Build the driver again with the SDK of this weft";
-// What the first version 1 had: what is added later stands behind it and may be missing.
+// Size of the first version 1. Later members follow it and may be missing.
 constexpr std::uint32_t least_size = 96;
 
-/// The part that must agree; behind the bar stands the compiler.
+/// The part that must agree; the compiler follows the bar.
 std::string_view layout_of(std::string_view fingerprint) {
   const std::size_t bar = fingerprint.find('|');
   std::string_view layout = fingerprint.substr(0, bar);
@@ -48,7 +48,7 @@ Status check_functions(const weft_driver_entry_v1& table) {
   return {};
 }
 
-/// dlopen's own words for these cases name neither what is wanted nor what is there.
+/// The messages of dlopen() for these cases name neither the expected nor the actual kind.
 Status check_kind(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in)
@@ -107,7 +107,8 @@ Status check_table(const weft_driver_entry_v1& table) {
 Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
   const std::string path = std::filesystem::absolute(file).string();
   if (Status ok = check_kind(path); !ok) return pass(ok.error());
-  // It stays in memory to the end: whatever it has left behind still finds its code.
+  // The library stays loaded to the end, so that its remaining threads or handlers still find their
+  // code.
   void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (library == nullptr)
     return fail({.code = Errc::unsupported,

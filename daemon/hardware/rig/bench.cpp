@@ -11,8 +11,8 @@ using namespace std::chrono_literals;
 
 constexpr Duration poll_period = 10ms;
 constexpr Duration ready_limit = 5s;
-// The driver knows how long its stage may take and says what is wrong; this is for one that says
-// nothing at all, and longer than any home_timeout_s that a driver accepts.
+// Limit for a driver that reports nothing at all. The driver knows the limit of its own stage and
+// reports the cause. Longer than any home_timeout_s that a driver accepts.
 constexpr Duration home_limit = 4000s;
 constexpr std::array home_order{StageAxis::z, StageAxis::rx, StageAxis::ry, StageAxis::x,
                                 StageAxis::y};
@@ -27,7 +27,8 @@ constexpr std::array<std::string_view, 5> sample_names{"stage", "wrench", "taxel
                                                        "sound"};
 static_assert(std::variant_size_v<decltype(Sample::value)> == sample_names.size());
 
-/// A rig file may give a device any role; which samples its driver publishes is seen only here.
+/// A rig file may give a device any role; only here its driver's samples are compared with the
+/// role.
 void refuse(Device& device, const Sample& sample) {
   device.fault(Error{.code = Errc::invalid_argument,
                      .what = "its samples are not those of its role",
@@ -39,7 +40,7 @@ void refuse(Device& device, const Sample& sample) {
 
 std::uint32_t digest_of_counts(const TaxelSample& sample) {
   std::uint32_t digest = 0;
-  std::array<std::uint8_t, 32> bytes{};  // crc32() takes eight at a step
+  std::array<std::uint8_t, 32> bytes{};  // crc32() processes eight bytes per step
   for (auto left = sample.counts; !left.empty();) {
     const auto some = left.first(std::min(left.size(), bytes.size() / 2));
     left = left.subspan(some.size());
@@ -208,7 +209,8 @@ void Bench::home(std::size_t position) {
       home_limit, "home of " + stages_[i]->entry().name, [this, position] { home(position + 1); });
 }
 
-// The stages that were homed first have been silent since: what follows starts from fresh readings.
+// The stages that were homed first have been silent since then: the next steps start from fresh
+// readings.
 void Bench::read_all() {
   const TimePoint requested = loop_->now();
   for (Device* stage : stages_) {

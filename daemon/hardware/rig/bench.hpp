@@ -1,6 +1,6 @@
 #pragma once
-// The devices of one rig behind the roles that a campaign needs: five stages, a wrench, taxels; and
-// vibrations, where it has them.
+// The devices of one rig by the roles that a campaign needs: five stages, a wrench, taxels, and
+// optional vibrations.
 
 #include <array>
 #include <cstddef>
@@ -20,9 +20,9 @@
 
 namespace weft::daemon {
 
-/// Sum of the readings of a force/torque sensor that came between two scan cycles: a sensor is
-/// often faster than the cycle, and noise falls with the root of what is averaged. Each cycle
-/// begins anew, so that nothing bad outlives it.
+/// Sum of the readings of a force/torque sensor between two scan cycles. A sensor is often faster
+/// than the cycle, and noise falls with the root of the number of averaged readings. Each cycle
+/// starts anew, so that no bad reading outlives it.
 struct WrenchTotal {
   std::uint64_t readings = 0;
   std::array<double, 3> force_n{};    ///< [N], as in WrenchSample
@@ -36,7 +36,7 @@ struct WrenchTotal {
       torque_nm[i] += more.torque_nm[i];
     }
   }
-  /// Not a number where there are no readings.
+  /// Not a number without readings.
   [[nodiscard]] WrenchSample mean() const {
     WrenchSample mean;
     const auto n = static_cast<double>(readings);
@@ -49,11 +49,11 @@ struct WrenchTotal {
 };
 
 using StageAxis = recipes::Axis;
-/// Whether bringing a bench up homes its stages.
+/// Whether bring_up() homes the stages.
 enum class Homing : std::uint8_t { all, none };
 using LinkFactory = std::function<Result<std::unique_ptr<Link>>(const DeviceEntry&)>;
 
-/// What the bench said last. SI; joints as recipes::Joints counts them.
+/// Newest readings of the bench. SI; joints as in recipes::Joints.
 struct Snapshot {
   std::array<StageSample, recipes::axis_count> stage{};
   std::array<std::optional<TimePoint>, recipes::axis_count> stage_at{};
@@ -62,34 +62,35 @@ struct Snapshot {
   WrenchSample wrench;
   std::optional<TimePoint> wrench_at;
   WrenchTotal wrench_recent;                  ///< readings since Bench::begin_recent()
-  std::vector<recipes::TaxelReading> taxels;  ///< of each array, as the rig file lists them
+  std::vector<recipes::TaxelReading> taxels;  ///< of each array, in the order of the rig file
   [[nodiscard]] recipes::Joints joints() const;
 };
 
-/// Owns the devices; keeps the newest readings. Thread-bound to its loop.
+/// Owns the devices; stores the newest readings. Thread-bound to its loop.
 class Bench {
  public:
   using SensorSink = std::function<void(const Device&, const Sample&)>;
 
   /// Makes every device of the rig file; `pages` opens the HTTP ports of those that have one.
-  /// Errors carry the device's name.
+  /// Errors have the device's name.
   static Result<std::unique_ptr<Bench>> create(const RigFile& rig, Loop& loop,
                                                const LinkFactory& links,
                                                const LinkFactory& pages = {});
   ~Bench();
 
-  /// Opens and arms every device, then homes the stages, z first (up, away from the cloth); with
-  /// Homing::none nothing moves. `done` is called once, with the first fault or the device that did
-  /// not get ready in time.
+  /// Opens and arms every device, then homes the stages, z first (up, away from the fabric). With
+  /// Homing::none nothing moves. Calls `done` once, with the first fault or with the device that
+  /// was not ready in time.
   void bring_up(std::function<void(Status)> done, Homing homing = Homing::all);
   [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
-  /// The readings so far have been looked at: another cycle begins.
+  /// The readings so far are processed: starts the sums of the next cycle.
   void begin_recent() { snapshot_.wrench_recent = {}; }
-  /// What the sensor reads at its zero; taken off every sample from now on, recorded ones included.
+  /// Reading of the unloaded sensor; subtracted from every sample from now on, recorded ones
+  /// included.
   void set_zero(const WrenchSample& zero) { zero_ = zero; }
-  /// The first fault of any device, or of what the host itself needs.
+  /// The first fault of any device, or of the host itself.
   [[nodiscard]] const Error* fault() const;
-  /// A fault that no device has: the run ends by it as by a device's. The first one counts.
+  /// Reports a fault without a device: it ends the run like a device's. Only the first one counts.
   void report_fault(Error error) {
     if (!host_fault_) host_fault_ = std::move(error);
   }
@@ -101,14 +102,14 @@ class Bench {
   [[nodiscard]] bool has_wrench() const { return wrench_ != nullptr; }
   /// has_wrench() must be true.
   Device& wrench() { return *wrench_; }
-  /// Of a rig without a force sensor; otherwise it sees no frame.
+  /// For a rig without a force sensor; otherwise it receives no frame.
   recipes::TaxelTouch& touch() { return touch_; }
   [[nodiscard]] const recipes::TaxelTouch& touch() const { return touch_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
-  /// Sees every sample of wrench, taxels and vibrations after the snapshot was updated; those of
-  /// several tactile arrays joined, as the first one's.
+  /// Receives every sample of wrench, taxels and vibrations after the snapshot was updated. Several
+  /// tactile arrays arrive joined, as the first one's.
   void on_sensor_sample(SensorSink sink) { sensor_sink_ = std::move(sink); }
-  /// Hears every line of every driver's log.
+  /// Receives every line of every driver's log.
   void on_log(const Device::LogSink& sink);
 
  private:
@@ -135,7 +136,7 @@ class Bench {
   WrenchSample zero_;  ///< forces and torques at rest
   SensorSink sensor_sink_;
 
-  // bringing up: what is awaited, until when, and what follows
+  // bring-up: the awaited condition, its deadline, and the next step
   std::function<bool()> ready_;
   std::function<void()> then_;
   std::string awaited_;

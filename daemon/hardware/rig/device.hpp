@@ -1,5 +1,5 @@
 #pragma once
-// One device of a bench: its link, its driver and what it said last.
+// One device of a bench: its link, its driver and its identity and fault.
 
 #include <functional>
 #include <memory>
@@ -16,7 +16,7 @@ class Device final : public DriverHost {
   using SampleSink = std::function<void(const Sample&)>;
   using LogSink = std::function<void(LogLevel, std::string_view device, std::string_view text)>;
 
-  /// Makes the driver that `entry` names. Errors: those of driver_config() and of
+  /// Makes the driver named by `entry`. Errors: those of driver_config() and of
   /// DriverCatalog::create, each with the device's name in front.
   static Result<std::unique_ptr<Device>> create(const DeviceEntry& entry, Loop& loop,
                                                 std::unique_ptr<Link> link,
@@ -29,7 +29,7 @@ class Device final : public DriverHost {
   /// The fault that the driver reported, if any.
   [[nodiscard]] const std::optional<Error>& fault_seen() const { return fault_; }
 
-  /// What the driver told of the device; empty until it is open.
+  /// Identity reported by the driver; empty until it is open.
   [[nodiscard]] const DeviceIdentity& identity() const { return identity_; }
 
   void on_sample(SampleSink sink) { sink_ = std::move(sink); }
@@ -39,7 +39,7 @@ class Device final : public DriverHost {
   Link& link() override { return *link_; }
   Link* http() override { return http_.get(); }
   void publish(const Sample& sample) override;
-  /// A device that is simulated without noise says so, whatever its protocol carries.
+  /// Marks a device that is simulated without noise, whatever its protocol carries.
   void identified(const DeviceIdentity& identity) override {
     identity_ = identity;
     if (entry_.noiseless) identity_.reported.emplace_back("noise", "none");
@@ -61,7 +61,7 @@ class Device final : public DriverHost {
   LogSink log_;
   DeviceIdentity identity_;
   std::optional<Error> fault_;
-  std::unique_ptr<Driver> driver_;  ///< last: it uses the members above until it is gone
+  std::unique_ptr<Driver> driver_;  ///< last: it uses the members above until it is destroyed
 };
 
 }  // namespace weft::daemon

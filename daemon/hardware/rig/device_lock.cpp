@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t longest_note = 512;
 
-/// Numeric addresses of a host; its name where that cannot be resolved, and not be opened either.
+/// Numeric addresses of a host. Its name if it cannot be resolved: then it cannot be opened either.
 std::set<std::string> addresses_of(const std::string& host) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
@@ -41,7 +41,8 @@ std::set<std::string> addresses_of(const std::string& host) {
   return addresses.empty() ? std::set{host} : addresses;
 }
 
-/// The same text for two programs with the same port: "serial /dev/ttyUSB0", "tcp 127.0.0.1:7101".
+/// Identical texts for two programs with the same port: "serial /dev/ttyUSB0", "tcp
+/// 127.0.0.1:7101".
 std::vector<std::string> ports_of(const LinkSettings& link) {
   if (const auto* serial = std::get_if<SerialSettings>(&link)) {
     std::error_code error;
@@ -81,7 +82,7 @@ std::string user_name() {
   return std::to_string(::geteuid());
 }
 
-/// Opens the file, or makes it for every user. Linux refuses O_CREAT on another user's file in a
+/// Opens the file, or creates it for every user. Linux refuses O_CREAT on another user's file in a
 /// folder like /tmp, so an existing one is opened without it.
 int open_file(const fs::path& path) {
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -114,7 +115,7 @@ void write_note(int file, const std::string& rig) {
       std::string(program_invocation_short_name) + " (process " + std::to_string(::getpid()) +
       " of " + user_name() + ", rig " + rig + ", since " +
       utc_text(std::chrono::duration_cast<std::chrono::microseconds>(utc_now()).count()) + ")";
-  // Only a name for people: where it cannot be written the lock holds all the same.
+  // The name is only for people: if it cannot be written, the lock is still valid.
   if (::ftruncate(file, 0) == 0) static_cast<void>(!::pwrite(file, note.data(), note.size(), 0));
 }
 
@@ -132,7 +133,7 @@ tl::unexpected<Error> cannot_lock(const fs::path& path, int number) {
 
 }  // namespace
 
-// The same for every user, or two would lock in two folders.
+// The same for every user: otherwise two users would lock in two folders.
 fs::path DeviceLocks::default_folder() {
   constexpr const char* usual = "/run/lock";
   struct stat seen {};
@@ -142,7 +143,7 @@ fs::path DeviceLocks::default_folder() {
 
 DeviceLocks::~DeviceLocks() {
   for (const auto& [path, file] : files_) {
-    ::unlink(path.c_str());  // refused where another user made it: then the file stays, unlocked
+    ::unlink(path.c_str());  // refused if another user made it: then the file stays, unlocked
     ::close(file);
   }
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Device locks: one program at a time has a device, whatever its link, on one machine and for all
-// its users.
+// Device locks: one program at a time has a device, whatever its link, on one computer and across
+// all its users.
 
 #include <filesystem>
 #include <map>
@@ -12,12 +12,12 @@
 
 namespace weft::daemon {
 
-/// Locked files in one folder, one for each port: the device file of a serial line (a link to it
-/// counts as the file), each numeric address of a host with its port. The kernel unlocks them when
-/// the process ends. A file names its holder. Not thread-safe.
+/// Locked files in one folder, one per port: the device file of a serial line (links are resolved),
+/// or each numeric address of a host with its port. The kernel unlocks them when the process ends.
+/// A file names its holder. Not thread-safe.
 class DeviceLocks {
  public:
-  /// /run/lock where every user may write there, else /tmp: the same for each of them.
+  /// /run/lock if every user may write there, otherwise /tmp: the same for each user.
   static std::filesystem::path default_folder();
 
   explicit DeviceLocks(std::filesystem::path folder = default_folder())
@@ -26,14 +26,14 @@ class DeviceLocks {
   DeviceLocks& operator=(const DeviceLocks&) = delete;
   ~DeviceLocks();
 
-  /// Locks the ports of a device: its link and its page; a port that these locks have already is
-  /// locked once. Nothing in memory is locked. `rig` names the rig for others who ask.
-  /// Errors, with the device's name: busy (names the holder), io (the folder).
+  /// Locks the ports of a device: its link and its page. A port that these locks already hold is
+  /// locked once. Memory links are not locked. `rig` names the rig for other programs. Errors, with
+  /// the device's name: busy (names the holder), io (the folder).
   Status acquire(const DeviceEntry& device, const std::string& rig);
-  /// acquire() of every device, in the order of the rig file.
+  /// acquire() for every device, in the order of the rig file.
   Status acquire(const RigFile& rig);
 
-  /// The descriptors, for a process that has to keep the locks when this one has died.
+  /// The descriptors, for a process that must keep the locks after this one has died.
   [[nodiscard]] std::vector<int> descriptors() const;
 
  private:

@@ -1,4 +1,4 @@
-// Links: how the rig file states them, and how they are opened; declared in rig_file.hpp.
+// Reads links from the rig file and opens them; declared in rig_file.hpp.
 
 #include "daemon/hardware/rig/rig_file.hpp"
 
@@ -22,8 +22,8 @@ Result<std::string> address(const json& link, const char* key, const std::string
   return found->get<std::string>();
 }
 
-/// The reader of drivers' configurations knows numbers, flags and choices; a text is taken out
-/// first.
+/// The reader of drivers' configurations reads numbers, flags and choices only, so texts are
+/// removed first.
 Result<SerialSettings> serial(json link, const std::string& where) {
   Result<std::string> path = address(link, "path", where);
   if (!path) return pass(path.error());

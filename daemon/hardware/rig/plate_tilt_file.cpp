@@ -1,4 +1,4 @@
-// The level that weft align measured, merged into a rig file; declared in rig_file.hpp.
+// Merges the plate tilt that weft align measured into a rig file; declared in rig_file.hpp.
 
 #include <nlohmann/json.hpp>
 
@@ -78,7 +78,7 @@ Status of_these_days(const FoundLevel& found, std::chrono::nanoseconds now_utc,
   const std::int64_t now_s = std::chrono::duration_cast<std::chrono::seconds>(now_utc).count();
   const auto seconds = [](std::int64_t s) { return std::to_string(s) + " s"; };
   if (oldest.count() <= 0) return {};
-  // no difference: any number may stand in a file
+  // compared without a difference, which could overflow: a file may contain any number
   if (found.measured_unix_s > now_s + clocks_differ_s)
     return fail({.code = Errc::wrong_state,
                  .where = "/measured_unix_s",

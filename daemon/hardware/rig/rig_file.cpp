@@ -16,12 +16,12 @@ namespace {
 
 using nlohmann::json;
 
-/// Of the limits and of a linear stage's configuration.
+/// Key of the limits and of a linear stage's configuration.
 constexpr const char* acceleration_key = "acceleration_mm_s2";
 constexpr const char* noise_key = "noise";  // of a tactile array's configuration
 
 // Keys that this or another reader of the rig file understands: recipes::parse_rig_limits and
-// sim::Rig look into their own sections, drivers into `config`.
+// sim::Rig read their own sections, drivers read `config`.
 const std::vector<std::string> root_keys{"name",       "bench",   "devices", "limits",
                                          "probe",      "plate",   "control", "fabrics",
                                          "simulation", "plugins", "park",    "fixed"};
@@ -119,7 +119,7 @@ bool is_memory(const LinkSettings& link) {
   return std::holds_alternative<MemoryPort>(link);
 }
 
-// Pages are asked for over TCP, wherever that is a port.
+// Pages are read over TCP on every bench with ports.
 bool page_suits(const DeviceEntry& device, bool in_memory) {
   if (!device.http) return true;
   return in_memory ? is_memory(*device.http) : std::holds_alternative<TcpPort>(*device.http);
@@ -133,7 +133,7 @@ Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::strin
                .expected = "tcp on an emulated bench"});
 }
 
-// A simulated bench has no ports, and the others nothing but ports.
+// A simulated bench has no ports; the others have only ports.
 Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& where) {
   const bool in_memory = mode == BenchMode::simulated;
   if (is_memory(device.link) != in_memory)
@@ -192,7 +192,7 @@ Result<std::vector<std::filesystem::path>> plugin_folders(const json& root) {
   return folders;
 }
 
-/// What is wrong with the limits recipes::parse_rig_limits says.
+/// Errors in the limits are reported by recipes::parse_rig_limits.
 void limit_acceleration(const json& root, std::vector<DeviceEntry>& devices) {
   constexpr double mm_per_m = 1e3;
   const json limits = root.value("limits", json::object());
@@ -249,7 +249,7 @@ Result<RigFile> from_json(const json& root) {
   for (std::size_t i = 0; i < root["devices"].size(); ++i) {
     Result<DeviceEntry> device = device_entry(root["devices"][i], "/devices/" + std::to_string(i));
     if (!device) return pass(device.error());
-    if (rig.mode == BenchMode::real) {  // its emulator stands in for nothing there
+    if (rig.mode == BenchMode::real) {  // a real bench has no use for an emulator
       device->emulated_model.clear();
       device->emulated_stage.clear();
     }
@@ -285,7 +285,7 @@ Result<RigFile> parse_rig_file(std::string_view text) {
 
 namespace {
 
-/// Only a simulation may be without noise, and its driver is told.
+/// Only a simulation may be without noise; its driver gets this as a setting.
 Result<std::string> with_noise(const DeviceEntry& entry, json config) {
   if (entry.noiseless) {
     config[noise_key] = "none";
@@ -300,7 +300,7 @@ Result<std::string> with_noise(const DeviceEntry& entry, json config) {
                .hint = "Leave it out: the driver is told of a simulation without noise"});
 }
 
-/// A key may be of use only with another link of the device: its schema names that as `x-link`.
+/// A key may require another link of the device: its schema names the link as `x-link`.
 Status has_needed_links(const DeviceEntry& entry, const json& config, const json& schema) {
   if (!config.is_object() || entry.http) return {};
   const json properties = schema.is_object() ? schema.value("properties", json()) : json();
@@ -333,7 +333,7 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
     return with_noise(entry, std::move(config));
   if (entry.noiseless && config.is_object() && schema.is_object() &&
       schema.contains("/properties/stuck_after_s"_json_pointer)) {
-    config["stuck_after_s"] = 0;  // readings that stay the same are no fault there
+    config["stuck_after_s"] = 0;  // equal readings are no fault without noise
     return config.dump();
   }
   if (!entry.acceleration_mm_s2 || !config.is_object() || !schema.is_object() ||

@@ -1,5 +1,5 @@
 #pragma once
-// The rig file: which devices a bench has, how they are reached, and what the bench allows.
+// The rig file: the devices of a bench, their links, and the limits of the bench.
 
 #include <chrono>
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace weft::daemon {
 
-// How a device is reached: the `link` of a rig file's device.
+// The link of a device: the `link` of a rig file's device.
 
 /// Inside this process, to an emulator.
 struct MemoryPort {};
@@ -32,7 +32,7 @@ struct UdpPort {
   std::uint16_t local_port = 0;
 };
 
-/// Where host and device meet: the host opens it, weft-rig serves it.
+/// The port between host and device: the host opens it, weft-rig serves it.
 using LinkSettings = std::variant<MemoryPort, SerialSettings, TcpPort, UdpPort>;
 
 /// Reads one link: {"kind": "memory" | "serial" | "tcp" | "udp", ...}; nothing or {} is memory.
@@ -47,25 +47,25 @@ Result<std::unique_ptr<Link>> open_link(RealLoop& loop, const LinkSettings& sett
 struct DeviceEntry {
   std::string name;         ///< "stage.z"
   std::string role;         ///< "x", "y", "z", "rx", "ry", "wrench", "taxels", "vibro"
-  std::string driver;       ///< name of a driver plugin
-  std::string config_json;  ///< handed to the driver, see driver_config()
-  /// Of the rig's limits, for a linear stage [mm/s2].
+  std::string driver;       ///< name of a built-in driver or of a plugin
+  std::string config_json;  ///< passed to the driver, see driver_config()
+  /// The rig's acceleration limit, for a linear stage [mm/s2].
   std::optional<double> acceleration_mm_s2 = {};
-  std::string acceleration_limit;  ///< where the rig file has it: "/limits/acceleration_mps2"
+  std::string acceleration_limit;  ///< its pointer in the rig file: "/limits/acceleration_mps2"
   bool noiseless =
-      false;  ///< simulated without noise: it says so of itself, recipes::lacks_noise()
-  std::string emulated_model, emulated_stage;  ///< of its emulator, where the file names them
+      false;  ///< simulated without noise: its identity states so, recipes::lacks_noise()
+  std::string emulated_model, emulated_stage;  ///< of its emulator, if the file names them
   LinkSettings link;
   std::vector<LinkSettings> also;        ///< emulated: weft-rig serves the same device there too
-  std::optional<LinkSettings> http;      ///< the page of the device's settings, where it has one
+  std::optional<LinkSettings> http;      ///< the page of the device's settings, if it has one
   std::optional<LinkSettings> commands;  ///< emulated: weft-rig serves the device's command port
 };
 
-/// Opens the page of a device behind a port; null where it has none. Errors: those of the port, at
+/// Opens the page of a device behind a port; null if it has none. Errors: those of the port, at
 /// /http.
 Result<std::unique_ptr<Link>> open_page(RealLoop& loop, const DeviceEntry& device);
 
-/// What stands behind the links, and whose time passes.
+/// The devices behind the links, and the clock.
 enum class BenchMode : std::uint8_t {
   simulated,  ///< emulators in this process, virtual time; every link is in memory
   emulated,   ///< emulators in weft-rig, behind real ports, real time
@@ -77,45 +77,46 @@ enum class BenchMode : std::uint8_t {
 struct RigFile {
   std::string name;
   BenchMode mode = BenchMode::simulated;
-  BenchKind bench = BenchKind::unknown;  ///< of the data: those of an emulated bench are simulated
-  Endpoint console;  ///< emulated: where weft-rig takes orders, `simulation.console` {host, port}
-  std::string plant_level;  ///< fidelity of the plant, "L1"; empty on a real bench
+  BenchKind bench = BenchKind::unknown;  ///< of the data: an emulated bench makes simulated data
+  Endpoint console;  ///< emulated: where weft-rig accepts orders, `simulation.console` {host, port}
+  std::string plant_level;  ///< fidelity level of the plant, "L1"; empty on a real bench
   std::vector<DeviceEntry> devices;
-  FixedAxes fixed;                             ///< of the axes that no device has as its role
+  FixedAxes fixed;                             ///< of the axes without a device
   std::vector<std::filesystem::path> plugins;  ///< folders with drivers, relative to the file
-  std::shared_ptr<DriverCatalog> drivers;      ///< where the devices' drivers come from
+  std::shared_ptr<DriverCatalog> drivers;      ///< source of the devices' drivers
   std::string text;                            ///< the whole file, as recorded with the campaign
 };
 
-/// Errors: parse with line and column, and invalid_argument (unknown keys, a link that the bench
-/// cannot have) with a JSON pointer.
+/// Errors: parse with line and column, and invalid_argument (unknown keys, a link that does not
+/// suit the bench) with a JSON pointer.
 Result<RigFile> parse_rig_file(std::string_view text);
 
-/// The configuration of a device as its driver takes it: a linear stage whose driver knows the key
-/// `acceleration_mm_s2` is told the rig's limit by it. Errors: those of DriverCatalog::source();
-/// invalid_argument, where the rig file has another value there, for plan, force loop and guards
-/// count on the limit's, or a key whose link (`x-link` of its schema) the device does not have.
+/// The configuration of a device for its driver. A linear stage with a driver that knows the key
+/// `acceleration_mm_s2` gets the rig's limit there. Errors: those of DriverCatalog::source(). Also
+/// invalid_argument: the rig file has another value there, but plan, force loop and guards use the
+/// limit; or a key needs a link (`x-link` of its schema) that the device does not have.
 Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drivers);
 
-/// What a driver says of such a configuration; of a limit that was sent, at the limit.
+/// An error of a driver about its configuration, with its place in the rig file: for a limit that
+/// was passed on, the place of the limit.
 Error in_rig_file(const DeviceEntry& entry, Error error);
 
-/// What kind of data the bench of this rig file makes; unknown where the file cannot be read.
+/// The kind of data of this rig file's bench; unknown if the file cannot be read.
 BenchKind load_bench_kind(const std::filesystem::path& rig);
-/// Whether time passes there as in the world; true also where the file cannot be read.
+/// Whether the bench runs in real time; also true if the file cannot be read.
 bool runs_in_real_time(const std::filesystem::path& rig);
 
-/// Lets the rig's drivers also come from `settings.folders` and from the folders that the file at
-/// `rig_path` names. parse_rig_file alone knows the built-in ones only.
+/// Adds the drivers from `settings.folders` and from the folders named in the file at `rig_path`.
+/// After parse_rig_file() alone only the built-in ones are known.
 void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSettings settings);
 
-// The plate's level as `weft align --json` found it, and how a campaign is given it.
+// The plate tilt as measured by `weft align --json`, for use in a campaign.
 
-/// The rig file `rig_json` with the rotary stages' angles of `align_json` in plate.level, where
-/// campaigns read them and data sets keep them. `now_utc` is told, as is `oldest`; zero: of
-/// any age, and found by a clock that was ahead of this one.
-/// Errors: parse (no JSON, not what weft align says), wrong_state (not levelled, another rig or
-/// kind of bench, too old, or of the future), invalid_argument (the rig file has a level already).
+/// The rig file `rig_json` with the rotary stages' angles of `align_json` in plate.level: campaigns
+/// read them there, and data sets store them. `oldest`: maximum age at `now_utc`. Zero: any age,
+/// and a clock ahead of this one is accepted. Errors: parse (no JSON, no output of weft align),
+/// wrong_state (not levelled, another rig or kind of bench, too old, or in the future),
+/// invalid_argument (the rig file already has a level).
 Result<std::string> with_level(std::string_view rig_json, std::string_view align_json,
                                std::chrono::nanoseconds now_utc, std::chrono::seconds oldest);
 

@@ -18,7 +18,7 @@ Status once(std::string_view role, std::ptrdiff_t count) {
                .got = std::to_string(count) + " devices"});
 }
 
-/// The key that fixes an axis, in the usual unit.
+/// The key that fixes an axis, with its unit (mm or deg).
 std::string fixed_key(recipes::Axis axis) {
   return std::string(to_string(axis)) + (recipes::is_linear(axis) ? "_mm" : "_deg");
 }
@@ -70,7 +70,7 @@ Result<FixedAxes> read_fixed(const nlohmann::json& rig) {
   return fixed;
 }
 
-/// Whether a plan needs taxels is told where it is made, by recipes::check_recipe().
+/// Whether a plan needs taxels is checked when it is made, by recipes::check_recipe().
 Status roles_filled(const std::vector<std::string>& roles, const FixedAxes& fixed) {
   const auto count = [&](std::string_view role) { return std::ranges::count(roles, role); };
   for (const recipes::Axis axis : recipes::all_axes)

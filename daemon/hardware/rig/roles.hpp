@@ -1,5 +1,5 @@
 #pragma once
-// Which roles the devices of a rig file fill: every axis is a device's role or fixed.
+// Checks the roles of a rig file's devices: every axis is a device's role or fixed.
 
 #include <array>
 #include <nlohmann/json_fwd.hpp>
@@ -13,17 +13,17 @@
 
 namespace weft::daemon {
 
-/// Where each axis stands that has no stage [m] or [rad].
+/// Position of each axis without a stage [m] or [rad].
 using FixedAxes = std::array<std::optional<double>, recipes::axis_count>;
 
 /// "x, y, z, rx, ry, wrench, taxels or vibro".
 bool is_role(std::string_view role);
 inline constexpr std::string_view all_roles = "x, y, z, rx, ry, wrench, taxels or vibro";
 
-/// `fixed` of a rig file. Errors: invalid_argument, with a JSON pointer.
+/// Reads `fixed` of a rig file. Errors: invalid_argument, with a JSON pointer.
 Result<FixedAxes> read_fixed(const nlohmann::json& rig);
 
-/// Errors: invalid_argument where a role is filled too often, or an axis is neither a device's role
+/// Errors: invalid_argument if a role occurs too often, or if an axis is neither a device's role
 /// nor fixed, or both.
 Status roles_filled(const std::vector<std::string>& roles, const FixedAxes& fixed);
 
