@@ -6,7 +6,7 @@ weft_module(daemon/base/text USES daemon/base/file protocols/base)
 weft_module(daemon/base/version)
 weft_module(daemon/base/loop USES drivers/api SYSTEM Threads::Threads)
 
-# hardware: what stands between a driver and a port
+# hardware: links, plugins and rig files, between drivers and ports
 weft_module(daemon/hardware/link USES daemon/base/loop SYSTEM PkgConfig::SERIALPORT)
 weft_module(daemon/hardware/plugins USES drivers/api SYSTEM ${CMAKE_DL_LIBS})
 weft_module(daemon/hardware/rig USES daemon/base/file daemon/base/text daemon/hardware/link daemon/hardware/plugins recipes)
@@ -30,7 +30,7 @@ weft_module(daemon/campaign/setup USES daemon/campaign/diagnostics drivers/ati_d
 weft_module(daemon/pages/plot USES daemon/base/text classifier/vibro)
 weft_module(daemon/pages/document USES daemon/pages/plot SYSTEM nlohmann_json::nlohmann_json)
 
-# analysis: what is computed and shown about data that exist
+# analysis: computations and reports on existing data
 weft_module(daemon/analysis/report USES daemon/storage/imprints daemon/campaign daemon/pages/document)
 weft_module(daemon/analysis/tradeoff RECURSE USES daemon/campaign daemon/analysis/report daemon/pages/document daemon/storage/recordings classifier/live recipes
             sim/devices)
@@ -79,13 +79,13 @@ endforeach()
 
 target_include_directories(weft_daemon_service_transport SYSTEM PRIVATE ${BOOST_HEADERS})
 
-# Sources that clash with their neighbours when joined.
+# Sources that clash with their neighbours in a unity build.
 set_source_files_properties(daemon/hardware/link/serial_speed.cpp daemon/service/transport/http_request.cpp
                             daemon/service/transport/wire.cpp
                             daemon/base/version/software_version.cpp
                             PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
-# Version and commit: what a commit changes is one source.
+# Version and commit: a new commit changes only one source.
 target_compile_definitions(weft_daemon_base_version PRIVATE WEFT_VERSION="${PROJECT_VERSION}")
 target_include_directories(weft_daemon_base_version PRIVATE ${CMAKE_BINARY_DIR}/generated)
 add_custom_target(weft_build_stamp BYPRODUCTS ${CMAKE_BINARY_DIR}/generated/weft_build_stamp.hpp
@@ -93,7 +93,7 @@ add_custom_target(weft_build_stamp BYPRODUCTS ${CMAKE_BINARY_DIR}/generated/weft
                           -P ${PROJECT_SOURCE_DIR}/daemon/base/version/build_stamp.cmake)
 add_dependencies(weft_daemon_base_version weft_build_stamp)
 
-# The drivers that are built in.
+# Built-in drivers.
 target_sources(weft_daemon_hardware_plugins PRIVATE ${CMAKE_BINARY_DIR}/builtin_drivers_list.cpp)
 target_link_libraries(weft_daemon_hardware_plugins PUBLIC ${WEFT_DRIVER_TARGETS})
 
@@ -109,13 +109,13 @@ if(WEFT_NLOPT)
   set_property(SOURCE daemon/analysis/calibration/minimise.cpp APPEND PROPERTY COMPILE_DEFINITIONS WEFT_WITH_NLOPT)
 endif()
 
-# The recipe's schema is asked of the daemon: it is built in.
+# The daemon serves the recipe's schema, so it is built in.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS recipes/schema/recipe.schema.json)
 file(READ recipes/schema/recipe.schema.json WEFT_RECIPE_SCHEMA)
 configure_file(daemon/service/methods/recipe_schema.cpp.in ${CMAKE_BINARY_DIR}/recipe_schema.cpp @ONLY)
 target_sources(weft_daemon_service_methods PRIVATE ${CMAKE_BINARY_DIR}/recipe_schema.cpp)
 
-# The page is built in as well, with the libraries for charts and text that Debian has (docs/adr/0003).
+# The page is built in as well, with Debian's libraries for charts and text (docs/adr/0003).
 find_path(DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs NO_DEFAULT_PATH REQUIRED DOC "libjs-dygraphs: run script/bootstrap")
 find_path(CODEMIRROR lib/codemirror.js PATHS /usr/share/javascript/codemirror NO_DEFAULT_PATH REQUIRED DOC "libjs-codemirror: run script/bootstrap")
 file(GLOB_RECURSE web_page CONFIGURE_DEPENDS daemon/service/web/page/*)

@@ -22,7 +22,7 @@ tl::unexpected<Error> system_error(std::string what, const std::filesystem::path
       {.code = Errc::io, .where = where, .what = std::move(what), .got = std::strerror(errno)});
 }
 
-/// An open file descriptor that closes itself.
+/// An open file descriptor, closed at the end of its scope.
 class Descriptor {
  public:
   Descriptor(const std::filesystem::path& path, int flags, mode_t mode = 0644)
@@ -54,16 +54,16 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-// A link stays a link: what it leads to is written.
+// Follows a link, so that the link stays and its target is written.
 std::filesystem::path meant(std::filesystem::path target) {
   std::error_code unseen;
-  constexpr int most_links = 40;  // as the kernel's
+  constexpr int most_links = 40;  // as in the kernel
   for (int i = 0; i < most_links && std::filesystem::is_symlink(target, unseen); ++i)
     target = target.parent_path() / std::filesystem::read_symlink(target, unseen);
   return target;
 }
 
-/// The process N of "d.h5.partial-N", or of what it writes beside that; nothing for any other name.
+/// The process N of "d.h5.partial-N" or of a temporary file beside it; nothing for any other name.
 std::optional<pid_t> parse_writer(const std::string& name, const std::string& target) {
   const std::string prefix = target + partial;
   if (!name.starts_with(prefix)) return std::nullopt;
@@ -75,7 +75,7 @@ std::optional<pid_t> parse_writer(const std::string& name, const std::string& ta
   return process;
 }
 
-/// A process that was killed removes nothing.
+/// Removes the temporary files of dead processes: a killed process cannot remove its own.
 void remove_left_behind(const std::filesystem::path& target) {
   std::error_code unseen;
   const std::string name = target.filename().string();
@@ -127,7 +127,7 @@ Status sync_folder(const std::filesystem::path& folder) {
   return {};
 }
 
-// The process number keeps two writers of the same target apart.
+// The process number separates two writers of the same target.
 AtomicFile::AtomicFile(std::filesystem::path target, Readers readers)
     : target_(meant(std::move(target))),
       temporary_(target_.string() + partial + std::to_string(::getpid())) {
@@ -138,7 +138,8 @@ AtomicFile::AtomicFile(std::filesystem::path target, Readers readers)
   else if (::stat(target_.c_str(), &before) == 0 && S_ISREG(before.st_mode))
     mode_ = before.st_mode & 0777U;
   if (!mode_) return;
-  // Before there is anything in it. Where this fails, the writer's own attempt says why.
+  // The mode is set while the file is empty. If this fails, the writer's own attempt reports the
+  // cause.
   const Descriptor made(temporary_, O_WRONLY | O_CREAT, owner_only);
   if (made.ok()) static_cast<void>(made.set_mode(owner_only));
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Output that appears whole or not at all.
+// Writes output that appears whole or not at all.
 
 #include <filesystem>
 #include <functional>
@@ -11,15 +11,15 @@
 
 namespace weft::daemon {
 
-/// Who may read what is written.
+/// Read permission of the written file.
 enum class Readers {
-  as_before,  ///< those who may read what it replaces; a new file: everybody, as the umask has it
-  owner       ///< mode 0600, whatever was there
+  as_before,  ///< as the replaced file; a new file: by the umask
+  owner       ///< mode 0600, whatever mode the replaced file had
 };
 
-/// A temporary name beside `target`, or beside what a link of this name leads to. Removed by the
-/// destructor unless publish() has renamed it; what a killed process of this machine left of the
-/// same target is removed by the constructor.
+/// A temporary file beside `target`, or beside the target of a link of this name. The destructor
+/// removes it unless publish() has renamed it. The constructor removes the temporary files that a
+/// killed process of this computer left for the same target.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path target, Readers readers = Readers::as_before);
@@ -27,37 +27,37 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
 
-  /// Where to write; the writer must have closed it before publish(). It is there, for its owner
-  /// alone, where who may read the target is settled.
+  /// The path to write to; the writer must close it before publish(). With a known mode the file
+  /// already exists, readable by its owner only.
   [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
-  /// Flushes to the disk and renames over the target. Errors: io, also where the target is a
-  /// folder, a device or a pipe.
+  /// Flushes to the disk and renames over the target. Errors: io, also if the target is a folder, a
+  /// device or a pipe.
   Status publish();
 
  private:
   std::filesystem::path target_;
   std::filesystem::path temporary_;
-  std::optional<unsigned> mode_;  ///< of the published file; none: as it was made
+  std::optional<unsigned> mode_;  ///< of the published file; none: unchanged
   bool published_ = false;
 };
 
-/// Whether an AtomicFile could be published there: for commands that work long before they write.
-/// Errors: invalid_argument (no name), not_found (no such folder), io.
+/// Whether an AtomicFile could be published there: for commands that work for long before they
+/// write. Errors: invalid_argument (no name), not_found (no such folder), io.
 Status check_target(const std::filesystem::path& target);
 
 /// Writes `text` to `path` through an AtomicFile.
 Status write_text_file(const std::filesystem::path& path, std::string_view text,
                        Readers readers = Readers::as_before);
 
-/// The same of what `write` puts into a stream: for what should not be in memory twice.
+/// The same for data that `write` puts into a stream, which avoids a second copy in memory.
 Status write_streamed_file(const std::filesystem::path& path,
                            const std::function<Status(std::ostream&)>& write);
 
-/// A rename in a folder, or a removal, is on the disk only when this has returned. Errors: io.
+/// Flushes a folder: a rename or a removal in it is on the disk only after this. Errors: io.
 Status sync_folder(const std::filesystem::path& folder);
 
-/// Renames a finished folder, whose files are on the disk, beside itself; `target` must not be
-/// there. It is on the disk when this returns.
+/// Renames a finished folder within its parent; its files must be on the disk, and `target` must
+/// not exist. The rename is on the disk afterwards. Errors: io.
 Status publish_folder(const std::filesystem::path& temporary, const std::filesystem::path& target);
 
 }  // namespace weft::daemon

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As /proc/locks names files: "08:01:1234", device and inode.
+/// Identities of files as in /proc/locks: "08:01:1234", device and inode.
 std::set<std::string> places_of(const std::vector<fs::path>& files) {
   std::set<std::string> places;
   for (const fs::path& file : files) {
@@ -46,8 +46,8 @@ std::string process_text(const std::string& pid) {
 }  // namespace
 
 // A line: "1: POSIX  ADVISORY  WRITE 71 00:2b:5678 0 EOF". The device of an overlay differs from
-// the file's own: where no place matches, the inode alone does. A lock of an open file description
-// has no process.
+// the file's own: if no identity matches, the inode alone is compared. A lock of an open file
+// description has no process.
 std::string file_holders(const std::vector<fs::path>& files) {
   const std::set<std::string> places = places_of(files);
   std::set<std::string> inodes;

@@ -18,7 +18,7 @@ constexpr std::string_view table_advice = "Export the table as CSV text, separat
 struct Signature {
   std::string_view bytes;
   FileKind kind;
-  bool letters = false;  // text may begin so too; the file has zero bytes besides
+  bool letters = false;  // text may start like this too, so the file must also have zero bytes
 };
 constexpr std::array<Signature, 35> signatures{{
     {"\x89HDF\r\n\x1a\n"sv,

@@ -16,7 +16,7 @@ namespace weft::daemon {
 
 Result<std::string> read_text_file(const std::filesystem::path& path, std::uintmax_t max_bytes) {
   auto text = read_file(path, max_bytes);
-  // Parsers of JSON take it for the end of the text, and what stands behind it for nothing.
+  // Parsers of JSON take a zero byte for the end of the text and ignore the rest.
   if (text && text->find('\0') != std::string::npos)
     return fail({.code = Errc::parse, .where = path, .what = "a zero byte: not a text file"});
   return text;
@@ -47,7 +47,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Nobody waits for the other end of a pipe that somebody put there.
+// Non-blocking: opening a pipe must not wait for its other end.
 constexpr int reading = O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY;
 constexpr int passing = O_PATH | O_CLOEXEC | O_NOFOLLOW | O_DIRECTORY;
 
@@ -58,7 +58,7 @@ int open_at_once(int folder, const fs::path& inner) {
   return static_cast<int>(syscall(SYS_openat2, folder, inner.c_str(), &how, sizeof how));
 }
 
-/// Each part is opened in the folder before it, none of them a link.
+/// Opens each part in the folder before it; no part may be a link.
 int open_step_by_step(int folder, const fs::path& inner) {
   int at = folder;
   for (auto part = inner.begin(); part != inner.end(); ++part) {
@@ -97,7 +97,7 @@ Result<OpenFile> OpenFile::beneath(const fs::path& folder, const fs::path& inner
     return fail({.code = Errc::not_found, .where = folder.string(), .what = "no such folder"});
   int found = -1;
   if (way == Way::at_once) found = open_at_once(base, inner);
-  // An older kernel, or a filter of system calls that does not know it.
+  // The kernel is older, or a filter of system calls does not know the call.
   if (way == Way::step_by_step || (found < 0 && (errno == ENOSYS || errno == EPERM)))
     found = open_step_by_step(base, inner);
   const int why = errno;

@@ -1,5 +1,5 @@
 #pragma once
-// Files read: whole into memory, or in parts from a file that stays the same.
+// Reads files: whole into memory, or in parts from a file that stays the same.
 
 #include <cstdint>
 #include <filesystem>
@@ -11,31 +11,31 @@
 
 namespace weft::daemon {
 
-/// A file of a folder, opened once: what was looked at is what is read, whatever its name leads to
-/// since.
+/// A file of a folder, opened once: the checked file is the one that is read, even if its name now
+/// leads elsewhere.
 class OpenFile {
  public:
-  /// Which file it is, and as of when. Whoever writes to a file changes its `changed_ns`, which no
-  /// program can set.
+  /// Identity and state of a file. Each write to a file changes its `changed_ns`, which no program
+  /// can set.
   struct Stamp {
     std::uint64_t device = 0, inode = 0, bytes = 0;
     std::int64_t written_ns = 0, changed_ns = 0;  ///< since 1970-01-01 UTC
     bool operator==(const Stamp&) const = default;
   };
-  /// How the kernel is asked: all at once (openat2, Linux 5.6), or one folder after the other.
+  /// Kernel interface: at once (openat2, Linux 5.6), or one folder after the other.
   enum class Way { at_once, step_by_step };
 
   /// `inner`, a relative path, under `folder`; no part of it may be a symbolic link or lead out.
-  /// Errors: not_found; wrong_state, when there is no regular file, or a link on the way to it.
+  /// Errors: not_found; wrong_state if it is no regular file or has a link on the way.
   static Result<OpenFile> beneath(const std::filesystem::path& folder,
                                   const std::filesystem::path& inner, Way way = Way::at_once);
   OpenFile(OpenFile&& other) noexcept;
   OpenFile& operator=(OpenFile&&) = delete;
   ~OpenFile();
 
-  /// As it is now. Errors: io.
+  /// The present state. Errors: io.
   [[nodiscard]] Result<Stamp> stamp() const;
-  /// Fills `to` from byte `at` on. Errors: io, also where the file has not so many.
+  /// Fills `to` from byte `at` on. Errors: io, also if the file is too short.
   [[nodiscard]] Status read(std::uint64_t at, std::span<std::uint8_t> to) const;
 
  private:
@@ -43,9 +43,9 @@ class OpenFile {
   int descriptor_;
 };
 
-// Reading a large file may be given up.
+// Reading a large file may be stopped early.
 
-/// True: give up. Called often, on the thread that reads; empty: never.
+/// True: stop. Called often, on the thread that reads; empty: never stop.
 using StopRequested = std::function<bool()>;
 
 inline Error stopped_early(std::string where) {
@@ -54,10 +54,10 @@ inline Error stopped_early(std::string where) {
           .what = "stopped before all of it was read"};
 }
 
-/// A whole file. Errors: not_found, io, range when it is larger than `max_bytes`: a huge file is
+/// A whole file. Errors: not_found, io, range if it is larger than `max_bytes`: a huge file is
 /// refused before it is read.
 Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t max_bytes);
-/// The same of text, such as recipes and rigs, which are small. Errors too: parse, at a zero byte.
+/// The same for small texts such as recipes and rigs. Further error: parse, at a zero byte.
 Result<std::string> read_text_file(const std::filesystem::path& path,
                                    std::uintmax_t max_bytes = 1 << 20);
 

@@ -18,14 +18,14 @@ namespace weft::daemon {
 
 using Sha256Digest = std::array<std::uint8_t, 32>;
 
-/// Throws std::runtime_error where OpenSSL has no memory or no SHA-256.
+/// Throws std::runtime_error if OpenSSL has no memory or no SHA-256.
 class Sha256 {
  public:
   Sha256();
 
   Sha256& update(ByteView bytes);
   Sha256& text(std::string_view characters);
-  /// With its length in front [u32], so that two texts in a row are told from one.
+  /// Adds the length first [u32], so that two texts in a row differ from one joined text.
   Sha256& sized_text(std::string_view characters) {
     return number(static_cast<std::uint32_t>(characters.size())).text(characters);
   }
@@ -48,7 +48,7 @@ class Sha256 {
     }
   }
 
-  /// Ends the message. The object is of no further use.
+  /// Ends the message. The object must not be used afterwards.
   Sha256Digest finish();
 
  private:

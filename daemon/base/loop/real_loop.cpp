@@ -10,8 +10,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// More handlers than this at a stretch would keep a due timer waiting: a flooded port must not
-// stop the control cycle.
+// More consecutive handlers than this would delay a due timer: a flooded port must not stop the
+// control cycle.
 constexpr int most_handlers = 64;
 
 }  // namespace
@@ -22,7 +22,7 @@ struct RealLoop::Parts {
     }
   }
 
-  // Waits for a port or `until`, whichever comes first.
+  // Waits for a port or for `until`, whichever comes first.
   void wait(TimePoint until) {
     alarm.expires_at(origin + until.time_since_epoch());
     bool rung = false;
@@ -36,7 +36,7 @@ struct RealLoop::Parts {
   Clock::time_point origin = Clock::now();
   asio::io_context context{1};
   asio::executor_work_guard<asio::io_context::executor_type> open_ports =
-      asio::make_work_guard(context);  ///< so that it waits while no port is open
+      asio::make_work_guard(context);  ///< makes it wait even without an open port
   asio::steady_timer alarm{context};
   TimerQueue timers;
 };

@@ -12,7 +12,7 @@ class io_context;
 
 namespace weft::daemon {
 
-/// A loop on the machine's monotonic clock; zero when the loop is made. Thread-bound.
+/// A loop on the computer's monotonic clock, zero at construction. Thread-bound.
 class RealLoop final : public Loop {
  public:
   RealLoop();
@@ -24,13 +24,13 @@ class RealLoop final : public Loop {
   TimerId at(TimePoint when, Callback callback) override;
   void cancel(TimerId id) override;
 
-  /// Runs until `done()` is true, looked at after each callback and at least every
-  /// `longest_wait`, so that a flag set by a signal handler is seen. Ports that are ready are
-  /// served before a timer that is due: a control cycle sees what has arrived.
+  /// Runs until `done()` is true. Checks it after each callback and at least every `longest_wait`,
+  /// so that a flag set by a signal handler is seen. Serves ready ports before due timers: a
+  /// control cycle sees the data that have arrived.
   void run_until(const std::function<bool()>& done);
   static constexpr Duration longest_wait = std::chrono::milliseconds(50);
 
-  /// Where ports wait for their bytes. For links.
+  /// The context in which ports wait for bytes. For links.
   asio::io_context& ports();
 
  private:

@@ -21,12 +21,12 @@ int schedule(int policy, int priority) {
   return ::sched_setscheduler(0, policy, &parameters) == 0 ? 0 : errno;
 }
 
-// Threads and children that are made later do not inherit it: they are not the control loop.
+// Later threads and child processes do not inherit it: they are not the control loop.
 int go_first(int priority) {
   return schedule(SCHED_FIFO | SCHED_RESET_ON_FORK, priority);
 }
 
-// Under a limit a locked process would fail later, at an allocation: better not to lock at all.
+// Under a limit, a locked process would fail later, at an allocation. Then no memory is locked.
 int lock_memory() {
   rlimit limit{};
   ::getrlimit(RLIMIT_MEMLOCK, &limit);
@@ -62,7 +62,7 @@ void set_low_priority() {
   const sched_param none{};
   if (::sched_setscheduler(0, SCHED_IDLE, &none) == 0) return;
   constexpr int least_share = 19;
-  // Linux takes the number of a thread as well.
+  // Linux also accepts the number of a thread.
   static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), least_share));
 }
 

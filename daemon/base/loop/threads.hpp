@@ -1,6 +1,6 @@
 #pragma once
-// How a thread shares a busy machine: ahead of others with memory that is not taken away, or behind
-// them; and what its end leaves.
+// Priority of threads on a busy computer (real-time priority with locked memory, or low priority),
+// and clean-up after their work.
 
 #include <malloc.h>
 
@@ -11,8 +11,8 @@
 
 namespace weft::daemon {
 
-/// What `work` returns, a Result; where it throws, wrong_state with the name of `what` that ended,
-/// a run or another thing, and what was thrown.
+/// The result of `work`. If it throws: wrong_state with the name `what` of the ended work, such as
+/// "run", and the exception.
 template <class Work>
 auto catch_as_error(const Work& work, const std::string& what = "run") -> decltype(work()) {
   const std::string ours = "a mistake of this program ended the " + what;
@@ -25,19 +25,19 @@ auto catch_as_error(const Work& work, const std::string& what = "run") -> declty
   }
 }
 
-/// The allocator keeps what a campaign or a training has freed, tens of megabytes, for the next
-/// one, which may be a day away. Takes milliseconds; for the thread that did the work, at its end.
-/// Source: malloc_trim(3).
+/// Returns freed memory to the system. Otherwise the allocator keeps tens of megabytes of a
+/// campaign or a training for the next one, perhaps for a day. Takes milliseconds; call it at the
+/// end of the thread that did the work. Source: malloc_trim(3).
 inline void give_back_free_memory() {
   malloc_trim(0);
 }
 
-/// The calling thread, and those that it makes from here on, run when nobody else wants the
-/// processor (SCHED_IDLE); where the system does not permit that, with the least share (nice 19).
+/// The calling thread, and those that it makes later, run only when the processor is idle
+/// (SCHED_IDLE). If the system does not permit that, they get the least share (nice 19).
 void set_low_priority();
 
-/// While it lives the calling thread has SCHED_FIFO and the process its memory locked, as far as
-/// the system permits; a refusal is no error: the bench runs without, less punctually.
+/// While it lives, the calling thread has SCHED_FIFO and the process has its memory locked, as far
+/// as the system permits. A refusal is no error: the bench then runs less punctually.
 class RealTimeScope {
  public:
   /// Priority 1 to 99; a moderate one leaves the kernel's own threads in front.
@@ -48,7 +48,7 @@ class RealTimeScope {
 
   [[nodiscard]] bool scheduled() const { return scheduled_; }
   [[nodiscard]] bool locked() const { return locked_; }
-  /// What was not got, why, and how to get it; empty when all was.
+  /// The refused permission, the reason, and how to get it; empty if nothing was refused.
   [[nodiscard]] const std::string& advice() const { return advice_; }
 
  private:
@@ -57,8 +57,8 @@ class RealTimeScope {
   std::string advice_;
 };
 
-/// Gives the calling thread SCHED_FIFO until it ends; threads and children made later do not
-/// inherit it. False where the system does not permit that: RealTimeScope::advice() has told
+/// Gives the calling thread SCHED_FIFO until it ends; later threads and child processes do not
+/// inherit it. False if the system does not permit that; RealTimeScope::advice() is the text for
 /// people.
 bool set_real_time_priority(int priority);
 

@@ -24,16 +24,16 @@ TimerId TimerQueue::add(TimePoint when, Loop::Callback&& callback) {
   }
   const std::size_t slot = free_.back();
   free_.pop_back();
-  WEFT_ASSERT(slot >> slot_bits == 0);  // else an id would name another timer
+  WEFT_ASSERT(slot >> slot_bits == 0);  // otherwise an id would name another timer
   const TimerId id = ++last_number_ << slot_bits | slot;
   slots_[slot].id = id;
-  slots_[slot].callback.swap(callback);  // a free slot's is empty
+  slots_[slot].callback.swap(callback);  // the callback of a free slot is empty
   heap_.push_back({when, id});
   std::push_heap(heap_.begin(), heap_.end(), std::greater<>{});
   return id;
 }
 
-/// The callback is moved out: destroying it may cancel timers.
+/// Moves the callback out: destroying it may cancel timers.
 Loop::Callback TimerQueue::release(TimerId id) {
   Slot& slot = slots_[slot_of(id)];
   slot.id = 0;

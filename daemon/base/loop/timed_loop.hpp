@@ -1,6 +1,6 @@
 #pragma once
-// Tells where the wall time of a virtual run goes: a view of a loop that times the callbacks set
-// through it.
+// Measures the wall time of a virtual run: a view of a loop that times the callbacks set through
+// it.
 
 #include <algorithm>
 #include <cstdint>
@@ -12,23 +12,23 @@
 
 namespace weft::daemon {
 
-/// Callbacks by due time; those of one instant come out in the order in which they went in.
-/// Callbacks lie in reused slots, so that a long run neither hashes nor allocates per timer.
+/// Callbacks by due time; those of one instant leave in their order of arrival. Callbacks are
+/// stored in reused slots, so that a long run neither hashes nor allocates per timer.
 class TimerQueue {
  public:
   TimerId add(TimePoint when, Loop::Callback&& callback);
-  /// An id that was taken already or never existed is ignored.
+  /// Ignores an id that was already taken or never existed.
   void cancel(TimerId id) {
     if (is_waiting(id)) release(id);
   }
 
-  /// When the next callback is due; nothing when there is none.
+  /// Due time of the next callback; nothing if there is none.
   [[nodiscard]] std::optional<TimePoint> next_due();
-  /// Takes the next callback out. There must be one, which next_due() has just found.
+  /// Takes the next callback out. Requires one, found by next_due() just before.
   Loop::Callback pop_next();
 
  private:
-  /// An id is a running number over the slot: ids ascend, and no two timers share one.
+  /// An id is a running number followed by the slot: ids ascend, and no two timers share one.
   static constexpr unsigned slot_bits = 24;
   struct Due {
     TimePoint when;
@@ -47,13 +47,13 @@ class TimerQueue {
   Loop::Callback release(TimerId id);
 
   TimerId last_number_ = 0;
-  std::vector<Due> heap_;  ///< cancelled entries stay until they surface
+  std::vector<Due> heap_;  ///< cancelled entries stay until they reach the top
   std::vector<Slot> slots_;
   std::vector<std::size_t> free_;
 };
 
-/// Times one callback in `stride` and scales: an estimate, so that measuring stays well under the
-/// work measured.
+/// Times one callback in `stride` and scales the result: an estimate, so that measuring costs far
+/// less than the measured work.
 class TimedLoop final : public Loop {
  public:
   explicit TimedLoop(Loop& inner) : inner_(&inner) {}
@@ -61,7 +61,7 @@ class TimedLoop final : public Loop {
   TimerId at(TimePoint when, Callback callback) override;
   void cancel(TimerId id) override { inner_->cancel(id); }
 
-  /// Estimated seconds spent in callbacks so far.
+  /// Estimated time in callbacks so far [s].
   [[nodiscard]] double seconds() const { return std::chrono::duration<double>(spent_).count(); }
 
  private:
@@ -71,7 +71,7 @@ class TimedLoop final : public Loop {
   std::chrono::nanoseconds spent_{};
 };
 
-/// A loop whose clock moves only from timer to timer. Same calls, same order, same result.
+/// A loop with a clock that moves only from timer to timer. Same calls, same order, same result.
 class VirtualLoop final : public Loop {
  public:
   [[nodiscard]] TimePoint now() const override { return now_; }
@@ -80,15 +80,14 @@ class VirtualLoop final : public Loop {
   }
   void cancel(TimerId id) override { timers_.cancel(id); }
 
-  /// Runs the next timer, moving the clock to it. False when there is none.
+  /// Runs the next timer and moves the clock to it. False if there is none.
   bool run_one();
-  /// Runs until `done()` is true, looked at after each callback, or no timer is left.
-  /// Returns done().
+  /// Runs until `done()` is true, checked after each callback, or no timer is left. Returns done().
   bool run_until(const std::function<bool()>& done);
   /// Runs all timers up to and including `end`, then sets the clock to `end`.
   void run_to(TimePoint end);
 
-  /// Timers run so far: a measure of work that no machine changes.
+  /// Number of timers run so far: a measure of work that is the same on every computer.
   [[nodiscard]] std::uint64_t events() const { return events_; }
 
  private:

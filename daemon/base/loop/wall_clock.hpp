@@ -1,6 +1,6 @@
 #pragma once
-// The machine's clocks: UTC, UTC that never goes back, monotonic and processor time. For dates,
-// expiry, figures of speed and the recorder's commit budget; never for control.
+// The computer's clocks: UTC, UTC that never goes back, monotonic and processor time. For dates,
+// expiry, speed measurements and the recorder's commit budget; never for control.
 
 #include <algorithm>
 #include <chrono>
@@ -8,11 +8,11 @@
 
 namespace weft::daemon {
 
-/// UTC that never goes back: the wall clock of a machine may be set back, by a person or by NTP,
-/// while runs, tokens and a journal go by it. Time is an argument. It goes on at least as fast as
-/// the monotonic clock from where it was last: after a step back of the wall clock it runs ahead of
-/// that until the daemon starts anew; a step forward is followed. So what expires at a time is
-/// never good again, and later is never before.
+/// UTC that never goes back. A person or NTP may set the wall clock back while runs, tokens and a
+/// journal depend on it. Time is an argument. It advances at least as fast as the monotonic clock
+/// since its last value. After a step back of the wall clock it is ahead of that clock until the
+/// daemon restarts; it follows a step forward. So an expired item stays expired, and later events
+/// have later times.
 class MonotonicUtcClock {
  public:
   using Time = std::chrono::nanoseconds;
@@ -41,14 +41,14 @@ inline double steady_wall_seconds() {
   return std::chrono::duration<double>(steady_wall_now()).count();
 }
 
-/// Processor time of this process alone, any origin: other work of the machine does not count.
+/// Processor time of this process only, any origin: other work of the computer does not count.
 inline double process_cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Processor time of this thread alone, any origin.
+/// Processor time of this thread only, any origin.
 inline double thread_cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,4 +1,4 @@
-// The columns of a table, by their names.
+// Finds the columns of a table by their names.
 
 #include <charconv>
 
@@ -8,7 +8,7 @@
 namespace weft::daemon {
 namespace {
 
-/// `ch12` with prefix `ch` gives 12; nothing for anything else, `ch012` included.
+/// `ch12` with prefix `ch` gives 12; nothing for anything else, including `ch012`.
 std::optional<std::size_t> series_number(std::string_view name, std::string_view prefix) {
   if (!name.starts_with(prefix)) return std::nullopt;
   name.remove_prefix(prefix.size());
@@ -58,7 +58,8 @@ std::string CsvTable::missing_hint(std::string_view name) const {
   for (std::size_t i = 0; i < header_.size(); ++i)
     if (!taken_[i] && !begins_number(header_[i])) free.push_back(header_[i]);
   std::string_view meant = closest(name, free);
-  const std::string_view usual = name == "t_s" ? "time" : name;  // others write time, timestamp
+  // Other programs write time, timestamp.
+  const std::string_view usual = name == "t_s" ? "time" : name;
   for (const std::string_view own : free)
     if (const std::string plain = lower_case(own);
         meant.empty() && (plain.starts_with(usual) || plain.starts_with(name)))
@@ -68,8 +69,8 @@ std::string CsvTable::missing_hint(std::string_view name) const {
          (name == "t_s" ? ", in seconds" : "");
 }
 
-/// The number of a line further down that has this name as a field, by which a preamble is known; 0
-/// where there is none.
+/// Number of a later line with this name as a field, which indicates a preamble; 0 if there is
+/// none.
 std::size_t CsvTable::find_line(std::string_view name) const {
   constexpr std::size_t most_lines = 200;
   constexpr std::string_view around = ",\"\r \t";

@@ -13,8 +13,8 @@ namespace {
 constexpr const char* marks_hint =
     "Export it again with commas between fields and points as decimal marks";
 
-/// Takes one field and the separator behind it off the front of `rest`; `more` tells whether there
-/// was one. False when a quote is not closed or is followed by anything but a separator.
+/// Removes one field and the separator behind it from the front of `rest`; `more`: there was a
+/// separator. False if a quote is not closed, or if text follows a closing quote.
 bool take_field(std::string_view& rest, char separator, std::string& field, bool& more) {
   const std::string_view blanks = separator == '\t' ? " " : " \t";
   const std::size_t first = std::min(rest.find_first_not_of(blanks), rest.size());
@@ -36,8 +36,8 @@ bool take_field(std::string_view& rest, char separator, std::string& field, bool
   return is_fine;
 }
 
-/// The line with one tab for each run of blanks, which hold one tab at most: each further one
-/// stands behind an empty field. Text in quotes stays.
+/// The line with one tab in place of each run of blanks. A run with several tabs keeps that number
+/// of tabs: each further one adds an empty field. Text in quotes is not changed.
 std::string with_tabs(std::string_view line) {
   std::string out;
   line = trimmed(line, " ");
@@ -54,13 +54,13 @@ std::string with_tabs(std::string_view line) {
   return out;
 }
 
-/// Digits behind a decimal point, and what follows them.
+/// Number of characters from the decimal point on; 0 without a point.
 std::size_t decimals_of(std::string_view field) {
   const std::size_t point = field.find('.');
   return point == std::string_view::npos ? 0 : field.size() - point;
 }
 
-/// `text` as a number; nothing where it is none as a whole.
+/// `text` as a number; an error unless the whole text is one.
 std::from_chars_result parse_number(std::string_view text, double& value) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   auto out = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -128,8 +128,8 @@ Status CsvTable::read_heading() {
   return {};
 }
 
-// Every table here has two columns or more. A comma between digits may be a decimal mark then: such
-// a file is not guessed at.
+// Every table here has two or more columns, so commas between digits may be decimal marks. Such a
+// file is refused rather than guessed.
 Status CsvTable::check_heading() const {
   const std::string& first = header_.front();
   if (lower_case(first).starts_with("sep="))
@@ -245,7 +245,7 @@ void CsvTable::Tails::add(std::string_view field) {
   ++lines;
 }
 
-// Of `1234` a cut leaves `12`, a number too.
+// A cut of `1234` leaves `12`, which is a number too.
 bool CsvTable::Tails::fit(std::string_view field) const {
   constexpr std::size_t fewest = 2;
   if (lines < fewest || field.empty()) return false;

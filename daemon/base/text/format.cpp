@@ -32,7 +32,7 @@ std::string unit_pair(double whole, const char* big, double rest, const char* sm
   return out;
 }
 
-// Mantissa in [1, 10) at two digits, and exponent.
+// Mantissa in [1, 10) with two digits, and exponent.
 struct Decimal {
   double mantissa;
   int exponent;

@@ -33,8 +33,9 @@ constexpr std::array<Range, 11> unseen{{{0x00, 0x08},
                                         {0x202A, 0x202E},
                                         {0x2060, 0x206F},
                                         {0xFEFF, 0xFEFF}}};
-// What is drawn alike in common fonts, of Unicode's confusables (UTS 39): dashes, apostrophes, the
-// micro sign, and letters of Greek and Cyrillic, each with the character that it is taken for.
+// Characters that look alike in common fonts, from Unicode's confusables (UTS 39), each with the
+// character that it resembles. Dashes, apostrophes, the micro sign, and letters of Greek and
+// Cyrillic.
 constexpr std::u32string_view copies =
     U"\u2010\u2011\u2012\u2013\u2014\u2015\u2212\uFE63\u2018\u2019\u02BC\u00B5"
     U"\u0391\u0392\u0395\u0396\u0397\u0399\u039A\u039C"
@@ -48,7 +49,7 @@ constexpr std::u32string_view originals =
     U"ABEKMHOPCTXSIJ"
     U"aeopcyxsijdh";
 static_assert(copies.size() == originals.size());
-// Marks that stand behind their letter, vowels and ends of Hangul syllables among them.
+// Marks that follow their letter, including vowels and ends of Hangul syllables.
 constexpr std::array<Range, 6> marks{{{0x300, 0x36F},
                                       {0x1160, 0x11FF},
                                       {0x1AB0, 0x1AFF},
@@ -69,7 +70,7 @@ std::uint32_t original_of(std::uint32_t c) {
 
 constexpr std::uint32_t last_ascii = 0x7F;
 
-// The character at the front of `text`, which is UTF-8, taken off.
+// Removes and returns the first character of `text`, which is UTF-8.
 std::uint32_t take_character(std::string_view& text) {
   const std::size_t length = std::max<std::size_t>(utf8_length(text), 1);
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
@@ -81,7 +82,8 @@ std::uint32_t take_character(std::string_view& text) {
 
 using Letters = std::vector<std::u32string>;  // each with its marks
 
-// Without what cannot be seen; one blank for a run of them, none at the ends.
+// The letters of a text without invisible characters; one blank for a run of blanks, none at the
+// ends.
 Letters letters_of(std::string_view text) {
   Letters out;
   bool is_behind_blank = false;
@@ -109,13 +111,13 @@ bool can_be_equal(const std::u32string& a, const std::u32string& b) {
          (b.size() == 1 && b.front() > last_ascii && a.size() > 1);
 }
 
-// The same without the difference of capital letters, which is known of Latin alone.
+// can_be_equal() without regard to capital letters; knows those of Latin only.
 bool is_equal_but_capitals(const std::u32string& a, const std::u32string& b) {
   const auto lower = [](char32_t c) { return c >= U'A' && c <= U'Z' ? c + (U'a' - U'A') : c; };
   return can_be_equal(a, b) || std::ranges::equal(a, b, {}, lower, lower);
 }
 
-// Equal for all names that may look alike, or differ in capital letters.
+// Equal for all names that may look alike or differ in capital letters only.
 std::string key_of(const Letters& letters) {
   std::string out;
   for (const std::u32string& one : letters)
@@ -123,7 +125,8 @@ std::string key_of(const Letters& letters) {
   return lower_case(out);
 }
 
-// With a code in place of what cannot be told from the `other` name's by eye.
+// The name with a code for each character that cannot be distinguished by eye from the `other`
+// name's.
 std::string visible(std::string_view text, std::string_view other) {
   std::string out = "'";
   while (!text.empty()) {

@@ -1,5 +1,5 @@
 #pragma once
-// Names that look alike and are not equal.
+// Finds names that look alike but are not equal.
 
 #include <set>
 #include <string>
@@ -10,14 +10,13 @@
 
 namespace weft::daemon {
 
-/// A warning similar_names for each two of `names` (UTF-8) that differ only in blanks, in
-/// characters that cannot be seen, in the kind of a dash, in letters of other scripts that are
-/// drawn alike, or in how a letter with marks is written (composed or not); capital_letters where
-/// they differ in Latin capital letters besides. `what` they are: "labels".
+/// Warnings about pairs of `names` (UTF-8). similar_names: two names differ only in blanks,
+/// invisible characters, kinds of dashes, look-alike letters of other scripts, or composed and
+/// separate marks. capital_letters: they differ in Latin capital letters as well. `what`: the kind
+/// of the names, such as "labels".
 std::vector<Warning> find_similar_names(const std::set<std::string>& names, std::string_view what);
 
-/// Whether a name (UTF-8) cannot be told from none: blanks, as quotes keep them, and what cannot be
-/// seen.
+/// Whether a name (UTF-8) looks empty: only blanks, which quotes keep, and invisible characters.
 bool is_invisible(std::string_view name);
 
 }  // namespace weft::daemon

@@ -1,4 +1,4 @@
-# Writes OUT, a header with the commit that is being built (empty where git knows of none). Touched only when that changes.
+# Writes OUT, a header with the commit of the build (empty without git). The header is only touched when the commit changes.
 cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
