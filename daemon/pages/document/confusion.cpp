@@ -9,7 +9,7 @@ namespace {
 
 using classifier::Confusion;
 
-constexpr std::size_t most_with_shares = 10;  // labels: a second line in each cell
+constexpr std::size_t most_with_shares = 10;  // labels; each cell has a second line
 
 std::size_t row_sum(const Confusion& confusion, std::size_t row) {
   std::size_t sum = 0;
@@ -23,8 +23,8 @@ double share_of_row(const Confusion& confusion, std::size_t truth, std::size_t p
                   : static_cast<double>(confusion.at(truth, predicted)) / static_cast<double>(sum);
 }
 
-// The root, so that a single mistake among hundreds is still seen; the same on and off the
-// diagonal, so that both colours compare.
+// The root makes a single error among hundreds visible. It is the same on and off the diagonal, so
+// that both colours compare.
 double shade_of(double share) {
   return 0.12 + 0.88 * std::sqrt(share);
 }

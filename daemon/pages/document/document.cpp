@@ -119,8 +119,8 @@ std::string folded(const char* title, const char* id, const Blocks& blocks) {
          "</h2></summary>\n" + render_all(blocks.list) + "</details>\n</section>\n";
 }
 
-/// A text of a style sheet. Letters and figures as they are, other printable characters by their
-/// number: no name can end the text.
+/// A text of a style sheet. Letters and digits stay as they are, other printable characters become
+/// numbers: no name can end the text.
 std::string css_text(std::string_view text) {
   constexpr std::string_view plain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-,";
@@ -134,7 +134,7 @@ std::string css_text(std::string_view text) {
   return out + "\"";
 }
 
-/// On paper: title and badge at the head of every page.
+/// For print: title and badge at the head of every page.
 std::string paper_style(const Document& document) {
   return "@page{size:A4;margin:18mm 14mm 16mm;@top-left{content:" + css_text(document.title) +
          ";font:8pt sans-serif}@top-right{content:" + css_text(document.badge) +

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Each struct is described once, by its members' names; Writer and Reader walk them.
+// Each struct is described once, by its members' names; Writer and Reader iterate over them.
 
 constexpr std::array<std::string_view, 14> block_names{
     "section", "paragraph",   "note", "alarm", "badges", "list",    "tiles",
@@ -173,7 +173,7 @@ ordered_json json_of(const std::vector<T>& x) {
   return out;
 }
 
-/// What a member has by default is left out.
+/// Leaves out members with their default value.
 template <class S>
 class Writer {
  public:
@@ -199,7 +199,7 @@ ordered_json object_of(const T& x) {
   return std::move(writer.out);
 }
 
-/// x and y; with an interval four numbers; with a label or on the front six.
+/// x and y; four numbers with an interval; six with a label or on the front.
 ordered_json json_of(const chart::Sample& s) {
   ordered_json out{number_json(s.x), number_json(s.y)};
   const bool has_more = !s.label.empty() || s.front;
@@ -227,7 +227,7 @@ ordered_json json_of(const std::optional<chart::Chart>& x) {
 
 constexpr std::ptrdiff_t most_depth = 40;  // of blocks within blocks
 
-/// The first error stays; later fields are not read.
+/// Keeps the first error; later fields are not read.
 template <class S>
 class Reader {
  public:
@@ -245,14 +245,14 @@ class Reader {
     if (found == in_.end()) return;
     ++known_;
     read(*found, where_ + "." + key, value);
-    // Text that becomes markup.
+    // Such text becomes markup.
     const std::string_view name = key;
     if constexpr (std::is_same_v<M, std::string>)
       if ((name == "html" || name == "lead_html") && !is_inline_markup(value))
         refuse(where_ + "." + key, "inline markup", *found);
   }
 
-  /// Refuses keys that nothing has read, but for `more` of them.
+  /// Refuses unknown keys, except for `more` of them.
   void finish(std::size_t more = 0) {
     if (!error_ && in_.size() != known_ + more) refuse(where_, "known keys alone", in_);
   }
@@ -352,7 +352,7 @@ class Reader {
   std::size_t known_ = 0;
 };
 
-/// Cells of these blocks are markup.
+/// True if the cells of these blocks are markup.
 bool has_markup_in_rows(const Block& block) {
   return block.kind == BlockKind::table || block.kind == BlockKind::list;
 }
@@ -392,7 +392,8 @@ Result<Document> document_from(const ordered_json& json) {
   return out;
 }
 
-// Text of unknown origin may hold bytes that are not UTF-8: they become U+FFFD. NaN becomes null.
+// Text of unknown origin may contain bytes that are not UTF-8: they become U+FFFD. NaN becomes
+// null.
 std::string record_with_page(const ordered_json& record, const Document& document) {
   constexpr auto replace = ordered_json::error_handler_t::replace;
   std::string out = record.dump(1, ' ', false, replace);

@@ -18,7 +18,7 @@ bool is_one_of(std::string_view text, std::string_view more) {
   });
 }
 
-/// `name="value"` pairs: a class, a tool tip, a link within the page.
+/// True for `name="value"` pairs: a class, a tool tip, a link within the page.
 bool are_attributes(std::string_view text) {
   while (!text.empty()) {
     if (text.front() != ' ') return false;
@@ -36,7 +36,7 @@ bool are_attributes(std::string_view text) {
   return true;
 }
 
-/// The inside of <...>; opens and closes `open`.
+/// Checks the inside of <...>; adds to `open` or removes from it.
 bool is_tag(std::string_view inside, std::vector<std::string_view>& open) {
   if (inside.starts_with('/')) {
     const bool closes = !open.empty() && open.back() == inside.substr(1);

@@ -1,6 +1,6 @@
 #pragma once
-// Charts as data, and their one renderer. A chart holds everything that its picture shows, so the
-// picture can be drawn again from JSON (daemon/pages/document/document.hpp). Pure; any thread.
+// Charts as data, and their one renderer. A chart contains everything that its picture shows, so
+// the picture can be drawn again from JSON (daemon/pages/document/document.hpp). Pure; any thread.
 
 #include <cstddef>
 #include <limits>
@@ -19,29 +19,29 @@ struct Sample {
   double y = 0;
   double low = no_number;  ///< an interval of y; NaN: none
   double high = no_number;
-  std::string label{};  ///< written beside it where there is room
-  bool front = false;   ///< in a diamond, and on the panel's staircase
+  std::string label{};  ///< written beside the point if there is room
+  bool front = false;   ///< drawn as a diamond, and on the panel's staircase
 };
 
 enum class Line { none, solid, thin, dashed };
 
-/// Points of one name. `family` chooses colour and shape, the same in all panels.
+/// Points with one name. `family` chooses colour and shape, the same in all panels.
 struct Series {
-  std::string name{};  ///< in the legend; empty: not there
+  std::string name{};  ///< in the legend; empty: not in it
   std::size_t family = 0;
   Line line = Line::none;
   bool marks = true;
   std::vector<Sample> points{};
 };
 
-/// An axis; its range is that of the data where `low` or `high` is NaN.
+/// An axis. If `low` or `high` is NaN, its range is that of the data.
 struct Axis {
   std::string title{};
   bool logarithmic = false;
   double low = no_number;
   double high = no_number;
   bool seconds = false;              ///< ticks as "150 µs", "2 ms"
-  std::vector<std::string> names{};  ///< of the whole numbers from 0, in the place of a scale
+  std::vector<std::string> names{};  ///< names of the whole numbers from 0, instead of a scale
 };
 
 /// A part of x that is shaded over the whole height, such as phase M. `name` is its letter.
@@ -61,7 +61,7 @@ struct Area {
   bool bar = false;  ///< a bar, not a tolerance
 };
 
-/// A level across the panel.
+/// A horizontal line across the panel.
 struct Limit {
   double value = 0;
   std::string label{};
@@ -78,21 +78,21 @@ struct Panel {
   std::vector<Limit> limits{};
 };
 
-/// Panels with axes side by side; a legend above them.
+/// Panels with axes, side by side, with a legend above them.
 struct Plot {
-  std::string words{};  ///< read out in the place of the picture: what it shows
-  std::string stamp{};  ///< "SIMULATED"; written into the picture
+  std::string words{};  ///< description for screen readers, instead of the picture
+  std::string stamp{};  ///< "SIMULATED"; drawn in the picture
   std::size_t columns = 1;
   double width = 760;
   double panel_height = 240;  ///< of the area with the curves
-  bool shared_x = false;      ///< one range; numbers below the lowest panels alone
-  bool shared_y = false;      ///< one range; numbers left of the first panels alone
+  bool shared_x = false;      ///< one range; numbers only below the lowest panels
+  bool shared_y = false;      ///< one range; numbers only left of the first panels
   std::string area_name{};    ///< of the shaded areas, in the legend
   std::string front_name{};   ///< of the diamonds, in the legend
   std::vector<Panel> panels{};
 };
 
-/// A name with a value, an interval and marks of reference; NaN: no such mark.
+/// A name with a value, an interval and reference marks; NaN: no such mark.
 struct Row {
   std::string name{};
   double value = 0;
@@ -121,27 +121,28 @@ struct Cell {
   std::size_t row = 0;
   std::size_t column = 0;
   std::string text{};
-  std::string second{};  ///< a second line
+  std::string second{};  ///< second line
   double shade = 0;      ///< 0 to 1
   CellKind kind = CellKind::empty;
-  bool marked = false;  ///< with a diamond
+  bool marked = false;  ///< has a diamond
 };
 
-/// A matrix with text and shade, cells of one size whatever the page's width. Cells that are not
-/// listed are empty.
+/// A matrix with text and shade; all cells have one size, whatever the page's width. Cells that are
+/// not listed are empty.
 struct Cells {
   std::string words{};
   std::string title{};  ///< above the picture
   std::string x_title{};
   std::string y_title{};
   std::vector<std::string> columns{};
-  std::vector<std::string> rows{};  ///< from above
+  std::vector<std::string> rows{};  ///< from the top
   std::string notes_title{};
   std::vector<std::string> row_notes{};  ///< right of each row
   std::vector<Cell> cells{};
 };
 
-/// A small picture of rows x columns values; `levels` has a hexadecimal digit for each, row by row.
+/// A small picture of rows x columns values. `levels` has one hexadecimal digit per value, row by
+/// row.
 struct Tile {
   std::string title{};
   std::string note{};
@@ -154,7 +155,7 @@ struct Maps {
   std::vector<Tile> tiles{};
 };
 
-/// One bar that is divided: name and part of each.
+/// One divided bar: name and part of each share.
 struct Shares {
   std::string words{};
   std::vector<std::pair<std::string, double>> parts{};
@@ -162,8 +163,8 @@ struct Shares {
 
 using Chart = std::variant<Plot, Rows, Cells, Maps, Shares>;
 
-/// <svg>: no text overlaps another or leaves the picture, whatever the names are. What does not fit
-/// is shortened, with the whole as a tool tip, or left out.
+/// Draws <svg>: no text overlaps another or leaves the picture, whatever the names are. Text that
+/// does not fit is shortened, with the full text as a tool tip, or left out.
 std::string draw(const Chart& chart);
 std::string draw(const Plot& plot);
 std::string draw(const Rows& rows);
@@ -176,10 +177,10 @@ struct FamilySample {
   std::size_t family = 0;
   Sample sample;
 };
-/// A series of marks for each name that has points, in the order of the names.
+/// A series of marks for each name with points, in the order of the names.
 std::vector<Series> series_of(const std::vector<std::string>& families,
                               const std::vector<FamilySample>& points);
-/// From shares with intervals: low and high in per cent, at multiples of 5, with room above.
+/// An axis for shares with intervals: low and high in per cent, at multiples of 5, with room above.
 Axis percent_axis(std::string title, const std::vector<FamilySample>& points);
 
 inline constexpr std::size_t family_count = 7;  ///< further ones share marks with the first

@@ -96,7 +96,7 @@ double level_of(char digit) {
 
 constexpr std::size_t level_count = 16;
 
-/// One path for each level: runs of equal values as bars. Level 0 is the ground.
+/// Draws one path for each level: runs of equal values as bars. Level 0 is the ground.
 void draw_tile(Canvas& canvas, const Tile& tile, const Box& box) {
   canvas.rect(box, "map-ground");
   if (tile.columns == 0 || tile.levels.empty()) return;

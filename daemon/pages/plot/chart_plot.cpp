@@ -19,7 +19,7 @@ constexpr double panel_gap = 16, panel_edge = 12, panel_title_row = 19, span_row
                  axis_title_column = 18;
 constexpr double row_of_ticks = 36, label_height = 14;
 
-/// Where a panel is, and how its data become places.
+/// Position of a panel, and the mapping of its data to the picture.
 struct Place {
   Box area;
   svg::Scale x, y;
@@ -173,7 +173,7 @@ void draw_series(Sheet& sheet, const Place& place, const Series& series) {
   }
 }
 
-/// What the best choice up to each x reaches, and a diamond for each.
+/// Draws the staircase of the best values up to each x, and a diamond for each front point.
 void draw_front(Sheet& sheet, const Place& place, const Panel& panel) {
   std::vector<Point> front;
   for (const Series& series : panel.series)
@@ -214,7 +214,7 @@ void label_samples(Sheet& sheet, const Place& place, const Panel& panel) {
     }
 }
 
-/// The label is above or below the line, from the right end on where there is room.
+/// Puts the label above or below the line, starting at the right end, if there is room.
 void draw_limits(Sheet& sheet, const Place& place, const Panel& panel) {
   for (const Limit& limit : panel.limits) {
     if (limit.diagonal) {
@@ -248,11 +248,11 @@ void draw_panel(Sheet& sheet, const Place& place, const Panel& panel, int count,
   label_samples(sheet, place, panel);
 }
 
-/// Sizes that all panels have in common.
+/// Sizes that all panels share.
 struct Layout {
   std::size_t columns, rows;
   double top, left, title, below, width, height;
-  svg::Range x, y;  ///< where they are shared
+  svg::Range x, y;  ///< ranges, if shared
 };
 
 bool has_title(const Plot& plot, std::string Axis::*title, Axis Panel::*axis) {
@@ -298,7 +298,7 @@ Place place_of(const Plot& plot, const Layout& layout, std::size_t i) {
   out.y_numbers = !plot.shared_y || column == 0;
   out.x_numbers = !plot.shared_x || i + layout.columns >= plot.panels.size();
   const double step = layout.width + panel_edge + (plot.shared_y ? panel_gap : layout.left);
-  // Upper panels of a shared x have no numbers below.
+  // Upper panels with a shared x have no numbers below.
   const double row_height = plot.shared_x ? layout.title + plot.panel_height + 6 : layout.height;
   out.area = {layout.left + static_cast<double>(column) * step,
               layout.top + static_cast<double>(row) * row_height + layout.title, layout.width,
@@ -312,7 +312,7 @@ Place place_of(const Plot& plot, const Layout& layout, std::size_t i) {
 
 double height_of(const Plot& plot, const Layout& layout) {
   const double upper = plot.shared_x ? layout.title + plot.panel_height + 6 : layout.height;
-  // In an incomplete last row the numbers of the row above it need their room as well.
+  // In an incomplete last row, the numbers of the row above it also need their room.
   const bool is_ragged = plot.shared_x && plot.panels.size() % layout.columns != 0;
   return layout.top + upper * static_cast<double>(layout.rows - 1) +
          std::max(layout.height, is_ragged ? layout.below : 0) + (plot.stamp.empty() ? 2 : 18);

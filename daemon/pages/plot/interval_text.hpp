@@ -1,6 +1,7 @@
 #pragma once
-// What an interval is of, where the classifier cannot know: corrects what split_interval() says of
-// random splits. Wilson's intervals stay as they are, those of splits that all agree among them.
+// Corrects the method text that split_interval() writes for random splits, where the classifier
+// cannot know the kind of split. Wilson intervals stay unchanged, including those of splits that
+// all agree.
 
 #include <cstddef>
 #include <string>
@@ -19,21 +20,21 @@ namespace weft::daemon {
 std::string format_too_short(const std::vector<classifier::vibro::TooShort>& recordings,
                              std::size_t parts = 1);
 
-/// Of a leak whose largest share is above zero.
+/// For a leak with a largest share above zero.
 inline std::string leak_sentence(const classifier::vibro::Leak& leak) {
   return percent(leak.windows, 0) +
          " % of the test windows share samples with a training window, half of all at least " +
          percent(leak.median, 0) + " % of theirs, one " + percent(leak.largest, 0) + " %";
 }
 
-/// The splits leave one group out in turn.
+/// For splits that leave one group out in turn.
 void name_groups_left_out(classifier::Interval& interval);
 
-/// The same of every interval of the evaluation.
+/// The same for every interval of the evaluation.
 void name_groups_left_out(classifier::Evaluation& evaluation);
 
-/// Of every interval of the assessment: groups or contiguous parts are left out in turn; random
-/// splits of windows are named already.
+/// The same for every interval of the assessment, for splits by groups or contiguous parts. Random
+/// splits of windows already have the right name.
 void name_left_out(classifier::vibro::CrossValidation& assessment,
                    classifier::vibro::Protocol protocol);
 

@@ -35,7 +35,7 @@ double key_width(const Key& key, double width) {
   return std::min(key_text_x + svg::text_width(key.words, svg::text::key) + key_gap, width);
 }
 
-/// Rows of the legend by their entries' left ends.
+/// Left ends of the legend's entries, in rows.
 std::vector<Point> key_places(const std::vector<Key>& keys, double left, double width) {
   std::vector<Point> out;
   double x = 0, y = 0;
@@ -59,7 +59,7 @@ bool are_names_turned(const Axis& axis, double width) {
          width / static_cast<double>(std::max<std::size_t>(1, axis.names.size()));
 }
 
-/// Names below each other's places, or turned where they are wider than that.
+/// Draws names below their places, or turned if they are too wide.
 void draw_names(svg::Sheet& sheet, const svg::Box& area, const svg::Scale& scale,
                 const Axis& axis) {
   const double bottom = area.y + area.height;

@@ -5,8 +5,9 @@
 namespace weft::daemon {
 namespace {
 
-// Blue and orange (Okabe and Ito 2008) stay apart for colour-blind readers; nothing is told by
-// colour alone. Dark values are lighter, not inverted. Shapes tell families of marks apart as well.
+// Blue and orange (Okabe and Ito 2008) are distinct for colour-blind readers; no information
+// depends on colour alone. Dark values are lighter, not inverted. Families of marks also differ by
+// shape.
 constexpr std::string_view sheet = R"css(
 :root,:host{color-scheme:light dark;--page:#f6f5f1;--card:#ffffff;--ink:#1d2327;--soft:#5a646b;--rule:#dcd9d0;
 --grid:#e4e2da;--blue:#0b66a8;--orange:#c8500a;--on:#ffffff;--green:#00795c;--pink:#a3487f;--badge:#ffe9b8;

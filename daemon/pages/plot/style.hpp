@@ -6,10 +6,10 @@
 
 namespace weft::daemon {
 
-/// Of every page. Its rules hold in a shadow root as well as in a page.
+/// For every page. Its rules apply in a shadow root as well as in a page.
 std::string style_sheet();
 
-/// A picture as a file of its own: with its style and ground.
+/// A picture as a separate file, with its style and background.
 std::string standalone_svg(std::string_view svg);
 
 }  // namespace weft::daemon

@@ -44,7 +44,7 @@ std::string join(const std::vector<std::string_view>& characters, std::size_t fr
   return out;
 }
 
-/// With the share `head` of what is left before the ellipsis.
+/// Shortens inside the text. `head`: share of the remaining characters before the ellipsis.
 std::string shorten_inside(std::string_view text, double room, const TextStyle& style,
                            double head) {
   if (text_width(text, style) <= room) return std::string(text);
@@ -62,7 +62,7 @@ std::size_t count_distinct(const std::vector<std::string>& texts) {
   return std::set<std::string>(texts.begin(), texts.end()).size();
 }
 
-/// Where the shortened ones are the same, their number follows: "sand…#3".
+/// Adds a number to shortened labels that are equal: "sand…#3".
 void number_repeated(std::vector<std::string>& shown, const std::vector<std::string>& labels,
                      double room, const TextStyle& style) {
   for (std::size_t i = 0; i < shown.size(); ++i) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where text of a picture goes. Widths are estimated from the widest of the usual fonts (DejaVu
-// Sans), so that what fits here fits in a browser; no text overlaps another or leaves the picture.
+// Places text in a picture. Widths are estimated from the widest of the usual fonts (DejaVu Sans):
+// text that fits here also fits in a browser. No text overlaps another or leaves the picture.
 
 #include <limits>
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace weft::daemon::svg {
 
-/// A class of text with its size [user units], for the style sheet and for placing alike.
+/// A class of text with its size [user units], for both the style sheet and the layout.
 struct TextStyle {
   std::string_view css_class;
   double px = 12;
@@ -25,43 +25,43 @@ inline constexpr TextStyle tick{"tick", 11}, key{"key", 11.5}, axis{"axis-title"
     stamp{"stamp", 12, true}, point{"front-name", 11.5, true}, level{"level-name", 11.5};
 }  // namespace text
 
-/// "svg .tick{font-size:11px}..." of all styles.
+/// "svg .tick{font-size:11px}..." for all styles.
 std::string text_style_sheet();
 
 /// Upper estimate [user units] for UTF-8 text.
 double text_width(std::string_view text, const TextStyle& style);
-/// The width of the widest.
+/// Width of the widest text [user units].
 double widest(const std::vector<std::string>& texts, const TextStyle& style);
-/// From the top of the tallest letter to the bottom of the lowest.
+/// From the top of the tallest letter to the bottom of the lowest [user units].
 double text_height(const TextStyle& style);
 
-/// `text` where it fits into `room`; else its beginning and "…"; empty where not even that fits.
+/// `text` if it fits into `room`; otherwise its beginning and "…"; empty if not even that fits.
 std::string shorten_end(std::string_view text, double room, const TextStyle& style);
-/// Labels that fit into `room`: shortened in the middle, and labels that differ stay different.
+/// Labels that fit into `room`: shortened in the middle; different labels stay different.
 std::vector<std::string> shorten_labels(const std::vector<std::string>& labels, double room,
                                         const TextStyle& style);
 
-/// A picture whose texts keep clear of each other and of its edge.
+/// A picture without overlaps of texts with each other or with its edge.
 class Sheet {
  public:
-  /// `fixed_size`: as wide on the page as it is in user units, not stretched.
+  /// `fixed_size`: as wide on the page as in user units, not stretched.
   Sheet(double width, double height, std::string_view title, std::string_view css_class,
         bool fixed_size = false);
 
-  /// Lines, marks and areas: not checked.
+  /// For lines, marks and areas: not checked.
   Canvas canvas;
 
-  /// Writes `shown`, whole text `full` (as a tool tip where it differs). Left out, with false,
-  /// where it would overlap a text or reserved() box or leave the picture.
+  /// Writes `shown`; `full` is the whole text (a tool tip if it differs). Leaves it out and returns
+  /// false if it would overlap a text or a reserved() box, or leave the picture.
   bool write(Point at, std::string_view shown, const TextStyle& style,
              Anchor anchor = Anchor::start, bool turned = false, std::string_view full = {});
   /// The same, shortened at its end to `room`.
   bool write_within(double room, Point at, std::string_view full, const TextStyle& style,
                     Anchor anchor = Anchor::start, bool turned = false);
-  /// The first of `places` (top left corners) that is free.
+  /// Writes at the first of `places` (top left corners) that is free.
   bool write_at_first(const std::vector<Point>& places, std::string_view text,
                       const TextStyle& style);
-  /// No text will be written over `box`.
+  /// Prevents later texts over `box`.
   void reserve(const Box& box) { taken_.push_back(box); }
 
  private:
