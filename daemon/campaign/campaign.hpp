@@ -41,8 +41,9 @@ struct CampaignRequest {
   std::optional<std::string> recipe_text = {};
   /// The recipe's parameters, {NAME: value}; empty: their defaults.
   std::string parameters_json = {};
-  /// With `resume`: reports a campaign that has ended from its file. Otherwise it is refused,
-  /// because nothing is left. A daemon may die between a campaign's end and its own record of it.
+  /// With `resume`: an ended campaign is accepted, and its summary comes from its file. Otherwise
+  /// it is refused, because nothing is left. A daemon may die between a campaign's end and its own
+  /// record of it.
   bool accept_whole = false;
 };
 

@@ -42,8 +42,8 @@ class ErrorCheck {
 
   /// Call before every mount.
   void patch_follows();
-  /// Compares the recorded samples of taxels and force. Without taxels it uses the frames during
-  /// the recording.
+  /// Call after each trial. The error is computed at the recorded samples of taxels and force.
+  /// Without taxels: at the ends of the frames during the recording.
   void trial_done(std::size_t trial, bool complete, TimePoint now, const TrialRecording& recording);
   /// One error. None if no trial was stored and `before` is empty. `before`: errors from an earlier
   /// process of the campaign, of trials that this one has not run.

@@ -40,7 +40,7 @@ class Supervisor {
 
   /// Call when the bench is up: begins or resumes.
   void start(recipes::Start from = {});
-  /// Feeds an event from outside: StopRequested, AbortRequested, HaltRequested, OperatorConfirmed.
+  /// Feeds an event from outside, such as StopRequested, AbortRequested or HaltRequested.
   void request(recipes::Event event);
 
   [[nodiscard]] const std::optional<recipes::CampaignDone>& result() const { return result_; }

@@ -43,7 +43,7 @@ void DigitalIdentifier::request_piece() {
 void DigitalIdentifier::on_registers(std::span<const std::uint16_t> piece) {
   registers_.insert(registers_.end(), piece.begin(), piece.end());
   if (registers_.size() < calibration_registers) return request_piece();
-  // With the requested number of registers.
+  // Has the requested number of registers.
   const Calibration calibration = decode_calibration(registers_).value();
   sensor_.calibration_serial = calibration.serial;
   sensor_.part_number = calibration.part_number;

@@ -115,8 +115,8 @@ void use_plugins(RigFile& rig, const std::filesystem::path& rig_path, PluginSett
 /// The rig file `rig_json` with the rotary stages' angles of `align_json` in plate.level: campaigns
 /// read them there, and data sets store them. `oldest`: maximum age at `now_utc`. Zero: any age,
 /// and a clock ahead of this one is accepted. Errors: parse (no JSON, no output of weft align),
-/// wrong_state (not levelled, another rig or kind of bench, too old, or in the future),
-/// invalid_argument (the rig file already has a level).
+/// invalid_argument (the rig file already has a level). Also wrong_state: not levelled, another rig
+/// or kind of bench, too old, or in the future.
 Result<std::string> with_level(std::string_view rig_json, std::string_view align_json,
                                std::chrono::nanoseconds now_utc, std::chrono::seconds oldest);
 
