@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""src/weft_client/_methods.py from the daemon's OpenRPC document: a class for each noun, a typed method for each verb.
+"""Generates src/weft_client/_methods.py from the daemon's OpenRPC document: a class for each noun, a typed method for each verb.
 
     generate_methods.py DOCUMENT.json > src/weft_client/_methods.py
 
-`tests/scenario/python_client_methods.py WEFTD ROOT --write` asks a daemon of this build for the document and does this.
+`tests/scenario/python_client_methods.py WEFTD ROOT --write` requests the document from a daemon of this build and does this.
 """
 import json
 import keyword
@@ -49,7 +49,7 @@ def documentation(method):
 
 
 def bracketed(opening, items, closing):
-    """On one line where that fits; else the items on lines of their own width, below the opening bracket's content."""
+    """Joins the items on one line if they fit. Else each has a line, aligned after the opening bracket."""
     line = opening + ", ".join(items) + closing
     if len(line) <= WIDTH:
         return line
@@ -71,10 +71,10 @@ def definition(verb, method):
 
 
 def source_of(document):
-    """The whole module, as text."""
+    """The text of the whole module."""
     nouns = {}
     for method in document["methods"]:
-        if method["name"].startswith("$/"):  # of the protocol, for a connection's own use
+        if method["name"].startswith("$/"):  # methods of the protocol, used by connections only
             continue
         noun, _, verb = method["name"].partition(".")
         nouns.setdefault(noun, []).append((verb, method))

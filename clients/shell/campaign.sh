@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A campaign over weftd's socket with nc: campaign.sh RECIPE     (WEFT_SOCKET names the socket, WEFT_LEASE_MS how long its lease lasts)
+# Runs a campaign over weftd's socket with nc: campaign.sh RECIPE     (WEFT_SOCKET: the socket; WEFT_LEASE_MS: duration of its lease)
 set -euo pipefail
 recipe=${1:?campaign.sh RECIPE}
 lease_ms=${WEFT_LEASE_MS:-60000}
@@ -8,13 +8,13 @@ printf -v third_s '%d.%03d' $((lease_ms / 3000)) $((lease_ms / 3 % 1000))
 coproc daemon { nc -U "${WEFT_SOCKET:?names the socket of weftd}"; }
 exec {from}<&"${daemon[0]}" {to}>&"${daemon[1]}"
 
-# field NAME: the text or number of that name in the line on standard input; the last where there are several
+# field NAME: the text or number of that name in the line on standard input; the last of several
 field() { sed -n 's/.*"'"$1"'":"\{0,1\}\([^",}]*\).*/\1/p'; }
 
-# tell NUMBER METHOD PARAMS: sends a request
+# `tell NUMBER METHOD PARAMS`: sends a request
 tell() { printf '{"jsonrpc":"2.0","id":%d,"method":"%s","params":%s}\n' "$1" "$2" "$3" >&"$to"; }
 
-# keep_lease: renews it, as request 0, once a third of its time is over
+# keep_lease: renews the lease, as request 0, after a third of its time
 keep_lease() {
   local now_ms=$((${EPOCHREALTIME/[.,]/} / 1000))
   if [ -n "$lease" ] && ((now_ms >= renew_at_ms)); then
@@ -23,7 +23,7 @@ keep_lease() {
   fi
 }
 
-# ask NUMBER METHOD PARAMS: sends a request and prints the answer; events that come before it go to standard error
+# ask NUMBER METHOD PARAMS: sends a request and prints the answer; earlier events go to standard error
 ask() {
   tell "$@"
   local line begun='' status
@@ -47,7 +47,7 @@ ask 1 session.open '{"client":"campaign.sh","protocol":"1.x"}' >/dev/null
 checked=$(ask 2 recipe.check "{\"recipe\":\"$recipe\"}")
 [ "$(field ok <<<"$checked")" = true ] || { echo "the rig cannot run it: $checked" >&2; exit 1; }
 lease=$(ask 3 lease.acquire "{\"ttl_ms\":$lease_ms,\"note\":\"campaign.sh\"}" | field lease)
-# Also of a campaign that is refused, and of this script where it is ended: nobody waits until the lease is over.
+# Also for a refused campaign and for an interrupted script: other users need not wait until the lease expires.
 trap 'trap "" PIPE; tell 8 lease.release "{\"lease\":\"$lease\"}" 2>/dev/null || true' EXIT
 run=$(ask 4 run.start "{\"recipe\":\"$recipe\",\"lease\":\"$lease\"}" | field run)
 echo "$run is in line: $(field state <<<"$(ask 9 run.get "{\"run\":\"$run\"}")")"

@@ -1,4 +1,4 @@
-"""A daemon's end of a socket pair, written out by hand: what a test says is what is sent."""
+"""A daemon's end of a socket pair that sends exactly what a test defines."""
 import contextlib
 import json
 import socket
@@ -29,7 +29,7 @@ class FakeDaemon:
         self.say({"jsonrpc": "2.0", "method": "event", "params": {"sub": sub, "seq": seq, "t_us": seq, "topic": topic, "delta": delta, "dropped": 0, **more}})
 
     def listen(self):
-        with contextlib.suppress(OSError), self.there, self.there.makefile("rb") as lines:  # the client hangs up when it likes
+        with contextlib.suppress(OSError), self.there, self.there.makefile("rb") as lines:  # the client may disconnect at any time
             self.answer_all(lines)
 
     def answer_all(self, lines):
@@ -37,7 +37,7 @@ class FakeDaemon:
             request = json.loads(line)
             self.heard.append((request["method"], request["params"]))
             answer = self.answers.get(request["method"], lambda params: {})(request["params"])
-            if answer is not None:  # else the test answers itself
+            if answer is not None:  # else the test sends the answer
                 said = answer if "error" in answer else {"result": answer}
                 self.say({"jsonrpc": "2.0", "id": request["id"], **said})
 

@@ -1,6 +1,6 @@
-"""Runs a notebook's code cells in order, top-level await and all, without Jupyter.
+"""Runs a notebook's code cells in order, with top-level await, without Jupyter.
 
-    run_notebook.py NOTEBOOK.ipynb      cells whose metadata names a package that is not installed are left out, with a message
+    run_notebook.py NOTEBOOK.ipynb      skips cells with a message if their metadata names a package that is not installed
 """
 import ast
 import asyncio

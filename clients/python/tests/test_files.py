@@ -15,7 +15,7 @@ FILE = DataFile("handover/M1.model", len(CONTENT), DIGEST, "/data/R-000001/hando
 
 
 class Server(http.server.BaseHTTPRequestHandler):
-    """Sends `cuts[0]` bytes of what was asked for, then `cuts[1]`, ...; once there is no cut more, all."""
+    """Sends `cuts[0]` bytes of the requested file, then `cuts[1]`, ...; after the last cut the whole rest."""
 
     def do_GET(self):
         server = self.server

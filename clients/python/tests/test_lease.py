@@ -44,7 +44,7 @@ class Leases(unittest.TestCase):
         self.assertIsInstance(problem, AccessError)
 
     def test_a_daemon_that_does_not_answer_is_told_when_the_lease_is_over(self):
-        """Not when the client's own patience is: that is an hour here."""
+        """The client's own timeout (an hour here) must not delay this."""
         self.assertIsInstance(self.lost(lambda params: None, timeout_s=3600, ttl_ms=100), ConnectionLost)
 
     def test_a_host_that_takes_for_ever_to_be_reached_is_told_when_the_lease_is_over(self):

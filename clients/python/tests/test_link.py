@@ -12,7 +12,7 @@ OPENED = {"session": "s-1", "role": "operator", "protocol": "1.0", "features": [
 
 
 class Starts:
-    """Daemons, one after the other; each dial takes the next. `None`: nobody is there."""
+    """Daemons in sequence; each dial takes the next. `None`: no daemon answers."""
 
     def __init__(self, *daemons):
         self.daemons, self.dialled = list(daemons), 0
@@ -111,7 +111,7 @@ class Links(unittest.TestCase):
 
 
 def telling(seq, snapshot, epoch="e1", gone=False):
-    """A daemon with one subscription; `gone`: it has not kept what came after."""
+    """A daemon with one subscription; `gone`: it has not kept the later events."""
     def open_sub(params):
         if "from_seq" not in params:
             return {"sub": "u1", "seq": seq, "snapshot": snapshot}

@@ -10,7 +10,7 @@ TOPIC = "run:R-000001"
 
 
 def watching(snapshots):
-    """A daemon whose n-th sub.open answers the n-th snapshot, and a watch of it."""
+    """A daemon that answers the n-th sub.open with the n-th snapshot, and a watch of it."""
     opened = []
 
     def open_sub(params):
@@ -49,7 +49,7 @@ class Watching(unittest.TestCase):
         self.assertEqual(gap.dropped, 3)
         self.assertTrue(whole.snapshot)
         self.assertEqual(whole.state, {"state": "running", "trials_done": 7})
-        daemon.event("u1", 16, TOPIC, {"state": "never"})  # of the subscription that was closed
+        daemon.event("u1", 16, TOPIC, {"state": "never"})  # belongs to the closed subscription
         daemon.event("u2", 21, TOPIC, {"state": "ended"})
         self.assertEqual(watch.next(PATIENCE_S).state["state"], "ended")
         connection.close()

@@ -1,4 +1,4 @@
-"""Client of weftd, with the standard library alone.
+"""Client of weftd. Needs only the standard library.
 
     import weft_client
     with weft_client.connect("data/weftd.sock") as client, client.lease() as lease:

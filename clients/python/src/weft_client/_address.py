@@ -1,4 +1,4 @@
-"""Where a daemon is: a Unix socket, tcp://HOST:PORT or tls://HOST:PORT."""
+"""Address of a daemon: a Unix socket, tcp://HOST:PORT or tls://HOST:PORT."""
 from __future__ import annotations
 
 import os
@@ -25,7 +25,7 @@ class Address:
 
 
 def address_of(where: "Optional[Union[str, os.PathLike[str]]]") -> Address:
-    """What was said, or else WEFT_SOCKET, WEFT_DAEMON or the systemd unit's socket, as `weft` has it. Errors: RequestError."""
+    """Parses `where`; None: WEFT_SOCKET, WEFT_DAEMON or the systemd unit's socket, as in `weft`. Errors: RequestError."""
     if where is None:
         named = [os.environ[name] for name in ("WEFT_SOCKET", "WEFT_DAEMON") if os.environ.get(name)]
         if len(named) > 1:
@@ -47,7 +47,7 @@ def address_of(where: "Optional[Union[str, os.PathLike[str]]]") -> Address:
 
 
 def trust(tls_ca: Optional[str]) -> ssl.SSLContext:
-    """Believes the certificates of this file (PEM), or without one the system's; TLS 1.2 at least."""
+    """TLS context (1.2 or newer) that trusts the certificates of `tls_ca` (PEM), or by default those of the system. Errors: RequestError."""
     try:
         context = ssl.create_default_context(cafile=tls_ca)
     except OSError as problem:
@@ -57,7 +57,7 @@ def trust(tls_ca: Optional[str]) -> ssl.SSLContext:
 
 
 def wire_to(address: Address, tls_ca: Optional[str], timeout_s: float) -> socket.socket:
-    """A connected socket. Errors: ConnectionLost, also where the certificate is not believed."""
+    """A connected socket. Errors: ConnectionLost, also for a certificate that is not trusted."""
     place = address.path or f"{address.host}:{address.port}"
     context = trust(tls_ca) if address.kind == "tls" else None
     wire: Optional[socket.socket] = None
@@ -70,7 +70,7 @@ def wire_to(address: Address, tls_ca: Optional[str], timeout_s: float) -> socket
         wire = socket.create_connection((address.host, address.port), timeout_s)
         wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return context.wrap_socket(wire, server_hostname=address.host) if context else wire
-    except OSError as problem:  # ssl.SSLError is one
+    except OSError as problem:  # includes ssl.SSLError
         if wire is not None:
             wire.close()
         raise ConnectionLost(f"no daemon answers: {problem}", 0, {"where": place, "hint": "Is weftd running there?"}) from problem

@@ -23,17 +23,17 @@ Answer = concurrent.futures.Future
 
 
 class Client:
-    """A daemon as one user sees it. Threads may share it. `api` has every method of the daemon, made from its OpenRPC document.
+    """A connection to a daemon as one user. Any thread may use it. `api` has every method of the daemon, generated from its OpenRPC document.
 
-    Attributes: `session`, `role` (observer, operator, engineer, admin), `protocol`, `features`, `epoch` (of this start of the daemon), all of
-    the connection that there is now.
+    Attributes of the present connection: `session`, `role` (observer, operator, engineer, admin), `protocol`, `features` and `epoch` (of this start
+    of the daemon).
 
-    A connection that is lost is made anew with the next call, and by every watch. A request that was under way raises ConnectionLost all
-    the same: whether it was done is not known, and its `idem` tells.
+    After a lost connection the next call, and every watch, connects again. The request in progress raises ConnectionLost. It may or may not have been
+    executed; repeat it with the same `idem` to find out.
     """
 
     def __init__(self, link: Link, http: Http, timeout_s: float) -> None:
-        """For connect()."""
+        """Use connect()."""
         self._link, self.http, self._timeout_s = link, http, timeout_s
         self.api = Api(self.call)
 
@@ -59,30 +59,30 @@ class Client:
 
     @property
     def closed(self) -> bool:
-        """close() was called."""
+        """True after close()."""
         return self._link.closed
 
     def call(self, method: str, params: Mapping[str, object]) -> JsonObject:
-        """Any method by its name; parameters that are None are left out. Errors: WeftError, TimeoutError."""
+        """Calls a method by its name and omits parameters that are None. Errors: WeftError, TimeoutError."""
         return self.answer(self.request(method, params), self._timeout_s)
 
     def request(self, method: str, params: Mapping[str, object]) -> "Answer[Any]":
-        """As call(), without waiting for the answer, which may come after those of later requests."""
+        """Like call(), but does not wait for the answer. Answers may arrive in another order than the requests."""
         return self._link.now().request(method, {name: value for name, value in params.items() if value is not None})
 
     def answer(self, pending: "Answer[Any]", timeout_s: Optional[float] = None) -> JsonObject:
-        """Waits for it; None: as long as it takes."""
+        """Waits for the answer; None: without a limit. Errors: WeftError, TimeoutError."""
         try:
             answered: JsonObject = pending.result(timeout_s)
-        except concurrent.futures.TimeoutError as late:  # a TimeoutError only from Python 3.11 on
+        except concurrent.futures.TimeoutError as late:  # only Python 3.11 and newer make it a TimeoutError
             pending.cancel()
             raise TimeoutError(f"no answer within {timeout_s} s") from late
         return answered
 
-    # --- before anything moves ---
+    # --- before a run ---
 
     def ready(self) -> List[Dict[str, Any]]:
-        """All that keeps a run from being started; nothing: it can be."""
+        """All reasons why no run can start; empty if one can."""
         blockers: List[Dict[str, Any]] = self.api.system.ready()["blockers"]
         return blockers
 
@@ -91,7 +91,7 @@ class Client:
         return names
 
     def check(self, recipe: str, seed: Optional[int] = None) -> Check:
-        """Plan, expected time and everything that would be refused."""
+        """Plan, expected time and all problems of a recipe."""
         told = self.api.recipe.check(recipe=recipe, seed=seed)
         return Check(told["ok"], told.get("plan") or {}, told.get("problems") or [], told.get("warnings") or [],
                      told.get("disk_ok", False), told.get("digest", ""))
@@ -99,45 +99,45 @@ class Client:
     # --- runs ---
 
     def lease(self, note: str = "", ttl_ms: int = 15_000, on_lost: Optional[Callable[[WeftError], None]] = None) -> Lease:
-        """The rig, for as long as the `with` lasts: it renews itself. Errors: AccessError, where somebody else has it."""
+        """Acquires the rig for the duration of a `with`; renews itself. Errors: AccessError if another user has the lease."""
         return Lease(self, ttl_ms, note, on_lost)
 
     def start(self, recipe: str, lease: "Union[str, Lease]", seed: Optional[int] = None, name: Optional[str] = None,
               idem: Optional[str] = None) -> Run:
-        """Puts a campaign in line. After a ConnectionLost ask again with the same `idem`: nothing is started twice."""
+        """Queues a campaign. After a ConnectionLost repeat the call with the same `idem`: no second run is started."""
         started = self.api.run.start(recipe=recipe, lease=lease if isinstance(lease, str) else lease.name, seed=seed, name=name,
                                      idem=idem or uuid.uuid4().hex)
         return Run(self, str(started["run"]))
 
     def run(self, name: str) -> Run:
-        """One of any time, by its name; `state()` of one that is none is refused."""
+        """A run by its name, without a request. For an unknown name `state()` raises the error."""
         return Run(self, name)
 
     def runs(self, state: Optional[str] = None) -> List[Run]:
-        """All of them, oldest first; or those in one state, "interrupted"."""
+        """All runs, oldest first, or only those in one state such as "interrupted"."""
         return list(runs_of(self, state))
 
     def watch(self, *topics: str, mode: str = "latest", max_hz: float = 20) -> Watch:
-        """Events with the state that they lead to; a snapshot of each topic first. Without topics all runs, rig, leases and queue.
+        """Events, each with the resulting state; the first of each topic is a snapshot. Without topics: all runs, rig, leases and queue.
 
-        mode    "latest": merged, at most `max_hz` [Hz] of them; "every": in order, with gaps told and a new snapshot after each
+        mode    "latest": merged, at most `max_hz` per second [Hz]; "every": in order, with reported gaps and a new snapshot after each gap
 
-        Where the connection is lost it is made anew. Of "every" what was missed meanwhile is told then, if the daemon still has it; else,
-        and of "latest", a snapshot of each topic comes.
+        A lost connection is replaced. Mode "every" then continues with the missed events if the daemon still has them. Otherwise, and in mode
+        "latest", a snapshot of each topic follows.
         """
         return Watch(self._link.now(), topics_of(topics), mode, max_hz, self._timeout_s, self._link.after)
 
     # --- halt ---
 
     def halt(self) -> JsonObject:
-        """Stops motion where it is and latches the rig; needs no lease and no role."""
+        """Stops motion at once and latches the rig. Needs no lease and no role."""
         return self.api.rig.halt()
 
     def reset(self, reason: str) -> JsonObject:
-        """Somebody has looked at the rig: it may move again."""
+        """Clears the latch after a person has inspected the rig."""
         return self.api.rig.reset(reason=reason)
 
-    # --- the end ---
+    # --- closing ---
 
     def close(self) -> None:
         self._link.close()
@@ -154,13 +154,13 @@ def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_c
     """Connects and opens a session.
 
     where      path of the Unix socket, "tcp://127.0.0.1:PORT" or "tls://HOST:PORT"; None: WEFT_SOCKET or WEFT_DAEMON, else /run/weft/weftd.sock
-    token      needed for all but the Unix socket, and for `http`; None: WEFT_TOKEN
-    tls_ca     whose certificates are believed (a PEM file); None: WEFT_TLS_CA, or else the system's
-    http       where files are fetched, "http://127.0.0.1:8080"
-    program    what the daemon calls this client in its journal
+    token      required except on the Unix socket, and for `http`; None: WEFT_TOKEN
+    tls_ca     PEM file of the certificates to trust; None: WEFT_TLS_CA, else those of the system
+    http       address for downloads, "http://127.0.0.1:8080"
+    program    name of this client in the daemon's journal
     timeout_s  longest wait for an answer [s]; Run.wait() has its own
-    tries      to connect again where the connection is lost, about 9 s for 8 of them; 0: it stays lost
-    Errors: ConnectionLost, AccessError (token), RequestError (no such place).
+    tries      attempts to reconnect after a lost connection (8 take about 9 s); 0: none
+    Errors: ConnectionLost, AccessError (token), RequestError (invalid address).
     """
     token = token or os.environ.get("WEFT_TOKEN") or None
     tls_ca = tls_ca or os.environ.get("WEFT_TLS_CA") or None
@@ -184,7 +184,7 @@ def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_c
 
 
 def halt(where: Optional[Place] = None, timeout_s: float = 10) -> JsonObject:
-    """The raw line `!halt` on the Unix socket, without a session: what stops the rig when nothing else is to hand. Answers what was told,
+    """Sends the raw line `!halt` on the Unix socket, without a session: halts the rig if no other client is available. Returns the event's change,
     {"latched": "halt", ...}. Errors: ConnectionLost, AccessError (not the Unix socket)."""
     with wire_to(address_of(where), os.environ.get("WEFT_TLS_CA") or None, timeout_s) as wire:
         try:

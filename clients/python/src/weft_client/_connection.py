@@ -1,4 +1,4 @@
-"""One end of the daemon's socket: requests and their answers by number, events by subscription. One object a line, both ways."""
+"""Client side of the daemon's socket: matches answers to requests by number, and events to subscriptions. One JSON object a line in both directions."""
 from __future__ import annotations
 
 import contextlib
@@ -17,13 +17,13 @@ _PIECE_BYTES = 1 << 16
 
 
 class Connection:
-    """Usable from several threads. A thread of its own reads; it ends with the connection."""
+    """Any thread may use it. A thread of its own reads until the connection ends."""
 
     def __init__(self, wire: socket.socket, timeout_s: float) -> None:
-        """Waits for the greeting. Errors: ConnectionLost."""
+        """Waits for the daemon's hello. Errors: ConnectionLost."""
         self._wire = wire
         self._wire.setblocking(False)
-        self._io = threading.Lock()  # an SSL object is one thread's at a time
+        self._io = threading.Lock()  # only one thread may use an SSL object at a time
         self._writing = threading.Lock()
         self._state = threading.Lock()
         self._answers: "Dict[int, Future[Any]]" = {}
@@ -38,20 +38,20 @@ class Connection:
             self.greeting = self._greeting.result(timeout_s)
         except WeftError:
             raise
-        except Exception as late:  # concurrent.futures.TimeoutError is not TimeoutError before Python 3.11
+        except Exception as late:  # before Python 3.11 concurrent.futures.TimeoutError is not TimeoutError
             self.close()
             raise ConnectionLost("the daemon does not greet") from late
 
     @property
     def end(self) -> Optional[WeftError]:
-        """Why nobody answers here any more; None while somebody does."""
+        """The reason why the connection ended; None while it is open."""
         with self._state:
             return self._end
 
     def request(self, method: str, params: Mapping[str, Any]) -> "Future[Any]":
-        """The answer to come: its result, or a WeftError. Does not wait."""
+        """Sends a request without waiting. The future gets the result or a WeftError. Errors: ConnectionLost."""
         answer: "Future[Any]" = Future()
-        told = json.dumps({"method": method, "params": dict(params)}, allow_nan=False)  # refused here: nothing waits for an answer yet
+        told = json.dumps({"method": method, "params": dict(params)}, allow_nan=False)  # may raise: must come before the future is stored
         with self._state:
             if self._end is not None:
                 raise self._end
@@ -63,7 +63,7 @@ class Connection:
         return answer
 
     def _take_back(self, number: int) -> None:
-        """Nobody waits here for that answer any more: the daemon need not either, which bears so many calls of a connection at once."""
+        """Cancels a request that has no reader any more. The daemon limits the number of open calls of a connection."""
         with self._state:
             waited = self._answers.pop(number, None) is not None
         if waited:
@@ -71,7 +71,7 @@ class Connection:
                 self.send(json.dumps({"jsonrpc": "2.0", "method": "$/cancel", "params": {"id": number}}))
 
     def send(self, line: str) -> None:
-        """A line as it is. Errors: ConnectionLost."""
+        """Sends the line unchanged. Errors: ConnectionLost."""
         left = memoryview(line.encode() + b"\n")
         with self._writing:
             while left:
@@ -87,7 +87,7 @@ class Connection:
                     raise self._ended(ConnectionLost(f"the connection to the daemon broke: {problem}")) from problem
 
     def mailbox(self, sub: str) -> Mailbox:
-        """Events of a subscription, also those that came before anybody asked for it here."""
+        """Mailbox of a subscription; includes events that arrived before this call."""
         with self._state:
             found = self._mailboxes.get(sub)
             if found is None:
@@ -97,7 +97,7 @@ class Connection:
             return found
 
     def forget(self, sub: str) -> None:
-        """Events of this one that are still under way are thrown away."""
+        """Drops the events of this subscription that still arrive."""
         with self._state:
             self._closed_subs.add(sub)
             self._mailboxes.pop(sub, None)
@@ -120,7 +120,7 @@ class Connection:
                 *lines, rest = (rest + piece).split(b"\n")
                 for line in lines:
                     self._take(json.loads(line))
-        except Exception as problem:  # whatever it is: nobody may wait for a thread that has ended
+        except Exception as problem:  # any exception: callers must not wait for a thread that has ended
             end = ConnectionLost(f"the connection to the daemon broke: {problem!r}")
         self._ended(end)
         self._wire.close()
@@ -156,14 +156,14 @@ class Connection:
                 answer.set_result(message.get("result"))
 
     def _ended(self, end: WeftError) -> WeftError:
-        """Everybody who waits is told. The first reason stays."""
+        """Fails all waiting requests and closes all mailboxes. The first reason is kept."""
         with self._state:
             first = self._end is None
             self._end = self._end or end
             answers, self._answers = self._answers, {}
             mailboxes = list(self._mailboxes.values())
         if first:
-            with self._io, contextlib.suppress(OSError, ValueError):  # it may be gone already
+            with self._io, contextlib.suppress(OSError, ValueError):  # the socket may be closed already
                 self._wire.shutdown(socket.SHUT_RDWR)
         for answer in answers.values():
             if answer.set_running_or_notify_cancel():

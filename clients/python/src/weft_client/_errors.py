@@ -1,4 +1,4 @@
-"""What the daemon refused, as exceptions. Programs go by `kind`; the other fields are for people (docs/api.md, "Errors")."""
+"""Refusals of the daemon as exceptions. Programs use `kind`; the other fields are for people (docs/api.md, "Errors")."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, Mapping, Optional, Type
@@ -8,13 +8,13 @@ class WeftError(Exception):
     """A request that the daemon refused.
 
     code       JSON-RPC's own number, or one of the daemon's blocks
-    kind       "param.range"; stable within a major version of the protocol
-    where      what is meant: a JSON pointer, a file, a device ("" where nothing is)
-    expected   what would have been right ("" where nothing is said)
-    got        what came instead
+    kind       such as "param.range"; stable within a major version of the protocol
+    where      place of the problem: a JSON pointer, a file, a device ("" if none)
+    expected   the expected value ("" if not given)
+    got        the value found
     hint       what to do about it
-    retryable  whether the same request may go well later
-    blockers   all that stands in the way, each with kind, where and hint
+    retryable  whether the same request may succeed later
+    blockers   all reasons against the request, each with kind, where and hint
     """
 
     def __init__(self, message: str, code: int = 0, data: Optional[Mapping[str, Any]] = None) -> None:
@@ -38,39 +38,39 @@ class WeftError(Exception):
 
 
 class RequestError(WeftError):
-    """The request itself: an unknown method or parameter, a value out of range (JSON-RPC's codes and the 1000s)."""
+    """Invalid request: an unknown method or parameter, a value out of range (JSON-RPC's codes and the 1000s)."""
 
 
 class AccessError(WeftError):
-    """Who may: token, role, lease (2000s)."""
+    """Access refused: token, role, lease (2000s)."""
 
 
 class StateError(WeftError):
-    """Not in this state of the run or the rig (3000s)."""
+    """Not possible in this state of the run or the rig (3000s)."""
 
 
 class DeviceError(WeftError):
-    """A device of the rig (4000s)."""
+    """Failure of a device of the rig (4000s)."""
 
 
 class SafetyError(WeftError):
-    """A guard of the rig (5000s)."""
+    """A guard of the rig stopped the motion (5000s)."""
 
 
 class StorageError(WeftError):
-    """The disk, or a file that is not what was recorded (6000s)."""
+    """The disk failed, or a file differs from its record (6000s)."""
 
 
 class InternalError(WeftError):
-    """The daemon itself (7000s)."""
+    """Internal failure of the daemon (7000s)."""
 
 
 class ConnectionLost(WeftError):
-    """Nobody answers any more, or never did. Whether a request under way was done is not known: ask again with the same `idem`."""
+    """The daemon does not answer. The request in progress may have been executed: repeat it with the same `idem`."""
 
 
 class DataAltered(WeftError):
-    """Bytes that arrived, or were read, are not those that were recorded."""
+    """The bytes received or read differ from those recorded."""
 
 
 _BLOCKS: Dict[int, Type[WeftError]] = {1: RequestError, 2: AccessError, 3: StateError, 4: DeviceError, 5: SafetyError,

@@ -1,4 +1,4 @@
-"""Files of a run over HTTP: by ranges, gone on with where they were cut, compared with their digests."""
+"""Downloads the files of a run over HTTP: resumes a partial file by ranges and checks the digest."""
 from __future__ import annotations
 
 import hashlib
@@ -14,12 +14,12 @@ from ._address import trust
 from ._errors import AccessError, ConnectionLost, DataAltered, RequestError, WeftError, error_of
 
 _PIECE_BYTES = 1 << 18
-_ATTEMPTS = 5  # in a row that bring no byte
+_ATTEMPTS = 5  # consecutive attempts without a byte
 
 
 @dataclass(frozen=True)
 class DataFile:
-    """A file of a run: `path` is where HTTP has it."""
+    """A file of a run; `path` is its path over HTTP."""
 
     name: str
     bytes: int
@@ -32,13 +32,13 @@ class DataFile:
 
 
 class Http:
-    """Where files are fetched: "http://127.0.0.1:8080" or "https://bench.example:8443", and the token for it."""
+    """Address for downloads ("http://127.0.0.1:8080" or "https://bench.example:8443") and its token."""
 
     def __init__(self, url: Optional[str], token: Optional[str], tls_ca: Optional[str], timeout_s: float) -> None:
         self._url, self._token, self._tls_ca, self._timeout_s = url, token, tls_ca, timeout_s
 
     def get(self, path: str, headers: Mapping[str, str]) -> http.client.HTTPResponse:
-        """Errors: RequestError where the client was given no place or token, ConnectionLost."""
+        """Errors: RequestError if the client has no address or token for HTTP, ConnectionLost."""
         if not self._url or not self._token:
             raise RequestError("files come over HTTP", 1000, {"kind": "request.invalid", "expected": "http and token",
                                                               "hint": 'connect(..., http="http://127.0.0.1:8080", token="wft_...")'})
@@ -57,7 +57,7 @@ class Http:
 
 
 def fetch(source: Http, file: DataFile, to: pathlib.Path) -> pathlib.Path:
-    """The file in its place, whole; until then it is beside it as NAME.part."""
+    """Downloads the file as NAME.part and renames it when it is complete. Errors: DataAltered, AccessError, ConnectionLost."""
     target = to / pathlib.PurePosixPath(file.name).name if to.is_dir() else to
     part = target.with_name(target.name + ".part")
     barren = 0
@@ -92,7 +92,7 @@ def _go_on(source: Http, file: DataFile, part: pathlib.Path) -> None:
             raise _refused(response, file)
         with part.open("ab" if response.status == 206 else "wb") as out:
             while piece := _read(response, file):
-                out.write(piece)  # a full disk is no lost connection: nothing gets better by asking again
+                out.write(piece)  # outside _read(): a full disk must not count as a lost connection, since a retry does not help
     if _size(part) < file.bytes:
         raise ConnectionLost("the file was cut off", 0, {"where": file.name})
 

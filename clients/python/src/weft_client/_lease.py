@@ -1,4 +1,4 @@
-"""A lease of the rig that renews itself while a `with` lasts."""
+"""A lease that renews itself during a `with`."""
 from __future__ import annotations
 
 import concurrent.futures
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from ._client import Client
 
 
-_LOOK_S = 0.02  # how late close() and the end of a lease are noticed while a renewal is under way
+_LOOK_S = 0.02  # delay [s] after which close() or the end of the lease is noticed during a renewal
 
 
 class Lease:
-    """The rig is yours until the `with` ends, or close().
+    """The right to control the rig until the `with` ends or close().
 
-    A thread renews it at a third of its time to live, with a connection of the client's, and waits for the answer no longer than what is
-    left of that time. Where it is refused, or nobody answers until then, the lease is lost: `lost` says why, and `on_lost` was called
-    once. A connection that breaks meanwhile is made anew as often as there is time for. A run that is under way goes on without the lease.
+    A thread renews the lease after a third of its time to live. It waits for the answer at most until the lease expires. If the renewal is refused or
+    not answered by then, the lease is lost: `lost` has the reason, and `on_lost` is called once. A broken connection is replaced as often as the time
+    permits. A run in progress continues without the lease.
     """
 
     def __init__(self, client: "Client", ttl_ms: int, note: str, on_lost: Optional[Callable[[WeftError], None]] = None) -> None:
@@ -29,9 +29,9 @@ class Lease:
         asked_s = time.monotonic()
         taken = client.api.lease.acquire(ttl_ms=ttl_ms, note=note)
         self.name: str = taken["lease"]
-        self.expires_us: int = taken["expires_us"]  # UTC
+        self.expires_us: int = taken["expires_us"]  # UTC [us]
         self.lost: Optional[WeftError] = None
-        self._ends_s = asked_s + ttl_ms / 1000  # at the earliest: it counts from when the daemon had the request
+        self._ends_s = asked_s + ttl_ms / 1000  # lower bound: the daemon counts from the arrival of the request
         self._over = threading.Event()
         self._renewing = threading.Thread(target=self._renew, name=f"weft-client lease {self.name}", daemon=True)
         self._renewing.start()
@@ -46,9 +46,9 @@ class Lease:
                 return self._gone(problem)
 
     def _renewed(self) -> Optional[WeftError]:
-        """Why not, where it is lost."""
+        """Renews once. Returns the reason if the lease is lost."""
         asked_s, renewed = time.monotonic(), concurrent.futures.Future[int]()
-        # In a thread of its own: a connection that is made anew may take longer than the lease lasts.
+        # A thread of its own: reconnecting may take longer than the lease lasts.
         threading.Thread(target=self._ask, args=(renewed, self._left_s()), name=f"weft-client renews {self.name}", daemon=True).start()
         while not concurrent.futures.wait([renewed], _LOOK_S).done:
             if self._over.is_set():
@@ -79,11 +79,11 @@ class Lease:
             self._on_lost(problem)
 
     def close(self) -> None:
-        """Gives the rig back. One that is lost is nobody's business any more."""
+        """Releases the lease. Does nothing for a lost one."""
         if self._over.is_set():
             return
         self._over.set()
-        if threading.current_thread() is not self._renewing:  # as it is in `on_lost`
+        if threading.current_thread() is not self._renewing:  # it is when `on_lost` calls close()
             self._renewing.join()
         if self.lost is None:
             with contextlib.suppress(WeftError, TimeoutError):

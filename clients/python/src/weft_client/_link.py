@@ -1,4 +1,4 @@
-"""The connection to the daemon, made anew when it is lost."""
+"""Replaces the connection to the daemon after it is lost."""
 from __future__ import annotations
 
 import threading
@@ -14,10 +14,10 @@ _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
 
 
 class Link:
-    """Usable from several threads: whoever needs a connection first makes it, the others wait for that one.
+    """Any thread may use it: the first one that needs a connection makes it, the others wait for it.
 
-    dial   connects and opens a session; its errors are ConnectionLost, or the daemon's own refusals, which no second try would change
-    tries  at most so many, a pause of 0.1 s after the first one and twice as long after each further one, at most 2 s; 0: never again
+    dial   connects and opens a session; raises ConnectionLost (retried), or AccessError or RequestError (not retried)
+    tries  most attempts; the pause is 0.1 s after the first one and doubles after each, up to 2 s; 0: never reconnect
     """
 
     def __init__(self, first: Opened, dial: Callable[[], Opened], tries: int) -> None:
@@ -28,25 +28,25 @@ class Link:
 
     @property
     def closed(self) -> bool:
-        """Somebody closed it here."""
+        """True after close()."""
         return self._closed.is_set()
 
     def now(self) -> Connection:
-        """The connection as it is; a new one where that is lost. Errors: ConnectionLost; AccessError, RequestError (of session.open)."""
+        """The present connection, or a new one if it is lost. Errors: ConnectionLost; AccessError, RequestError (of session.open)."""
         held = self._connection
         return held if held.end is None else self.after(held)
 
     def after(self, lost: Connection) -> Connection:
-        """Another connection than this one, if it is lost. Errors: as now()."""
+        """A new connection if `lost` is lost, else `lost` itself. Errors: as now()."""
         if lost.end is None and not self.closed:
-            return lost  # it is not lost: what failed on it was something else
+            return lost  # still open: the failure had another cause
         if self._tries == 0 or self.closed:
             raise lost.end or ConnectionLost("the connection was closed here")
         with self._one_at_a_time:
             if self._connection is lost:
                 self._connection, self.opened = self._again()
             made = self._connection
-        if self.closed:  # meanwhile
+        if self.closed:  # closed by another thread meanwhile
             made.close()
             raise ConnectionLost("the connection was closed here")
         return made

@@ -1,4 +1,4 @@
-"""What one thread receives for another, or for an event loop."""
+"""Queue of messages from one thread to another or to an event loop."""
 from __future__ import annotations
 
 import threading
@@ -9,7 +9,7 @@ Message = Dict[str, Any]
 
 
 class Mailbox:
-    """Events of one subscription. It holds `most` of them: who does not read loses the oldest, and is told how many."""
+    """Events of one subscription. Keeps at most `most`: a slow reader loses the oldest, and gets their number."""
 
     def __init__(self, most: int = 10_000) -> None:
         self._most = most
@@ -27,7 +27,7 @@ class Mailbox:
         self._tell()
 
     def close(self, end: Exception) -> None:
-        """Nothing more comes; what is there can still be taken."""
+        """No message can be added any more; waiting ones can still be taken."""
         with self._news:
             self._end = self._end or end
         self._tell()
@@ -40,7 +40,7 @@ class Mailbox:
             callback()
 
     def take(self) -> Optional[Message]:
-        """The next one, None where there is none yet. Raises what the mailbox was closed with once it is empty."""
+        """The next message; None if there is none yet. Once the mailbox is empty it raises the exception that closed it."""
         with self._news:
             if self._waiting:
                 message = self._waiting.popleft()
@@ -53,12 +53,12 @@ class Mailbox:
             return None
 
     def wait(self, timeout_s: Optional[float] = None) -> bool:
-        """Until there is something to take, or nothing comes any more; False where the time was over first."""
+        """Waits for a message or the end; False after the timeout."""
         with self._news:
             return self._news.wait_for(self._ready, timeout_s)
 
     def when_ready(self, callback: Callable[[], None]) -> None:
-        """Calls back once, on any thread, as soon as wait() would return True."""
+        """Calls `callback` once, on any thread, as soon as wait() would return True."""
         with self._news:
             if not self._ready():
                 self._callbacks.append(callback)

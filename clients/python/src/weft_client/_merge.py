@@ -1,11 +1,11 @@
-"""JSON Merge Patch (RFC 7386): what an event's delta does to what was known of its topic."""
+"""JSON Merge Patch (RFC 7386): applies an event's delta to the known state of its topic."""
 from __future__ import annotations
 
 from typing import Any
 
 
 def merge_patch(target: Any, patch: Any) -> Any:
-    """A new value; neither argument is changed. A null in the patch removes the member."""
+    """Returns a new value and changes neither argument. A null in the patch removes the member."""
     if not isinstance(patch, dict):
         return patch
     merged = dict(target) if isinstance(target, dict) else {}

@@ -1,4 +1,4 @@
-"""One run of the daemon: its state, its end, orders to it, its files."""
+"""One run of the daemon: its state, end, commands and files."""
 from __future__ import annotations
 
 import os
@@ -19,7 +19,7 @@ _OVER = ("ended", "interrupted")
 
 @dataclass(frozen=True)
 class Check:
-    """What `recipe.check` says before anything moves. `plan` has eta_s [s], people_s [s], bytes, trials, fabrics."""
+    """Result of `recipe.check`. `plan` has eta_s [s], people_s [s], bytes, trials, fabrics."""
 
     ok: bool
     plan: Dict[str, Any]
@@ -31,9 +31,9 @@ class Check:
 
 @dataclass(frozen=True)
 class End:
-    """How a run ended, as three facts: `outcome` (complete, stopped, aborted, failed, interrupted), `cleanup` (done, partial, failed,
-    skipped) and `rig` (safe, holding, moving, unknown, latched). `error` is the
-    first thing that went wrong, a sentence, "" where nothing did; `dataset_error` likewise why there is no data set of what the bench did."""
+    """How a run ended, as three facts: `outcome` (complete, stopped, aborted, failed, interrupted), `cleanup` (done, partial, failed, skipped) and
+    `rig` (safe, holding, moving, unknown, latched). `error` is a sentence about the first failure, "" if there was none. `dataset_error` is the
+    reason why the recorded trials have no data set, or ""."""
 
     outcome: str
     cleanup: str
@@ -50,7 +50,7 @@ def end_of(state: JsonObject) -> End:
 
 
 class Run:
-    """A run by its name, "R-000318". Nothing is asked before a method is called."""
+    """A run by its name, "R-000318". Only methods send requests."""
 
     def __init__(self, client: "Client", name: str) -> None:
         self._client, self.name = client, name
@@ -62,7 +62,7 @@ class Run:
         return self._client.api.run.get(run=self.name)
 
     def wait(self, timeout_s: Optional[float] = None, hand_over: bool = False) -> End:
-        """Until it has ended, and with `hand_over` until its data set has been trained on too. Errors: TimeoutError."""
+        """Waits for the end of the run, and with `hand_over` also for its handover. Errors: TimeoutError."""
         params: JsonObject = {"run": self.name, **({"hand_over": True} if hand_over else {})}
         return end_of(self._client.answer(self._client.request("run.wait", params), timeout_s))
 
@@ -71,28 +71,28 @@ class Run:
         topic = f"run:{self.name}"
         watch = self._client.watch(topic, mode=mode, max_hz=max_hz)
         now = self.state()
-        # The daemon that ran it may have been another one, which told its events to others.
+        # An earlier start of the daemon may have run it; this one has no events of it.
         over = Event(topic, now, now, 0, snapshot=True) if now.get("state") in _OVER else None
         return watch.ending_with(lambda event: event.state.get("state") in _OVER, over)
 
     def pause(self, now: bool = False) -> JsonObject:
-        """Before the next repetition, or now: then that repetition is run again."""
+        """Pauses before the next repetition. With `now`: at once, and that repetition is repeated."""
         return self._client.api.run.pause(run=self.name, at="now" if now else "boundary")
 
     def resume(self, lease: "Union[None, str, Lease]" = None) -> JsonObject:
-        """Goes on. An interrupted run needs a lease."""
+        """Resumes the run. An interrupted run needs a lease."""
         return self._client.api.run.resume(run=self.name, lease=_name(lease))
 
     def stop(self) -> JsonObject:
-        """Finishes the repetition, cleans up, ends."""
+        """Finishes the repetition, then cleans up and ends the run."""
         return self._client.api.run.stop(run=self.name)
 
     def abort(self) -> JsonObject:
-        """Stops motion, retracts, ends."""
+        """Stops motion, retracts and ends the run."""
         return self._client.api.run.abort(run=self.name)
 
     def confirm(self, step: Optional[str] = None) -> JsonObject:
-        """What a person was asked for is done. `step` names which; None: the one that is asked now."""
+        """Confirms an operator step. `step` names it; None: the one that is pending. Errors: RequestError if none is pending."""
         if step is None:
             asked = self.state().get("attention") or {}
             if not asked.get("step"):
@@ -101,14 +101,14 @@ class Run:
             step = str(asked["step"])
         return self._client.api.run.confirm(run=self.name, step=step)
 
-    # --- its data ---
+    # --- data ---
 
     def files(self) -> List[DataFile]:
-        """What can be fetched, with sizes and digests; once it has ended."""
+        """Files to download, with sizes and digests. Only after the run has ended."""
         return [DataFile.of(told) for told in self._client.api.data.get(run=self.name)["files"]]
 
     def file(self, name: str) -> DataFile:
-        """One of files(). Errors: RequestError, which names those that there are."""
+        """One of files(). Errors: RequestError, with the names that exist."""
         files = self.files()
         for found in files:
             if found.name == name:
@@ -117,9 +117,9 @@ class Run:
                                                               "expected": ", ".join(f.name for f in files)})
 
     def download(self, name: str, to: "Union[str, os.PathLike[str]]") -> pathlib.Path:
-        """One of files() over HTTP into a folder (one that is there, or a name that ends in "/") or a file; what is there of it from an earlier attempt is gone on with, and the whole
-        compared with its digest. Needs the client's `http` and a token. Errors: DataAltered, AccessError, ConnectionLost."""
-        folder = os.fspath(to).endswith(("/", os.sep))  # a path forgets it
+        """Downloads one of files() over HTTP and checks its digest. `to` is an existing folder, a name that ends in "/", or a file. A partial file of
+        an earlier attempt is resumed. Needs the client's `http` and a token. Errors: DataAltered, AccessError, ConnectionLost."""
+        folder = os.fspath(to).endswith(("/", os.sep))  # pathlib.Path drops the slash
         place = pathlib.Path(to)
         if folder:
             place.mkdir(parents=True, exist_ok=True)
@@ -130,7 +130,7 @@ class Run:
         return pathlib.Path(self.state()["folder"])
 
     def verify(self) -> JsonObject:
-        """Whether its files are what was recorded, byte by byte."""
+        """Checks every byte of its files against the certificate."""
         return self._client.api.data.verify(run=self.name)
 
 

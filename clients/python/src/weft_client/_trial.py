@@ -7,14 +7,14 @@ from typing import Any, Dict, List, Tuple
 
 @dataclass(frozen=True)
 class Trial:
-    """What was recorded between mounting and retracting. Times are seconds of the campaign's clock [s].
+    """Record of one trial from mounting to retracting. Times are seconds of the campaign's clock [s].
 
-    label, group, exploration   fabric; what must not be split between training and test; "M1"
-    index, attempt, repetition  of the plan; of that trial; of that fabric, from 1
+    label, group, exploration   fabric; trials of one group must not be split between training and test; "M1"
+    index, attempt, repetition  in the plan; of that trial; of that fabric, from 1
     outcome                     complete, interrupted, rejected, ...
     taxel_t_s [n]               of each frame
     counts    [n, taxels]       raw counts
-    phase     [n]               bytes: S rest, P pressure, M motion, E rest at the end, - transfer
+    phase     [n]               bytes: S rest, P press, M motion, E end, - transfer
     wrench_t_s, wrench [m, 6]   Fx Fy Fz [N], Tx Ty Tz [N m], in the sensor's frame
     stages_t_s, stages [k, axes]  [m], rotary ones [rad]; `axes` has their names
     bench_kind                  simulated, real or unknown
@@ -43,7 +43,7 @@ class Trial:
         return self.counts[self.phase == phase.encode()]
 
     def phases(self) -> List[Dict[str, Any]]:
-        """Runs of frames of one phase: phase, first (frame), samples, begins_s, lasts_s."""
+        """Sections of frames of one phase: phase, first (frame), samples, begins_s, lasts_s."""
         out: List[Dict[str, Any]] = []
         first = 0
         for end in range(1, len(self.phase) + 1):

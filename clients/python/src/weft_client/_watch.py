@@ -14,19 +14,19 @@ from ._merge import merge_patch
 
 JsonObject = Dict[str, Any]
 
-_MOST_LOST_AT_ONCE = 3  # connections that are made and lost before the subscription is open
+_MOST_LOST_AT_ONCE = 3  # connections lost before the subscription was open
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happened to a topic, "run:R-000318".
+    """One change of a topic, "run:R-000318".
 
-    delta     what changed, a JSON merge patch; of a snapshot the whole state
-    state     all that is known of the topic, after it
-    seq       its number, without gaps since the daemon began; of a snapshot the newest that is in it
-    t_us      when [us UTC]; None for a snapshot
-    snapshot  the first event of a topic, and the first after a gap or after a connection that was lost
-    dropped   how many events before this one are lost; a snapshot follows at once
+    delta     the change, a JSON merge patch; for a snapshot the whole state
+    state     state of the topic after the event
+    seq       number of the event, without gaps since the daemon started; for a snapshot the newest event that it includes
+    t_us      time [us UTC]; None for a snapshot
+    snapshot  True for the first event of a topic, and for the first one after a gap or a lost connection
+    dropped   number of events lost before this one; a snapshot follows at once
     """
 
     topic: str
@@ -39,11 +39,11 @@ class Event:
 
 
 class Watch:
-    """A subscription, open until close() or the end of a `with`. One reader at a time.
+    """A subscription, open until close() or the end of a `with`. Only one reader at a time.
 
-    Where the daemon or this client lost events (they were read too slowly), the subscription is opened anew, so that `state` is whole
-    again: its snapshots come as events. Where the connection is lost, `again` makes another one: the events of mode "every" go on after
-    the last one that was read, those of "latest" with snapshots.
+    If the daemon or this client lost events (the reader was too slow), the subscription is opened again. Its snapshots come as events, so `state` is
+    complete again. After a lost connection `again` makes another one. Mode "every" then continues after the last event read, mode "latest" with
+    snapshots.
     """
 
     def __init__(self, connection: Connection, topics: Sequence[str], mode: str, max_hz: float, timeout_s: float,
@@ -57,13 +57,13 @@ class Watch:
         self._closed = False
         self._ends: Callable[[Event], bool] = lambda event: False
         self._states: Dict[str, JsonObject] = {}
-        self._seq = 0  # of the newest event that was read, or is in the snapshot
+        self._seq = 0  # newest event that was read or is in the snapshot
         self._whole = True  # no event before that one is missing
         self._mailbox = Mailbox()
         self._open()
 
     def ending_with(self, last: Callable[[Event], bool], already: Optional[Event] = None) -> "Watch":
-        """Ends after the first event of which `last` is true. `already`: an event known from elsewhere, told before all others."""
+        """Ends the watch after the first event for which `last` is true. `already`: a known event that comes before all others."""
         self._ends = last
         if already is not None:
             self._ready.appendleft(already)
@@ -78,12 +78,12 @@ class Watch:
         opened: JsonObject = self._connection.request("sub.open", {**self._wish, **more}).result(self._timeout_s)
         self._sub = str(opened["sub"])
         self._mailbox = self._connection.mailbox(self._sub)
-        if self._closed:  # meanwhile, by another thread
+        if self._closed:  # closed by another thread meanwhile
             self._leave()
         return opened
 
     def _reconnect(self, lost: ConnectionLost) -> None:
-        """Another connection, and on it the same subscription, unless the watch is closed. Errors: ConnectionLost, where there is none."""
+        """Connects and subscribes again unless the watch is closed. Errors: ConnectionLost if that fails."""
         if self._closed:
             return
         if self._again is None:
@@ -99,7 +99,7 @@ class Watch:
         raise lost
 
     def _go_on(self, epoch: Optional[str]) -> None:
-        """After the last event that was read, where this is the same start of the daemon and it still has them; else anew."""
+        """Continues after the last event read if the daemon has not restarted and still has the events; else opens anew."""
         if self._whole and self._wish["mode"] == "every" and epoch is not None:
             try:
                 self._ask_to_open({"from_seq": self._seq, "epoch": epoch})
@@ -114,11 +114,11 @@ class Watch:
         if sub is None:
             return
         self._connection.forget(sub)
-        with contextlib.suppress(Exception):  # a connection that is gone has no subscriptions
+        with contextlib.suppress(Exception):  # a lost connection has no subscriptions
             self._connection.request("sub.close", {"sub": sub})
 
     def close(self) -> None:
-        """Nothing more comes, from whichever thread or task it is called: who waits for an event waits no longer."""
+        """Ends the watch and every wait for an event. Any thread or task may call it."""
         self._closed = True
         self._leave()
         self._mailbox.close(ConnectionLost("the watch was closed here"))
@@ -136,7 +136,7 @@ class Watch:
         self.close()
 
     def _take(self) -> Optional[Event]:
-        """An event that is there. Raises ConnectionLost where none can come any more on this connection."""
+        """An event if one is ready, else None. Raises ConnectionLost when this connection has ended and all its events are read."""
         if not self._ready:
             message = self._mailbox.take()
             if message is None:
@@ -154,19 +154,19 @@ class Watch:
         return Event(topic, delta, state, int(message["seq"]), int(message["t_us"]), dropped=int(message.get("dropped", 0)))
 
     def _after(self, event: Event) -> Event:
-        """Where something was lost: the same subscription anew."""
+        """Opens the subscription again after a gap."""
         if event.dropped and not self._closed:
             self._whole = False
             self._leave()
             try:
                 self._open()
-            except ConnectionLost as lost:  # the next turn makes another one
+            except ConnectionLost as lost:  # the next call reconnects
                 self._mailbox = Mailbox()
                 self._mailbox.close(lost)
         return event
 
     def next(self, timeout_s: Optional[float] = None) -> Optional[Event]:
-        """The next event; None where the time was over first, or the watch is closed."""
+        """The next event; None after the timeout or when the watch is closed."""
         while not self._closed:
             try:
                 event = self._take()
@@ -209,11 +209,11 @@ async def _until_ready(mailbox: Mailbox) -> None:
     ready: "asyncio.Future[None]" = loop.create_future()
 
     def finish() -> None:
-        if not ready.done():  # nobody waits any more
+        if not ready.done():  # the reader may have been cancelled
             ready.set_result(None)
 
     def tell() -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+        with contextlib.suppress(RuntimeError):  # the loop may have ended meanwhile
             loop.call_soon_threadsafe(finish)
 
     mailbox.when_ready(tell)
@@ -221,5 +221,5 @@ async def _until_ready(mailbox: Mailbox) -> None:
 
 
 def topics_of(topics: Sequence[str]) -> List[str]:
-    """What a watch without topics is of: all runs, the rig, leases, the queue."""
+    """The topics; by default all runs, the rig, leases and the queue."""
     return list(topics) or ["run:*", "rig", "lease:*", "queue"]

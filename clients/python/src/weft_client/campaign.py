@@ -24,10 +24,10 @@ _NS_PER_S = 1e9
 
 
 class Campaign:
-    """One campaign file, or the one of a run's folder, opened to read. It may be under way: then what is committed is there."""
+    """One campaign file, or that of a run's folder, opened read-only. During a campaign it has the committed trials."""
 
     def __init__(self, file: "Union[str, os.PathLike[str]]") -> None:
-        """Errors: RequestError, where it is no campaign file."""
+        """Errors: RequestError if it is not a campaign file."""
         self._path = pathlib.Path(file)
         if self._path.is_dir():
             self._path /= "campaign.sqlite"
@@ -53,7 +53,7 @@ class Campaign:
         self.close()
 
     def trials(self, outcome: str = "complete") -> Iterator[Trial]:
-        """In the order in which they were done; "" for those of all outcomes. Errors: DataAltered, where a chunk's CRC disagrees."""
+        """Trials in the order of execution; "" for all outcomes. Errors: DataAltered if the CRC of a chunk differs."""
         rows = self._data.execute("SELECT id, label, trial_group, exploration, plan_index, attempt, repetition, outcome FROM trial ORDER BY id")
         for key, label, group, exploration, index, attempt, repetition, ended in rows.fetchall():
             ended = ended or "interrupted"

@@ -21,11 +21,11 @@ _NS_PER_S = 1e9
 class DataSet:
     """A sequence of trials, read one at a time. Digests are not checked here: `weft verify` does that.
 
-    Attributes: `bench_kind` (simulated, real, unknown), `name`, `dataset_sha256`, `axes`; `h5` is the file as h5py has it.
+    Attributes: `bench_kind` (simulated, real, unknown), `name`, `dataset_sha256`, `axes`; `h5` is the h5py file.
     """
 
     def __init__(self, file: "Union[str, os.PathLike[str]]") -> None:
-        """Errors: RequestError, where it is no data set of Weft's; OSError, where it is no HDF5 file."""
+        """Errors: RequestError if it is not a data set of Weft; OSError if it is not an HDF5 file."""
         self.h5 = h5py.File(file, "r")
         if _text(self.h5.attrs.get("format", b"")) != "weft-dataset":
             self.h5.close()
@@ -65,7 +65,7 @@ class DataSet:
                      self.h5["stages/t_ns"][stages] / _NS_PER_S, self.h5["stages/quanta"][stages] / self.h5["stages/per_unit"][:])
 
     def _counts(self, taxel: slice) -> Any:
-        """Of a rig without taxels [n, 0]: its phases are those of the wrench's readings."""
+        """A rig without taxels has [n, 0]: its phases refer to the wrench samples."""
         if "taxel/counts" in self.h5:
             return self.h5["taxel/counts"][taxel]
         return numpy.empty((taxel.stop - taxel.start, 0), numpy.uint16)
