@@ -16,15 +16,15 @@ import tempfile
 LAYERS = ["base", "hardware", "storage", "campaign", "pages", "analysis", "service", "apps"]
 ROW_FILES = ("CMakeLists.txt", "classifier/modules.cmake", "daemon/modules.cmake")
 ROW = re.compile(r"^ *weft_module\(([^)]*)\)", re.M)
-# Rows that CMake makes in a loop.
+# Rows from a loop of CMake.
 WIRES = {"thorlabs_apt": ["apt"], "ati_netft": ["rdt"], "ati_digital": ["modbus", "ati_digital"], "taxel_array": ["taxel"],
          "vibro": ["vibro"], "imprint_array": ["imprint"]}
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon", "tests")
-# Programs without a target of their own kind: a folder of main() files.
+# Folders of main() files.
 PROGRAMS = {"daemon/apps/weftd": ["daemon/apps/weft"], "daemon/apps/weft_train_mpi": ["daemon/apps/weft"]}
-# Composition roots and what is built in: these name drivers.
+# Composition roots and built-in drivers: these name drivers.
 BUILT_IN = {"daemon/hardware/plugins": [f"drivers/{name}" for name in WIRES]}
-# What a module may not include itself, whatever its row leads to: a calibration compares signals, never answers of a classifier.
+# Includes that a module must not have itself, even if its row leads to them: a calibration compares signals, never predictions of a classifier.
 FORBIDDEN = {"daemon/analysis/calibration": "classifier/"}
 CLOCK_FILES = ("daemon/base/loop/", "tests/bench/")
 CLOCK = re.compile(r"sleep_for|sleep_until|\busleep\b|nanosleep|_clock::now|clock_gettime|gettimeofday|timespec_get|std::clock\b|std::time\b|"
@@ -35,7 +35,7 @@ PAGE_ROW = re.compile(r"^\| `([\w/<>]+)` \|[^|]*\|([^|]*)\|$", re.M)
 
 
 def read_rows(root):
-    """Module -> modules of its USES, as the CMake files have them."""
+    """Module -> modules of its USES, from the CMake files."""
     rows = {"protocols/base": []}
     for wires in WIRES.values():
         rows.update({f"protocols/{wire}": ["protocols/base"] for wire in wires})
@@ -90,7 +90,7 @@ def check_rows(rows):
 
 
 def module_of(rows, path):
-    """The module with the longest name that the file lies in."""
+    """The module with the longest name that contains the file."""
     parts = path.split("/")[:-1]
     for depth in range(len(parts), 0, -1):
         if "/".join(parts[:depth]) in rows:

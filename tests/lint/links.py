@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fails on a relative link or picture in a tracked *.md that leads nowhere, or to a heading that is not there.
+"""Fails if a relative link or picture in a tracked *.md has no target, or names a heading that does not exist.
 
     links.py ROOT      checks the tree
     links.py --selftest  checks that the checker refuses what it must refuse
@@ -47,7 +47,7 @@ def check(root, pages):
 
 
 def tracked(root):
-    """Also what is about to be added; without git, all pages outside of build folders."""
+    """Tracked pages and untracked ones that are not ignored; without git, all pages outside of build folders."""
     listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard", "*.md"], capture_output=True, text=True)
     if listed.returncode == 0:
         return [name for name in listed.stdout.split("\n") if name and (root / name).exists()]

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Fails where two files define a type of one name in one namespace: the linker takes either's destructor for both.
+"""Fails if two files define a type of the same name in the same namespace: the linker uses one destructor for both.
 
-    one_definition.py ROOT        checks the sources that are joined into the programs
+    one_definition.py ROOT        checks the sources that are linked into the programs
     one_definition.py --selftest  checks that the checker refuses what it must refuse
 
-Tests are left out: each program of theirs has one layer's.
+Tests are left out: each test program has the types of one layer only.
 """
 import collections
 import pathlib
@@ -13,13 +13,13 @@ import sys
 
 MODULES = ("classifier", "daemon", "drivers", "protocols", "recipes", "sim")
 NO_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', re.S)
-# A type that is defined, and not a member of another (`struct Rig::Parts {`); namespaces; braces.
+# A defined type that is not a member of another (`struct Rig::Parts {`); namespaces; braces.
 TOKEN = re.compile(r"\bnamespace\s*([\w:]*)\s*\{"
                    r"|\b(?:struct|class|enum class|enum)\s+(?:\[\[\w+\]\]\s*)?(\w+)(?:\s+final)?\s*(?::(?!:)[^;{=()]*)?\{|\{|\}")
 
 
 def types(text):
-    """Namespace::Type for each that the linker may meet elsewhere."""
+    """Namespace::Type for each type that the linker may find elsewhere too."""
     inside = []  # namespaces by name, None for any other brace
     for token in TOKEN.finditer(NO_CODE.sub("", text)):
         namespace, name = token.groups()

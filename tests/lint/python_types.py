@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""mypy's strict mode finds nothing in the Python client; skipped where Debian's mypy is not installed.
+"""Checks the Python client with mypy's strict mode; skipped if Debian's mypy is not installed.
 
     python_types.py ROOT
 """

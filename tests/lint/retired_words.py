@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Fails on a C++ identifier or file name with a retired word: docs/reference/glossary.md says which word is used instead.
+"""Fails on a C++ identifier or file name with a retired word; docs/reference/glossary.md has the word to use instead.
 
     retired_words.py ROOT        checks the sources of the programs and of the tests
     retired_words.py --selftest  checks that the checker refuses what it must refuse
 
-A name is split at _ and at camel-case humps: HandOverDesk is hand, over, desk. Retired are the words of PARTS, the sequences of
-SEQUENCES, the endings of ENDINGS, and each single word of the third column of the glossary that is in no other column and not in
-PROSE. Text of literals does not count: keys of files and of the API keep their words.
+A name is split at _ and at camel-case humps: HandOverDesk is hand, over, desk. Retired are the words of PARTS, the sequences of SEQUENCES and the
+endings of ENDINGS. Each single word of the glossary's third column is retired too, unless it is in another column or in PROSE. Text of literals does
+not count: keys of files and of the API keep their words.
 """
 import pathlib
 import re
@@ -14,7 +14,7 @@ import sys
 
 ROOTS = ("classifier", "daemon", "drivers", "protocols", "recipes", "sim", "tests")
 CODE = (".hpp", ".cpp", ".cc")
-PARTS = {  # word -> what is used instead
+PARTS = {  # word -> its replacement
     "aids": "postprocessing", "bargain": "choice", "befall": "inject", "befallen": "inject", "befalls": "exposed", "curious": "request",
     "desk": "manager, service", "errand": "background task", "errands": "worker queue", "heard": "received", "hear": "on_message, on_sample",
     "hears": "receives", "judge": "check, evaluate", "judged": "checked", "learnt": "trained, model", "lesson": "training task",
@@ -31,13 +31,13 @@ SEQUENCES = {  # words in this order, anywhere in a name
 }
 STARTS = {"look": "check_, poll_, inspect_", "tell": "notify_, print_", "ask": "request_, prompt_", "say": "write_, send_", "may": "can_"}
 ENDINGS = {"words": "format_x()", "word": "format_x(), x_keyword", "asked": "requested", "kept": "stored, persisted", "stands": "is_x"}
-# Words of the glossary's third column that a name may have in another sense.
+# Words of the glossary's third column that may have another sense in a name.
 PROSE = set("""figures abort achieved answer arrow attention axis bias block branch budget case chance class cloth creep cycle data doubt drag duel
 experiment face figure finger finally fingerprint floor force give guess guessing hold holds hook house journal keep level lingers line
 lined lock machine manager method mount movement note pace pad pads people piece pilot plate platform print prints probe raw real record
 retreat right role room round rows rub seat settle slide smooth speed stands stuck stuff swatch tag take tare texture touch trade wait
 watcher who width window wire words workbench world zero""".split())
-ALLOWED = {  # name -> why it stays
+ALLOWED = {  # name -> reason
     "status_word": "the devices' manuals (ATI) call it so", "status_word_": "the devices' manuals (ATI) call it so",
     "may_alias": "an attribute of the compiler", "learnt_bytes": "script/same-bytes builds older commits by this name too",
     "may_have_been_resumed_externally": "an uncertainty, not a permission",
@@ -65,7 +65,7 @@ def glossary_words(text):
 
 
 def problem(name, parts):
-    """What is wrong with a name, or None."""
+    """The problem of a name, or None."""
     if name in ALLOWED:
         return None
     words = words_of_name(name)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Fails on a name in docs/walkthrough.md that the tree does not have (any more).
+"""Fails on a name in docs/walkthrough.md that the tree does not have.
 
-Checked: code spans that are a path, a `function()`, a `Class::function()` or a bare identifier; and text in double quotes,
-which must be part of a message in the sources. Comments do not count as sources. Links: see links.py.
+Checked are code spans that are a path, a `function()`, a `Class::function()` or a bare identifier. Text in double quotes must be part of a message in
+the sources. Comments do not count as sources. Links: see links.py.
 
     walkthrough_names.py ROOT      checks the tree
     walkthrough_names.py --selftest  checks that the checker refuses what it must refuse
@@ -15,7 +15,7 @@ import tempfile
 DOCUMENT = "docs/walkthrough.md"
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon")
 CODE = (".cpp", ".hpp", ".cc", ".in", ".json")
-# comments, and literals so that a "//" inside one does not begin a comment
+# comments, and literals, because a "//" inside one does not begin a comment
 TOKEN = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.S)
 BLOCK = re.compile(r"^(?: {4}[^\n]*|```.*?^```$)", re.M | re.S)
 SPAN = re.compile(r"`([^`]+)`")

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# docs/tutorial.md followed word by word in a minimal Debian 12, as root: tests/minimal/tutorial.sh [FOLDER]
+# Follows docs/tutorial.md word by word in a minimal Debian 12, as root: tests/minimal/tutorial.sh [FOLDER]
 #
-# Makes the new root with debootstrap in FOLDER (a new one in /tmp without it), clones HEAD into it, types what the page says and compares what is
-# answered with the page. No part of script/test: it needs root, a Debian mirror, some 3 GB and the time of a full build. The page in the new root
-# must say what the picture of the tutorial shows.
+# Makes the new root with debootstrap in FOLDER (default: a new folder in /tmp) and clones HEAD into it. Types the commands of the page and compares
+# their output with the page. Not part of script/test: it needs root, a Debian mirror, some 3 GB and the time of a full build. The evaluation page in
+# the new root must show the figures of the tutorial's picture.
 set -euo pipefail
 source_tree=$(cd "$(dirname "$0")/../.." && pwd)
 root=${1:-$(mktemp -d /tmp/weft-tutorial.XXXXXX)}
@@ -12,7 +12,7 @@ command -v debootstrap >/dev/null || { echo "tutorial.sh: debootstrap is not ins
 
 debootstrap --variant=minbase --include=ca-certificates,git bookworm "$root" "${DEBIAN_MIRROR:-http://deb.debian.org/debian}" > "$root.log" 2>&1 ||
   { tail -5 "$root.log" >&2; exit 1; }
-# how this machine reaches its mirror, where it has a way of its own
+# this machine may reach its mirror in its own way
 cp -r /etc/apt/apt.conf.d/. "$root/etc/apt/apt.conf.d/"
 cp /etc/resolv.conf "$root/etc/resolv.conf"
 cp /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/"
@@ -28,7 +28,7 @@ chroot "$root" /usr/bin/env -i HOME=/root TERM=dumb PATH=/usr/local/sbin:/usr/lo
   git clone -q weft.git weft
   cd weft
   git log --oneline -1
-  # step 1 of the page, which the test of the page cannot run: typed here as it stands there
+  # step 1 of the page, which the test of the page cannot run: typed here as written there
   sed -n "/^<!-- not run/,/^\`\`\`\$/p" docs/tutorial.md | sed -n "/^\`\`\`sh\$/,/^\`\`\`\$/p" | sed "/^\`\`\`/d" > /root/step1
   cat /root/step1
   bash -euo pipefail /root/step1 > /root/step1.log 2>&1 || { tail -20 /root/step1.log; exit 1; }

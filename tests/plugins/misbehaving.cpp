@@ -1,4 +1,4 @@
-// A good driver, until it does what no driver may: {"trouble": "none" | "create" | "open" |
+// Wraps a good driver and does one forbidden thing: {"trouble": "none" | "create" | "open" |
 // "received" | "late" | "hang", "after_samples": N, ...the good driver's own settings}.
 // WEFT_GOOD_DRIVER names the good one, WEFT_OWN_NAME this one.
 
@@ -22,7 +22,7 @@ void wait(std::chrono::seconds time) {
   never.wait_for(lock, time, [] { return false; });
 }
 
-/// Stands between the good driver and its host.
+/// Relays between the good driver and its host.
 class Misbehaving final : public Driver, public DriverHost {
  public:
   Misbehaving(std::string trouble, int samples, DriverHost& outer)

@@ -3,9 +3,8 @@
 
     make_fabric.py /path/to/oracle > tests/golden/features/fabric.json
 
-The trials are not stored: synthetic_trial() below and in tests/unit/classifier/golden.cpp is the same integer
-recipe, so every machine can make them and compare. Made with Debian 12's numpy 1.24.2, scipy 1.10.1,
-scikit-learn 1.2.1. "edge" holds short explicit trials of phase M only.
+The trials are not stored: synthetic_trial() below and in tests/unit/classifier/golden.cpp is the same integer recipe, so every machine can make them
+and compare. Made with Debian 12's numpy 1.24.2, scipy 1.10.1, scikit-learn 1.2.1. "edge" has short explicit trials of phase M only.
 """
 import itertools
 import json

@@ -3,9 +3,9 @@
 
     /usr/bin/python3 make_welch.py > welch.json
 
-t, the degrees of freedom and p are computed with mpmath from the very doubles of the samples. scipy.stats.ttest_ind(...,
-equal_var=False) of the same samples stands beside them; the program ends with an error where the two are not the same to
-1e-12 (t) and, where p is a number, to 1e-10 (scipy's tail is not good to more than that everywhere). Written with scipy 1.10.1, mpmath 1.2.1.
+t, the degrees of freedom and p are computed with mpmath from exactly the doubles of the samples. The file also has the results of
+scipy.stats.ttest_ind(..., equal_var=False). The program fails if the two differ by more than 1e-12 (t) or, where p is a number, by more than 1e-10
+(scipy's tail is not more accurate everywhere). Written with scipy 1.10.1, mpmath 1.2.1.
 """
 import json
 import sys
@@ -27,7 +27,7 @@ def exact(x, y):
 
 
 def samples():
-    """Whole numbers, so that nothing is rounded on the way; spreads and sizes differ, the step grows."""
+    """Whole numbers, so that there are no rounding errors; spreads and sizes differ, the step grows."""
     yield [1, 2, 3], [5, 7, 9, 11]
     yield [27, 22, 31, 24], [20, 21, 20, 22, 21, 20, 19]
     draw = numpy.random.RandomState(7)
