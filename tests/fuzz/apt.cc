@@ -1,4 +1,4 @@
-// Thorlabs APT: messages, their bodies, and a stream cut anywhere.
+// Thorlabs APT: messages, their bodies, and a stream split anywhere.
 
 #include "protocols/apt/bodies.hpp"
 #include "protocols/apt/stage_scale.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 using namespace protocols::apt;
 
-/// A layout reads only its own size, and writes back what it read.
+/// A layout reads exactly its own size and writes the same bytes.
 template <class Body>
 void try_body(ByteView data) {
   const Result<Body> body = decode_body<Body>(data);

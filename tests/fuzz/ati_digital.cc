@@ -14,7 +14,7 @@ namespace {
 
 using namespace weft::protocols::ati_digital;
 
-/// A record, and how many were lost before it.
+/// A record and the number of records lost before it.
 struct Found {
   StreamRecord record;
   std::uint32_t lost = 0;
@@ -28,7 +28,7 @@ struct Records {
   bool next(Found& found) { return splitter.next(found.record, found.lost); }
 };
 
-/// At once, in the pieces that the input chooses, and byte by byte.
+/// At once, in pieces chosen by the input, and byte by byte.
 void try_stream(ByteView bytes, ByteView sizes, bool in_step) {
   Records whole(in_step);
   const auto at_once = split<Found>(whole, bytes, {});

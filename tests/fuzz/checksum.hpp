@@ -1,5 +1,5 @@
 #pragma once
-// A model file whose checksum is right, so that mutations reach the lines before it.
+// A model file with a correct checksum, so that mutations reach the parser of its lines.
 
 #include <cstdio>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-// The same bytes to a splitter at once and in pieces: what it takes out of them may not depend on
-// where a read() happened to end.
+// Gives the same bytes to a splitter at once and in pieces: its output must not depend on the ends
+// of the read() calls.
 
 #include <algorithm>
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace weft::fuzz {
 
-/// All that `splitter` finds in `bytes`, handed to it in pieces of the sizes that `sizes` says (0
-/// counts as 1, the last one again and again; none: at once).
+/// All items that `splitter` finds in `bytes`. `sizes` are those of the pieces: 0 counts as 1, the
+/// last one repeats; none: all at once.
 template <class Item, class Splitter>
 std::vector<Item> split(Splitter& splitter, ByteView bytes, ByteView sizes) {
   std::vector<Item> found;
@@ -38,8 +38,8 @@ struct ChunkedInput {
         stream(input.subspan(sizes.size())) {}
 };
 
-/// What every splitter of numbered frames promises on any bytes. `damage_of` counts the frames that
-/// it could not use, `inspect` is shown each that it gave.
+/// Checks the invariants of every splitter of numbered frames on any bytes. `damage_of` counts the
+/// unusable frames, `inspect` gets each usable one.
 template <class Splitter, class Frame, class DamageOf, class Inspect>
 void try_frames(const ChunkedInput& input, const DamageOf& damage_of, const Inspect& inspect) {
   Splitter whole;

@@ -1,4 +1,4 @@
-// Comma-separated files: as lines, as a trial, as a manifest, as tables of slides and of imprints.
+// Comma-separated files: as lines, as a trial, as a manifest, as tables of strokes and of imprints.
 
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace weft::daemon;
 
-// Every kind of rules that an import has.
+// All kinds of rules that the imports use.
 const std::array<CsvRules, 4> all_rules{{
     {},
     {.heading = CsvRules::Heading::if_label,
@@ -49,7 +49,7 @@ void read_lines(const std::string& text, const CsvRules& rules) {
 void read_dataset(Result<Dataset> dataset) {
   if (!dataset) return demand(!dataset.error().what.empty(), "an error says what is wrong");
   demand(!dataset->trials.empty(), "a data set that was read has a trial");
-  for (classifier::Trial& trial : dataset->trials)  // a single trial comes without one
+  for (classifier::Trial& trial : dataset->trials)  // a single trial has no label
     if (trial.label.empty()) trial.label = "unknown";
   demand(check(*dataset).has_value(), "a data set that was read keeps its promises");
   demand(std::isfinite(dataset->info.taxel_rate_hz), "rates are finite");

@@ -1,6 +1,6 @@
-// HDF5 data sets. The first byte says what the rest is: E, edits of a whole data set
-// (hdf5_edit.hpp), which search the reader; B, bytes of it to alter; anything else, the file
-// itself. The last two mostly search the HDF5 library.
+// HDF5 data sets. The first byte selects the input. E: edits of a whole data set (hdf5_edit.hpp),
+// which test the reader. B: altered bytes of it. Anything else: the file itself. The last two
+// mostly test the HDF5 library.
 
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "tests/fuzz/hdf5_edit.hpp"

@@ -47,8 +47,8 @@ const std::vector<std::uint8_t>& sample(Sample of) {
   return image;
 }
 
-/// Groups and columns of the sample. Listed once: HDF5 1.10 may crash when it walks through a file
-/// that has been edited, which the reader never does.
+/// Groups and columns of the sample. Listed once: HDF5 1.10 may crash when it walks through an
+/// edited file, which the reader never does.
 std::vector<std::string> list_objects(hid_t file) {
   std::vector<std::string> names;
   const auto visit = [](hid_t, const char* name, const H5O_info_t*, void* out) -> herr_t {
@@ -60,7 +60,7 @@ std::vector<std::string> list_objects(hid_t file) {
   return names;
 }
 
-/// A fixed text, or one of the numbers; of variable length for 7.
+/// A fixed text or one of the number types; for 7 a text of variable length.
 Handle type_of(std::uint8_t choice) {
   const std::array numbers{H5T_NATIVE_UINT8, H5T_NATIVE_UINT16, H5T_NATIVE_INT32,
                            H5T_NATIVE_INT64, H5T_NATIVE_DOUBLE, H5T_NATIVE_FLOAT};
@@ -70,7 +70,7 @@ Handle type_of(std::uint8_t choice) {
   return text;
 }
 
-/// Up to three extents, small or, in chunks that are never written, beyond all reason.
+/// Up to three extents: small, or extremely large in chunks that are never written.
 Handle space_of(std::uint8_t shape, std::uint8_t extent) {
   const int rank = shape % 4;
   if (rank == 0) return {H5Screate(extent % 2 == 0 ? H5S_SCALAR : H5S_NULL), H5Sclose};
@@ -108,7 +108,7 @@ void replace_attribute(hid_t file, const std::string& name, const Edit& edit) {
   if (edit.a % 8 != 7) H5Awrite(made.id(), type.id(), value.data());
 }
 
-/// Sets a byte of what a column holds.
+/// Changes one byte of a column's values.
 void alter_value(hid_t file, const std::string& name, const Edit& edit) {
   const Handle column(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
   const Handle type(H5Dget_type(column.id()), H5Tclose);
@@ -122,7 +122,7 @@ void alter_value(hid_t file, const std::string& name, const Edit& edit) {
   H5Dwrite(column.id(), type.id(), whole_column, whole_column, H5P_DEFAULT, bytes.data());
 }
 
-/// Another column, a group, or a link that leads to itself.
+/// Replaces an object by another column, a group, or a link to itself.
 void replace_by_link(hid_t file, const std::string& name, const std::string& other,
                      const Edit& edit) {
   H5Ldelete(file, name.c_str(), H5P_DEFAULT);
@@ -135,7 +135,7 @@ void replace_by_link(hid_t file, const std::string& name, const std::string& oth
     H5Lcreate_soft(("/" + name).c_str(), file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT);
 }
 
-/// `names`: of the sample before any edit.
+/// `names`: objects of the unedited sample.
 void apply(hid_t file, const std::vector<std::string>& names, const Edit& edit) {
   const std::string& name = names[edit.object % names.size()];
   switch (edit.operation % 5) {
@@ -171,7 +171,7 @@ std::vector<std::uint8_t> edited_file(Sample of, std::span<const std::uint8_t> s
   const daemon::hdf5::QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_core(access.id(), std::size_t{1} << 16, false);
-  std::vector<std::uint8_t> image = sample(of);  // HDF5 takes a copy
+  std::vector<std::uint8_t> image = sample(of);  // HDF5 copies it
   H5Pset_file_image(access.id(), image.data(), image.size());
   const Handle file(H5Fopen("sample", H5F_ACC_RDWR, access.id()), H5Fclose);
   demand(file.ok(), "the sample can be opened");

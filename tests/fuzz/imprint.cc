@@ -1,4 +1,4 @@
-// The imprint array's stream, and what a host asks of it.
+// The imprint array's stream, and the requests of a host.
 
 #include "protocols/imprint/imprint.hpp"
 #include "tests/fuzz/chunked.hpp"

@@ -1,4 +1,4 @@
-// Imprints as other programs write them: text, grey maps, NumPy arrays; and their features.
+// Imprints in the formats of other programs (text, grey maps, NumPy arrays), and their features.
 
 #include <cmath>
 

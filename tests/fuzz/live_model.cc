@@ -1,5 +1,5 @@
-// Models for votes while a slide goes on: whatever the bytes, an error or a model that can be
-// stored and read back, whose head says the same.
+// Models of the live vote: any bytes give an error or a model. A model can be stored and read back,
+// with the same head.
 
 #include <sstream>
 #include <string>

@@ -1,4 +1,4 @@
-// Writes the inputs where fuzzing starts, with the program's own writers and from the golden
+// Writes the initial inputs of the fuzz targets with the program's own writers and from the golden
 // vectors:
 //   fuzz_corpus FOLDER [small]   makes FOLDER/model_file, live_model, other_models, csv,
 //   imprint_file, hdf5, recordings, rdt_page and one folder for each wire; small: without a whole
@@ -41,7 +41,7 @@ bool write_models(const std::filesystem::path& folder) {
   return true;
 }
 
-// Of a booster's hundred trees one of each class: a seed is to be small.
+// Keeps one tree of each class of a booster's hundred: a seed should be small.
 std::string with_few_trees(const std::string& model) {
   constexpr std::string_view keyword = "\nbooster ";
   const std::size_t at = model.find(keyword);
@@ -94,7 +94,7 @@ bool write_live_models(const std::filesystem::path& folder) {
   return true;
 }
 
-/// There is no writer of trials as text: the forms that the reader documents.
+/// The program has no writer of trials as text: these are the forms that the reader documents.
 void write_tables(const std::filesystem::path& folder) {
   write(folder / "trial", "t_s,phase,ch1,ch2\n0,S,1,2\n0.027,P,1,2\n0.054,M,3,4.5\n0.1,E,1e3,2\n");
   write(folder / "motion_only", "t_s,ch1\n0,1\n1,2\n");
@@ -154,8 +154,8 @@ std::string from_hex(const std::string& text) {
   return out;
 }
 
-/// The bytes of every golden vector of a wire, alone and one behind the other; with and without the
-/// bytes in front that choose the pieces.
+/// The bytes of every golden vector of a wire, alone and all joined; with and without the leading
+/// bytes that choose the pieces.
 void write_vectors(const std::filesystem::path& vectors, const std::filesystem::path& folder) {
   const std::string pieces{'\3', '\1', '\7', '\2'};
   std::string all;
@@ -178,9 +178,9 @@ void write_wires(const std::filesystem::path& folder) {
       write_vectors(wire.path() / "vectors", folder / wire.path().filename());
 }
 
-/// The pages of a Net F/T box, the documented minimal one (device-facts.md, Net F/T pages) first;
-/// bare, as replies with and without their length and in chunks; and requests. The bytes in front
-/// choose the pieces.
+/// The pages of a Net F/T box, first the documented minimal one (device-facts.md, Net F/T pages):
+/// bare, and as replies with and without their length and in chunks. Also requests. The leading
+/// bytes choose the pieces.
 void write_pages(const std::filesystem::path& folder) {
   namespace rdt = protocols::rdt;
   const std::string pieces{'\3', '\1', '\7', '\2'};
@@ -229,13 +229,13 @@ std::string request_line(const std::string& method, const nlohmann::json& params
          "\n";
 }
 
-/// What docs/api.md shows: the lines of its examples, and a request of every method in its tables,
-/// each after an introduction; from an admin on the Unix socket and from TCP.
+/// The examples of docs/api.md, and a request of every method in its tables, each after
+/// session.open; from an admin on the Unix socket and from TCP.
 void write_lines(const std::filesystem::path& page, const std::filesystem::path& folder) {
   const std::string opening =
       request_line("session.open", {{"client", "seed"}, {"protocol", "1.x"}});
   const auto put = [&](std::string name, const std::string& lines) {
-    std::ranges::replace(name, '/', '_');  // of "$/cancel"
+    std::ranges::replace(name, '/', '_');  // for "$/cancel"
     write(folder / name, std::string{3, 0, 0, 0} + lines);
     write(folder / (name + "_tcp"), std::string{4, 5, 1, 9} + lines);
   };

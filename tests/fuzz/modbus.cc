@@ -11,7 +11,7 @@ namespace {
 
 using namespace weft::protocols::modbus;
 
-/// The frames' messages, kept: a splitter's view lasts until its next push().
+/// Copies of the frames' messages: a splitter's view lasts until its next push().
 struct RtuFrames {
   RtuSplitter splitter;
   void push(ByteView bytes) { splitter.push(bytes); }
@@ -46,7 +46,7 @@ void read_message(ByteView pdu) {
   comes_back(decode_reply(pdu), pdu);
 }
 
-/// At once, in the pieces that the input chooses, and byte by byte.
+/// At once, in pieces chosen by the input, and byte by byte.
 template <class Frames>
 void try_stream(ByteView bytes, ByteView sizes, const Frames& fresh) {
   Frames whole = fresh;

@@ -1,4 +1,4 @@
-// Model files: whatever the bytes, an error or a model that can be stored, read back and asked.
+// Model files: any bytes give an error or a model that can be stored, read back and used.
 
 #include <cmath>
 #include <sstream>

@@ -1,5 +1,5 @@
-// Model files of imprints and of recordings: whatever the bytes, an error or a model that can be
-// stored, read back and asked.
+// Model files of imprints and of recordings: any bytes give an error or a model that can be stored,
+// read back and used.
 
 #include <sstream>
 #include <string>

@@ -35,7 +35,7 @@ void try_datagram(ByteView bytes) {
   demand(same(again, bytes), "records that were read are written back");
 }
 
-/// What a request leaves open is written as zeros: it is the same when it is read again.
+/// Unused bytes of a request are written as zeros, so only the second reading must be equal.
 void try_command(ByteView bytes) {
   const Result<CommandRequest> request = decode_command(bytes);
   if (!request) return demand(!request.error().what.empty(), "an error says what is wrong");

@@ -1,4 +1,4 @@
-// The HTTP side of a Net F/T box: its pages, requests for them, and a reply cut anywhere.
+// The HTTP side of a Net F/T box: its pages, requests for them, and a reply split anywhere.
 
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace protocols::rdt;
 
-/// A reply as split() drives it: one page at most, nothing more once it is refused.
+/// A reply with the interface that split() needs: at most one page, and nothing after a refusal.
 struct ReplySplitter {
   HttpReply reply;
   bool refused = false, given = false;
@@ -26,7 +26,7 @@ struct ReplySplitter {
   }
 };
 
-/// Text that is a tag itself cannot be written back: the pages know no escapes.
+/// A tag as text cannot be written back: the pages have no escapes.
 bool plain(std::string_view text) {
   return text.find('<') == std::string_view::npos;
 }
@@ -37,7 +37,7 @@ void try_settings(std::string_view xml) {
   demand(page->counts_per_force > 0 && page->counts_per_torque > 0, "counts are above zero");
   if (!plain(page->product) || !plain(page->force_unit) || !plain(page->torque_unit)) return;
   SettingsPage written = *page;
-  written.rdt_rate_hz = 0;  // written as a whole number
+  written.rdt_rate_hz = 0;  // it is written as a whole number
   const Result<SettingsPage> again = decode_settings(encode(written));
   demand(again && again->product == page->product && again->force_unit == page->force_unit &&
              again->torque_unit == page->torque_unit &&

@@ -1,5 +1,5 @@
-// Recordings of sound and vibration, HDF5. The first byte says what the rest is, as in hdf5.cc: E,
-// edits of a whole file, which search the reader; B, bytes of it to alter; anything else, the file
+// Recordings of sound and vibration in HDF5. The first byte selects the input, as in hdf5.cc. E:
+// edits of a whole file, which test the reader. B: altered bytes of it. Anything else: the file
 // itself.
 
 #include "daemon/storage/recordings/recording_set.hpp"

@@ -1,6 +1,6 @@
 // The fuzz targets without libFuzzer:  replay TARGET MUTATIONS FOLDER...
-// Every file of the folders as it is, then MUTATIONS inputs made from them, the same ones every
-// time. An input that ends the process is left in `crash-input`.
+// Runs every file of the folders, then MUTATIONS inputs made from them, which are the same in every
+// run. An input that ends the process is saved in `crash-input`.
 
 #include <fcntl.h>
 
@@ -22,7 +22,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-const Bytes* running = nullptr;  // for the signal handler, which takes no argument of ours
+const Bytes* running = nullptr;  // for the signal handler, which has no argument for it
 
 extern "C" void keep_input(int signal) {
   const int fd = ::open("crash-input", O_WRONLY | O_CREAT | O_TRUNC, 0644);
@@ -61,7 +61,7 @@ void erase(Bytes& bytes, std::size_t from, std::size_t count) {
   bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(std::min(count, bytes.size() - from)));
 }
 
-/// Texts that parsers trip over.
+/// Texts that parsers often handle badly.
 constexpr std::string_view awkward[]{"nan",
                                      "-inf",
                                      "1e999",

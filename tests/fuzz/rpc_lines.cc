@@ -1,6 +1,6 @@
-// Lines as a client of weftd sends them: line buffer, messages, the table of methods with its
-// checks, and what the methods answer. The run manager is the daemon's own, over a rig that is not
-// there: nothing ever runs. Threads, clocks and sockets are none.
+// Lines of a weftd client: line buffer, messages, the table of methods with its checks, and the
+// answers of the methods. The run manager is the daemon's own, but its rig does not exist, so no
+// run ever starts. There are no threads, clocks and sockets.
 
 #include <algorithm>
 #include <array>
@@ -82,7 +82,7 @@ class SmallDaemon {
     client_->send_hello();
   }
 
-  /// In pieces as `sizes` says; false where a line is too long, which ends a connection.
+  /// Sends pieces of the given sizes. False if a line is too long, which ends a connection.
   bool on_message(ByteView bytes, ByteView sizes) {
     rpc::LineBuffer lines(most_line_bytes);
     for (std::size_t piece = 0; !bytes.empty(); ++piece) {
@@ -108,7 +108,7 @@ class SmallDaemon {
     const auto request = rpc::parse_request(line);
     const bool blank = line.find_first_not_of(" \t\r") == std::string::npos;
     const bool silent = blank || (request && !request->id_json);
-    // what is answered later waits for a run, and there is none
+    // only answers about a run may come later, and there is no run
     demand(silent || reported_.size() > before, "every line that asks is answered");
   }
 
@@ -147,7 +147,7 @@ class SmallDaemon {
 server::Peer read_peer(std::uint8_t choice) {
   using access::Role;
   constexpr std::array roles{Role::observer, Role::operator_, Role::engineer, Role::admin};
-  if (choice % 5 == 4) return {false, {}, std::nullopt};  // TCP, and no token is any good
+  if (choice % 5 == 4) return {false, {}, std::nullopt};  // TCP without a valid token
   return {true, "somebody", roles[choice % 5]};
 }
 
@@ -155,7 +155,7 @@ server::Peer read_peer(std::uint8_t choice) {
 
 WEFT_FUZZ_TARGET(rpc_lines) {
   using namespace weft::fuzz;
-  constexpr std::size_t header = 4;  // who speaks, and the sizes of the pieces
+  constexpr std::size_t header = 4;  // the peer, and the sizes of the pieces
   const weft::ByteView all(data, size);
   const weft::ByteView head = all.first(std::min(header, size));
   const weft::ByteView bytes = all.subspan(head.size());

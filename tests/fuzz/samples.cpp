@@ -85,7 +85,7 @@ daemon::RecordingSet sample_recordings() {
 
 namespace {
 
-// A thousand would be longer than an input of the fuzzer. One row is in two classes, so that a leaf
+// A thousand trees would exceed an input of the fuzzer. One row is in two classes, so that a leaf
 // is not pure.
 Result<classifier::TrainedLearner> two_trees_of(const classifier::TrainedLearner& trained,
                                                 const classifier::FeatureMatrix& matrix) {

@@ -1,5 +1,5 @@
 #pragma once
-// Small inputs made by the program's own writers: where fuzzing starts.
+// Small inputs from the program's own writers: the start of fuzzing.
 
 #include "classifier/imprint/imprint_model.hpp"
 #include "classifier/live/staged_model.hpp"
@@ -16,7 +16,7 @@ daemon::Dataset sample_dataset();
 /// Three recordings of two channels, each at its own rate.
 daemon::RecordingSet sample_recordings();
 
-/// Three fabrics, one taxel, phases P and M. Of one kind of learner, not a choice.
+/// Three fabrics, one taxel, phases P and M. `learner` is a single one, not `best`.
 Result<classifier::StoredModel> sample_model(classifier::Learner learner, classifier::View view);
 
 /// Three textures on an array of 6 x 8.

@@ -1,6 +1,6 @@
 #pragma once
-// What the fuzz targets share. Each target is one entry point, the same for libFuzzer (clang) and
-// for the replay in the ordinary test suite (any compiler).
+// Shared code of the fuzz targets. Each target is one entry point, the same for libFuzzer (clang)
+// and for the replay in the ordinary test suite (any compiler).
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -16,7 +16,8 @@
 
 namespace weft::fuzz {
 
-/// Any bytes are an input. Returns 0; ends the process when a promise of the product is broken.
+/// Any bytes are valid input. Returns 0; ends the process when an invariant of the product is
+/// violated.
 using Target = int (*)(const std::uint8_t* data, std::size_t size);
 /// The targets of the replay, by name.
 std::map<std::string, Target>& targets();
@@ -24,14 +25,14 @@ inline bool add_target(const char* name, Target target) {
   return targets().emplace(name, target).second;
 }
 
-/// Ends the process: the promise `what` does not hold for this input.
+/// Ends the process: the invariant `what` does not hold for this input.
 inline void demand(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "broken promise: %s\n", what);
   std::abort();
 }
 
-/// A file that lives in memory and has a path, for readers that open files.
+/// A file in memory with a path, for readers that open files.
 class MemoryFile {
  public:
   explicit MemoryFile(std::span<const std::uint8_t> bytes) : fd_(memfd_create("weft-fuzz", 0)) {

@@ -1,11 +1,11 @@
-// A token that is over: the page is signed out at that moment, by its stream and, where it has none, by the first answer that is refused. SIMULATED.
+// An expired token signs the page out at once: by its stream or, without a stream, by the first refused answer. SIMULATED.
 import assert from 'node:assert/strict';
 import { createHash, randomBytes } from 'node:crypto';
 import { renameSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { connected, says, with_daemon } from './support.mjs';
 
-/** Another file of tokens, whole: each a name, a token and how long it is good for. */
+/** Replaces the whole file of tokens; each entry is a name, a token and its time to live [s]. */
 function write_tokens(daemon, ...entries) {
   const tokens = entries.map(([name, token, left_s]) => ({ name, role: 'operator', sha256: createHash('sha256').update(token).digest('hex'),
     expires_us: Math.round((Date.now() + 1000 * left_s) * 1000) }));
@@ -26,7 +26,7 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#sign-in-why', /its time is over/);
   await says(other, '#connection-text', /^live$/);
 
-  // refused by the answer to a question: this page never had a stream that could say it
+  // refused by an answer: this page never had a stream that could report it
   const asking = await open(address(daemon, long), { before: (page) => page.route('**/events?*', (route) =>
     route.fulfill({ status: 503, json: { error: { data: { kind: 'request.too_many' } } } })) });
   await says(asking, '#connection-text', /every 2 s/);

@@ -1,4 +1,4 @@
-// The archive says of each run what its own data are, simulated or real, and not what the bench is today. SIMULATED.
+// The archive shows for each run whether its own data are simulated or real, whatever the bench is today. SIMULATED.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { join } from 'node:path';
@@ -18,7 +18,7 @@ await with_daemon(async (daemon, open) => {
   for (let at = 0; at < 2; ++at) daemon.weft('start', 'small', '--wait');
   assert.match(await look_up(page, 'R-000001'), /SIMULATED/);
   await daemon.end();
-  // as a daemon left it that did not know yet
+  // a row of an older daemon, without these columns
   execFileSync('python3', ['-c', 'import sqlite3, sys; d = sqlite3.connect(sys.argv[1]); d.execute("UPDATE run SET bench = \'\', trials_planned = NULL WHERE number = 1"); d.commit()',
     join(daemon.folder, 'data/weftd.sqlite')]);
   await daemon.begin();

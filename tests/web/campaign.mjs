@@ -1,5 +1,5 @@
-// From the page: a campaign is checked, started, watched, paused, resumed, halted; the rig is reset; another one is finished, and
-// what came of it is looked up. SIMULATED.
+// The page checks, starts, shows, pauses, resumes and halts a campaign and resets the rig. Another campaign is completed and its result looked up.
+// SIMULATED.
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
@@ -18,7 +18,7 @@ async function check_before_anything_moves(daemon, page) {
   assert.deepEqual(daemon.runs, [], 'a question starts nothing');
 }
 
-/** Force on the cloth, pads with counts, a probe that has a place: as the daemon tells them. */
+/** Force on the fabric, pads with counts and the place of the probe, as the daemon reports them. */
 async function watch(page) {
   await says(page, '#rig-fact', /moving/);
   await says(page, '#run-count', /of 8 repetitions/);

@@ -1,5 +1,5 @@
-// For everybody: no view has what axe calls serious or critical, by day or night, on a desk or a phone; no view scrolls sideways on a
-// phone; a campaign is started by keys alone. SIMULATED.
+// Accessibility: no view has a serious or critical finding of axe, by day or night, on a desk or a phone. No view scrolls sideways on a phone. A
+// campaign is started by keys alone. SIMULATED.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { connected, desktop, phone, says, see, with_daemon } from './support.mjs';
@@ -17,7 +17,7 @@ async function judge(page, what) {
   assert.ok(wider <= 0, `${what} scrolls sideways by ${wider} px`);
 }
 
-/** With something in each view. */
+/** Puts content into a view. */
 async function fill(page, view) {
   if (view.includes('/')) await page.evaluate((address) => { location.hash = address; }, `#${view}`);
   else await see(page, view);
@@ -42,7 +42,7 @@ async function fill(page, view) {
 
 async function by_keys_alone(daemon, page) {
   await page.keyboard.press('Tab');
-  await page.keyboard.press('Enter'); // the first stop: to the content
+  await page.keyboard.press('Enter'); // the first stop: "to the content"
   assert.equal(await page.evaluate(() => document.activeElement.id), 'main');
   await go_to(page, (focused) => focused.getAttribute('href') === '#start', 'Shift+Tab');
   await page.keyboard.press('Enter');

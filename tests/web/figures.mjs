@@ -1,5 +1,6 @@
-// Pictures of every kind of report: no text overlaps another or leaves its picture, at both sizes, light and dark; and how tall pages are.
-// No picture is cut on A4. And that weft report --from draws each of them again from its record, to the same bytes. figures.mjs REPORT_PAGES SOURCE_ROOT WEFT
+// Pictures of every kind of report: no text overlaps another or leaves its picture, at both sizes, light and dark. Pages are not too tall,
+// and no picture is cut on A4. weft report --from must draw each page again from its record, to the same bytes.
+//   figures.mjs REPORT_PAGES SOURCE_ROOT WEFT
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from 'node:fs';
@@ -9,10 +10,10 @@ import { chromium } from 'playwright-core';
 
 const [MAKE, ROOT, WEFT] = process.argv.slice(2);
 const slack_px = 1;
-const most_px = { campaign: 6000, campaign_imprints: 8000, imprints: 8000 }; // at 1440 wide, with 17 classes
+const most_px = { campaign: 6000, campaign_imprints: 8000, imprints: 8000 }; // at a width of 1440 px, with 17 classes
 const most_bytes = { campaign: 300000 };
 
-/** Runs in the page: what overlaps or sticks out, as sentences. */
+/** Runs in the page: sentences about texts that overlap or leave their picture. */
 function troubles(slack) {
   const out = [];
   const open = document.querySelectorAll('details');

@@ -1,5 +1,5 @@
-// The halt when it is hardest to reach: from inside an open question, by key and by button; and from the page that is seen, of seven in
-// one browser, which has six connections for one host. SIMULATED.
+// The halt in its hardest cases. First with an open question, by key and by button. Then from the visible one of seven pages in one browser, which
+// has only six connections for one host. SIMULATED.
 import assert from 'node:assert/strict';
 import { connected, open_browser, patience_ms, says, start, with_daemon } from './support.mjs';
 
@@ -7,10 +7,10 @@ async function reset(daemon, page) {
   await says(page, '#rig-fact', /latched/);
   assert.equal(daemon.call('rig.state').rig, 'latched');
   daemon.call('rig.reset', { reason: 'a test has looked at it' });
-  await says(page, '#rig-fact', /holding/);  // halted over the cloth, and looked at
+  await says(page, '#rig-fact', /holding/); // it was halted over the fabric, and then inspected
 }
 
-/** `act` halts while the question whether to abort is open; nobody answers that. */
+/** `act` halts while the abort question is open, which no one answers. */
 async function halt_in_a_question(daemon, page, act) {
   await start(page, 'small');
   await says(page, '#run-state', /running/);
@@ -22,7 +22,7 @@ async function halt_in_a_question(daemon, page, act) {
   assert.deepEqual([last.outcome, last.cleanup], ['aborted', 'skipped'], 'halted, and not aborted, which cleans up');
 }
 
-/** Playwright's pages all count as seen: these can be told otherwise. */
+/** Playwright treats all its pages as visible: this lets a test hide one. */
 async function can_be_hidden(page) {
   await page.addInitScript(() => {
     let hidden = false;
@@ -31,7 +31,7 @@ async function can_be_hidden(page) {
   });
 }
 
-/** All in one browser context, so that they share its connections. */
+/** All pages in one browser context, so that they share its connections. */
 async function seven_pages(daemon) {
   const context = await (await open_browser()).newContext();
   const link = daemon.link();
@@ -60,7 +60,7 @@ await with_daemon(async (daemon, open) => {
   await halt_in_a_question(daemon, page, () => page.click('dialog[open] .halt-here'));
   assert.equal(await page.locator('dialog[open]').count(), 0);
   await halt_in_a_question(daemon, page, () => page.keyboard.press('F8'));
-  await page.keyboard.press('Escape'); // the key answers no question: that is closed by whoever opened it
+  await page.keyboard.press('Escape'); // F8 does not answer the question: the user who opened it closes it
   assert.equal(await page.locator('dialog[open]').count(), 0);
   assert.equal(daemon.runs.length, 2);
   await seven_pages(daemon);

@@ -1,5 +1,5 @@
-// Live pictures say what is: pads above their rest on a fixed scale, the regulated force with its set point and phases, the last
-// minutes also for who comes later, and no line over what was not told. SIMULATED.
+// Live pictures are true: pads above their rest on a fixed scale; the regulated force with its set point and phases; the last minutes also for a page
+// opened later; no line where no data came. SIMULATED.
 import assert from 'node:assert/strict';
 import { connected, says, start, with_daemon } from './support.mjs';
 
@@ -7,7 +7,7 @@ const pads_now = async (page) => (await page.getAttribute('#pads', 'aria-label')
 const sum = (values) => values.reduce((total, one) => total + one, 0);
 const told_of = (page, chart) => page.getAttribute(chart, 'aria-label');
 
-/** How many pixels of the force's chart have the colour of Fz. */
+/** Number of pixels of the force chart in the colour of Fz. */
 const drawn = (page) => page.evaluate(() => {
   let found = 0;
   for (const canvas of document.querySelectorAll('#chart-force canvas')) {
@@ -22,7 +22,7 @@ await with_daemon(async (daemon, open) => {
   await connected(page);
   await start(page, 'plain');
 
-  // pressed and up do not look alike
+  // pressed and lifted look different
   await says(page, '#run-step', /sliding/);
   await says(page, '#pads-range', /^0 to 500 counts above the mean of phase S$/);
   const pressed = sum(await pads_now(page));
@@ -41,20 +41,20 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#chart-force-key', /set point 5 ± 0\.25 N/);
   assert.match(await told_of(page, '#chart-force'), /phases S, P, M/);
 
-  // a page that comes later has the last minutes
+  // a page opened later has the last minutes
   await page.reload();
   await connected(page);
   await page.waitForFunction(() => / phases S, P, M/.test(document.querySelector('#chart-force').getAttribute('aria-label')));
   assert.ok(await drawn(page) > 300, `the line is there after a reload: ${await drawn(page)} px`);
 
-  // fast: what is told too seldom is asked for, and no ramp is drawn that never was
+  // fast: the page requests rows that come too rarely as events, and draws no ramp across a gap
   daemon.call('sim.clock', { pace: 64 });
   await page.waitForFunction(() => {
     const [, rows, gaps, widest_s] = /: (\d+) rows, (\d+) gaps, (\d+\.\d) s/.exec(document.querySelector('#chart-force').getAttribute('aria-label')) ?? [];
     return rows > 400 && gaps < 3 && widest_s > 200;
   });
 
-  // over: what is seen stays, also for a new page
+  // after the end the last picture stays, also for a new page
   daemon.call('sim.clock', { pace: 0 });
   daemon.weft('watch', 'R-000001');
   const late = await open(daemon.link());

@@ -1,4 +1,4 @@
-// What a person is needed for is asked on the page, and confirmed there: once by mouse, once by keys. SIMULATED.
+// Operator steps are shown on the page and confirmed there: once by mouse, once by keys. SIMULATED.
 import assert from 'node:assert/strict';
 import { connected, says, see, start, with_daemon } from './support.mjs';
 
@@ -27,7 +27,7 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#latched', /HALTED.*watcher/);
 });
 
-/** Who only watches may halt, and nothing else. */
+/** An observer may halt and do nothing else. */
 async function start_is_not_offered(page) {
   await see(page, 'start');
   await page.check('input[value=small]');

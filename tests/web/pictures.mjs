@@ -1,5 +1,5 @@
-// The pictures of the page in docs/img: a campaign under way and its result on the simulated bench, on a desk and a phone, by day and by
-// night. `run pictures WEFTD WEFT ROOT`, with WEFT_PICTURES another folder for them. SIMULATED.
+// Draws the pictures of the page in docs/img: a campaign in progress and its result on the simulated bench, on a desk and a phone, by day and by
+// night. `run pictures WEFTD WEFT ROOT`; WEFT_PICTURES names another folder for them. SIMULATED.
 import { join } from 'node:path';
 import { ROOT, connected, desktop, phone, says, start, with_daemon } from './support.mjs';
 

@@ -1,5 +1,5 @@
-// The queue from the page: runs are put in line, moved, taken out, begun; two people see whose turn it is to steer, and one with the
-// right takes the rig over. SIMULATED.
+// The queue from the page: runs are queued, moved, removed and started. Two users see who is in control, and the one with the right takes over the
+// rig. SIMULATED.
 import assert from 'node:assert/strict';
 import net from 'node:net';
 import { join } from 'node:path';
@@ -13,7 +13,7 @@ async function put_in_line(page, name) {
   await page.waitForSelector('#view-live:not([hidden])');
 }
 
-/** A program of the daemon's own user that has the rig as long as it is connected, and longer. */
+/** A program of the daemon's own user that holds a lease of 10 minutes, also after it disconnects. */
 async function program(daemon) {
   const wire = net.connect(join(daemon.folder, 'data/weftd.sock'));
   const lines = [{ method: 'session.open', params: { client: 'program' } },
@@ -31,7 +31,7 @@ await with_daemon(async (daemon, open) => {
   await connected(page);
   await see(page, 'queue');
   const mine = await program(daemon);
-  await says(page, '#lease', /holds the rig \(my program\)/); // the page's own user, and not the page
+  await says(page, '#lease', /holds the rig \(my program\)/); // a program of the same user, not the page
   assert.equal(await page.isDisabled('#queue-state button'), true, 'a program of its user steers');
   daemon.call('lease.break', { lease: daemon.call('lease.list').leases[0].lease, reason: 'a test' });
   mine.end();

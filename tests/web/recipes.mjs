@@ -1,4 +1,4 @@
-// Recipes are described, grouped by what the rig can run, and edited in place with the checker beside. SIMULATED.
+// Recipes are described, grouped by whether the rig can run them, and edited in place with the checker beside them. SIMULATED.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -13,7 +13,7 @@ async function edit(daemon, page) {
   await page.press('#recipe-repetitions', 'Tab');
   await says(page, '#edit-json', /"repetitions": 3/);
   await says(page, '#edit-checked', /trials\s*6: 2 fabrics/);
-  // and what the checker refuses is not saved
+  // a recipe that the checker refuses is not saved
   await page.fill('#recipe-fabrics', 'denim, tweed');
   await page.press('#recipe-fabrics', 'Tab');
   await says(page, '#edit-checked', /refuses.*tweed/);
@@ -26,7 +26,7 @@ async function edit(daemon, page) {
   const saved = JSON.parse(readFileSync(join(daemon.folder, 'recipes/plain.json'), 'utf8'));
   assert.deepEqual([saved.repetitions, saved.fabrics], [3, ['denim', 'felt']]);
   assert.equal(Object.keys(saved)[0], 'schema_version', 'the order of its keys is kept');
-  // one as large as the library's
+  // a description as long as those of the library
   await page.evaluate(() => {
     const { CodeMirror: editor } = document.querySelector('#edit-json .CodeMirror');
     editor.setValue(editor.getValue().replace('Two fabrics', `Two fabrics${', described at length'.repeat(100)}`));
@@ -35,7 +35,7 @@ async function edit(daemon, page) {
   await page.click('#edit-buttons button:text-is("Save"):not([disabled])');
   await page.waitForFunction(() => document.querySelectorAll('#notes .note').length >= 2);
   assert.ok(readFileSync(join(daemon.folder, 'recipes/plain.json'), 'utf8').length > 2000);
-  // the text changes the form, and what is no JSON is said
+  // the text changes the form, and invalid JSON is reported
   await page.evaluate(() => {
     const { CodeMirror: editor } = document.querySelector('#edit-json .CodeMirror');
     editor.setValue(editor.getValue().replace('"repetitions": 3', '"repetitions": 2'));
@@ -49,7 +49,7 @@ async function edit(daemon, page) {
 
 const text_of_editor = (page) => page.evaluate(() => document.querySelector('#edit-json .CodeMirror').CodeMirror.getValue());
 
-/** What is not saved is not lost, and a recipe with an open parameter is checked and saved with a value for it. */
+/** Unsaved changes are kept. A recipe with an open parameter is checked and saved with a value for it. */
 async function edit_another(daemon, page) {
   await page.fill('#recipe-repetitions', '7');
   await page.press('#recipe-repetitions', 'Tab');
@@ -70,7 +70,7 @@ async function edit_another(daemon, page) {
   await page.click('#edit-buttons button:text-is("Save"):not([disabled])');
   await page.waitForFunction(() => /open_force is saved/.test(document.querySelector('#notes').innerText));
   assert.equal(JSON.parse(readFileSync(join(daemon.folder, 'recipes/open_force.json'), 'utf8')).repetitions, 2);
-  // the keyboard stays where it was when fields come and go
+  // the focus stays when fields are added or removed
   await page.selectOption('#recipe-add', 'mount_timeout_s');
   assert.equal(await page.evaluate(() => document.activeElement.id), 'recipe-mount_timeout_s');
 }
@@ -85,7 +85,7 @@ await with_daemon(async (daemon, open) => {
   await edit(daemon, page);
   await edit_another(daemon, page);
 
-  // on a phone the answer comes into view
+  // on a phone the answer scrolls into view
   const small = await open(daemon.link(), { viewport: phone });
   await connected(small);
   await see(small, 'start');

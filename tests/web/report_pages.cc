@@ -1,4 +1,4 @@
-// Pages of every kind from made-up results, through the real builders: report_pages FOLDER. For
+// Builds pages of every kind from made-up results with the real builders: report_pages FOLDER. For
 // figures.mjs, with 2, 3, 17 and 50 classes and labels of 1 to 40 characters.
 
 #include <filesystem>
@@ -27,7 +27,8 @@ using namespace weft::daemon;
 
 using Labels = std::vector<std::string>;
 
-/// Of 1 to 40 characters; some share a long beginning, as "sandpaper_60" and "sandpaper_80".
+/// Labels of 1 to 40 characters; some share a long beginning, like "sandpaper_60" and
+/// "sandpaper_80".
 Labels make_labels(std::size_t count) {
   Labels out;
   for (std::size_t i = 0; i < count; ++i) {
@@ -56,7 +57,7 @@ classifier::Interval interval(double low, double high) {
   return {low, high, "made up"};
 }
 
-/// Of two labels that differ in one feature; with cores, which a table shows.
+/// An evaluation of two labels that differ in one feature; it has cores, for the table of them.
 const classifier::Evaluation& small_evaluation() {
   static const classifier::Evaluation made = [] {
     classifier::FeatureMatrix matrix;
@@ -178,8 +179,8 @@ ExplorationResult result_of(const std::string& exploration, const Labels& labels
   return out;
 }
 
-/// As the demo's: the whole campaign's figures, two campaigns beside it. Without results, as one of
-/// imprints.
+/// A page like the demo's: figures of the whole campaign, with two campaigns beside it. Without
+/// results it is a page of imprints.
 Document campaign_page(const Labels& labels, const std::string& rig,
                        const std::vector<ExplorationResult>& results,
                        nlohmann::ordered_json& record,
@@ -211,7 +212,7 @@ Document campaign_page(const Labels& labels, const std::string& rig,
   return report_document(input);
 }
 
-/// What `weft report` adds where it is asked for.
+/// The optional parts of `weft report`.
 void add_options(ReportInput& input, const std::string& fidelity_json) {
   const auto table = sim::parse_fidelity(fidelity_json);
   if (!table) throw std::runtime_error(to_string(table.error()));

@@ -1,5 +1,5 @@
-// The daemon dies under a page that is open, and comes back: what is shown is not taken for live, the page needs no reload, and the
-// run that was cut short is gone on with from it. SIMULATED.
+// The daemon dies under an open page and comes back. The page does not show old data as live and needs no reload. The interrupted run is resumed from
+// it. SIMULATED.
 import assert from 'node:assert/strict';
 import { connected, patience_ms, says, set_pace, start, with_daemon } from './support.mjs';
 

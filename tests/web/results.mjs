@@ -1,5 +1,5 @@
-// Results are found: a recipe that says nothing of an evaluation is evaluated, the matrix is three clicks away at most, and
-// report, model, trials, exports, tags, search and a comparison are in the page. SIMULATED.
+// Results are easy to find: a recipe without evaluation settings is evaluated, and the matrix is at most three clicks away. Report, model, trials,
+// exports, tags, search and a comparison are in the page. SIMULATED.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { connected, patience_ms, phone, says, see, with_daemon } from './support.mjs';
@@ -16,7 +16,7 @@ async function open_tab(page, name, pattern) {
   await says(page, '#run-body', pattern);
 }
 
-/** How many clicks it takes from a page that was just opened. */
+/** Number of clicks from a newly opened page. */
 async function count_clicks(page) {
   const clicks = ['nav a[href="#archive"]', '#archive-list a >> nth=0', '#run-tabs a:has-text("Confusion matrix")'];
   for (const click of clicks) await page.click(click);
@@ -39,7 +39,7 @@ await with_daemon(async (daemon, open) => {
   assert.equal(await page.evaluate(() => document.activeElement.textContent), 'Shares', 'the keyboard stays on the button');
   await says(page, '#run-body table.confusion', /%/);
 
-  // one number for one thing
+  // the same number everywhere
   await see(page, 'archive');
   await says(page, '#archive-list', new RegExp(`M1 ${right.replace('.', '\\.')}`));
   await page.click('#archive-list a >> nth=0');
@@ -80,7 +80,7 @@ await with_daemon(async (daemon, open) => {
   await page.fill('#archive-filter', '');
   await says(page, '#archive-list', /R-000002/);
 
-  // page by page: the daemon is asked for one at a time
+  // paging: the daemon returns one run a request
   const tiny = await open(daemon.link(), { before: (made) => made.route('**/rpc', (route) =>
     route.continue({ postData: route.request().postData().replace('"most":100,', '"most":1,') })) });
   await connected(tiny);
@@ -89,7 +89,7 @@ await with_daemon(async (daemon, open) => {
   await says(tiny, '#archive-list', /R-000002.*R-000001.*2 campaigns/);
   await tiny.waitForSelector('#archive-list button:text-is("More")', { state: 'detached' });
 
-  // evaluated again, while a note is being typed
+  // evaluate again while a note is being typed
   await page.click('#archive-list a:has-text("R-000001")');
   await says(page, '#run-body', /Evaluate again/);
   await page.fill('#run-note', 'the clamp was loose, and the lamp');
@@ -101,14 +101,14 @@ await with_daemon(async (daemon, open) => {
   assert.equal(await page.inputValue('#run-note'), 'the clamp was loose, and the lamp');
   await see(page, 'archive');
 
-  // two of them
+  // comparison of two runs
   for (const run of ['R-000001', 'R-000002']) await page.check(`#archive-list [data-key="tick-${run}"]`);
   await page.click('#archive-compare a');
   await says(page, '#compare-body', /recipe\s*plain\s*small\s*≠ differs/);
   await says(page, '#compare-body', /bench\s*simulated\s*simulated\s*same/);
   assert.equal(await page.locator('#compare-body table.confusion').count(), 2);
 
-  // the tutorial's first campaign: nothing but the page after it was started
+  // the tutorial's first campaign: the page needs no other step after its start
   daemon.weft('start', 'first', '--wait');
   daemon.call('run.wait', { run: 'R-000003', hand_over: true });
   const anew = await open(daemon.link());
@@ -117,7 +117,7 @@ await with_daemon(async (daemon, open) => {
   await says(anew, '#run-head', /R-000003 · first/);
   assert.equal(await anew.locator('#run-body table.confusion tbody tr').count(), 3);
 
-  // and on a phone, where the run just ended
+  // on a phone, after the end of the run
   const small = await open(daemon.link(), { viewport: phone, colorScheme: 'dark' });
   await connected(small);
   await small.click('#run-facts a:has-text("Confusion matrix")');

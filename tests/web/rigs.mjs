@@ -1,11 +1,14 @@
-// The page of rigs that differ from the 5-DoF bench: what it draws is what the rig has. SIMULATED.
+// The page of rigs that differ from the 5-DoF bench shows only the parts that the rig has. SIMULATED.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Daemon, ROOT, WEFT, connected, open_browser, open_page, recipe, says } from './support.mjs';
 
-/** Rig files of sim/rigs, the others shapes of weft init: axes with a stage, whether forces are measured, pads, columns and rows of their picture. */
+/**
+ * Rig files of sim/rigs, and shapes of `weft init`: axes with a stage; whether forces are measured; number of pads; columns and rows of their
+ * picture.
+ */
 const rigs = {
   'emulated-xyz': { axes: ['x', 'y', 'z'], wrench: false, pads: 16, wide: 4, high: 4 },
   'emulated-xz': { axes: ['x', 'z'], wrench: true, pads: 16, wide: 4, high: 4 },
@@ -22,7 +25,7 @@ function small(of) {
     { phase: 'M', speed_mm_s: 2, path: [along] }, { phase: 'E', duration_s: 1 }] } } });
 }
 
-/** Colours of the picture where a pad's middle lies, and between its ends where none does. */
+/** Whether the picture is painted at each pad's place; and its alpha in the gap and outside, where no pad is. */
 const painted = (page, { wide, high }) => page.evaluate(([columns, rows]) => {
   const canvas = document.querySelector('#pads');
   const size = Math.min(canvas.width / columns, canvas.height / rows);
@@ -34,7 +37,7 @@ const painted = (page, { wide, high }) => page.evaluate(([columns, rows]) => {
   return { filled, gap: columns % 1 === 0 ? null : alpha(4.25, 0.5), outside: alpha(-0.3, 0.5) };
 }, [wide, high]);
 
-/** A rig file of sim/rigs without its ports, in the time of the simulation. */
+/** A rig file of sim/rigs without its ports, in virtual time. */
 function without_ports(name) {
   const rig = JSON.parse(readFileSync(join(ROOT, 'sim/rigs', `${name}.json`), 'utf8'));
   rig.bench = 'simulated';

@@ -1,17 +1,17 @@
-// More pages than the daemon has streams for: the one that gets none says so, still shows how things stand, and goes live as soon as
-// there is room. SIMULATED.
+// More pages than the daemon has streams for: a page without a stream shows that, still shows the present state, and goes live as soon as a stream is
+// free. SIMULATED.
 import assert from 'node:assert/strict';
 import { Relay, connected, says, with_daemon } from './support.mjs';
 
 const seats = 32;
-const heartbeat_ms = 12000; // of the page: silence for longer is no connection
+const heartbeat_ms = 12000; // limit of the page [ms]: longer silence counts as a lost connection
 
-/** One without a stream whose connection goes quiet says so as soon as one with a stream would. Its clock is Playwright's. */
+/** A page without a stream reports a silent connection as soon as one with a stream would. Its clock is Playwright's. */
 async function quiet_is_not_current(daemon, open) {
   const relay = await new Relay().begin(daemon.http);
   const page = await open(daemon.link(relay.port), { before: (fresh) => fresh.clock.install() });
   await says(page, '#connection-text', /every 2 s: all live places are taken/);
-  await page.clock.runFor(6000); // it asks, and is answered
+  await page.clock.runFor(6000); // it sends requests and gets answers
   await says(page, '#connection-text', /every 2 s/);
   relay.go_quiet();
   await page.clock.runFor(heartbeat_ms + 2000);
@@ -38,7 +38,7 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#run-facts', /outcome\s*complete/);
   for (const stop of held.slice(0, 10)) stop.abort();
   await connected(page);
-  // ten pages, each with a stream of its own
+  // ten pages, each with its own stream
   const more = [];
   for (let at = 0; at < 9; ++at) more.push(await open(page_link));
   for (const each of [page, ...more]) await connected(each);

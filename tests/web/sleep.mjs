@@ -1,5 +1,5 @@
-// A laptop sleeps for an hour: its connection goes quiet without a word, and its clock jumps. When it wakes, nothing old looks live,
-// and soon everything is. The page's clock is Playwright's, the connection goes through a relay; the daemon's time is its own. SIMULATED.
+// A laptop sleeps for an hour: its connection goes silent and its clock jumps. When it wakes, no old data look live, and soon all data are current.
+// The page's clock is Playwright's, the connection goes through a relay; the daemon's time is its own. SIMULATED.
 import assert from 'node:assert/strict';
 import { Relay, connected, says, start, with_daemon } from './support.mjs';
 
@@ -19,7 +19,7 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#connection-text', /not connected: stale since/);
   assert.equal(await page.isVisible('#stale'), true);
 
-  // what happened meanwhile
+  // changes during the sleep
   daemon.weft('pause', '--now');
   await waits_until(() => daemon.runs[0].state === 'held');
   relay.let_through();

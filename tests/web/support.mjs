@@ -1,4 +1,4 @@
-// weftd and a browser for the tests of the page: a daemon on the simulated bench with small recipes, and pages that tell every error.
+// weftd and a browser for the tests of the page: a daemon on the simulated bench with small recipes, and pages that report every error.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -25,9 +25,9 @@ function with_force(force_N) {
 }
 
 export const recipes = {
-  plain: recipe({ name: 'plain', description: 'Two fabrics, four times each.', fabrics: ['denim', 'silk'], repetitions: 4 }), // nothing said of an evaluation
+  plain: recipe({ name: 'plain', description: 'Two fabrics, four times each.', fabrics: ['denim', 'silk'], repetitions: 4 }), // no evaluation settings
   small: recipe({ name: 'small', fabrics: ['denim', 'silk'], repetitions: 4, hand_over: { from: 'taxels', learner: 'svc', groups: 2 } }),
-  first: JSON.parse(readFileSync(join(ROOT, 'recipes/library/first.json'), 'utf8')), // the tutorial's
+  first: JSON.parse(readFileSync(join(ROOT, 'recipes/library/first.json'), 'utf8')), // the tutorial's recipe
   broken: recipe({ name: 'broken', fabrics: ['denim', 'tweed'] }),
   open_force: recipe({ name: 'open_force', fabrics: ['denim', 'silk'], repetitions: 1, parameters: { force_N: { type: 'number', unit: 'N', min: 1, max: 8 } },
     explorations: with_force({ parameter: 'force_N' }) }),
@@ -35,7 +35,7 @@ export const recipes = {
     operator_steps: [{ before: 'fabric', text: 'Mount {fabric}, smooth it, close the clamps', people_s: 60 }] }),
 };
 
-/** The program, with recipes and data in a folder of its own; `http` 0 takes a free port. */
+/** The daemon, with its own folder of recipes and data; `http` 0 takes a free port. */
 export class Daemon {
   constructor(folder = mkdtempSync(join(tmpdir(), 'weft-web-'))) {
     this.folder = folder;
@@ -45,7 +45,7 @@ export class Daemon {
     for (const [name, text] of Object.entries(recipes)) writeFileSync(join(folder, 'recipes', `${name}.json`), JSON.stringify(text));
   }
 
-  /** Again on the same port, where it was up before. */
+  /** Starts the daemon; after a first start on the same port. */
   async begin(...more) {
     this.process = spawn(WEFTD, ['--rig', this.rig, '--recipes', join(this.folder, 'recipes'),
       '--data', join(this.folder, 'data'), '--http', String(this.http), ...more], { stdio: ['ignore', 'pipe', 'inherit'] });
@@ -76,7 +76,7 @@ export class Daemon {
     return JSON.parse(this.weft('call', method, JSON.stringify(params)));
   }
 
-  /** What `weft page` prints, on another port where `relay` stands before the daemon. */
+  /** Output of `weft page`; with `port` the link leads to a relay in front of the daemon. */
   link(port = this.http, ...more) {
     return this.weft('page', ...more).trim().replace(`:${this.http}/`, `:${port}/`);
   }
@@ -86,7 +86,7 @@ export class Daemon {
   }
 }
 
-/** Stands between page and daemon, so that a connection can be cut, or go quiet as that of a machine that sleeps. */
+/** Relays between page and daemon; can cut the connection, or make it silent like that of a sleeping machine. */
 export class Relay {
   #pairs = new Set();
 
@@ -109,7 +109,7 @@ export class Relay {
     return this;
   }
 
-  /** Nothing goes through any more; nobody is told. */
+  /** Stops all traffic without closing a connection. */
   go_quiet() {
     this.open = false;
     for (const [near, far] of this.#pairs) {
@@ -144,7 +144,7 @@ export async function open_browser() {
 
 const network = /Failed to load resource/;
 
-/** A page with `troubles`: everything that went wrong in it, but for connections that a test cuts. */
+/** A page with `troubles`: all its errors, except connections that a test cuts. */
 export async function open_page(link, { viewport = desktop, colorScheme = 'light', before = async () => {} } = {}) {
   const context = await (await open_browser()).newContext({ viewport, colorScheme, acceptDownloads: true });
   const page = await context.newPage();
@@ -193,7 +193,7 @@ export async function set_pace(page, pace) {
   await page.selectOption('#pace', String(pace));
 }
 
-/** Runs a test with a daemon of its own, and fails where a page had trouble. */
+/** Runs a test with its own daemon, and fails if a page had an error. */
 export async function with_daemon(test, ...options) {
   const daemon = await new Daemon().begin(...options);
   const pages = [];

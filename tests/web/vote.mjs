@@ -1,10 +1,10 @@
-// A live vote on the page: a model learns from one small campaign, the next one asks it while it slides. SIMULATED.
+// A live vote on the page: one small campaign trains a model, and the next one uses it during its strokes. SIMULATED.
 import { execFileSync } from 'node:child_process';
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { ROOT, WEFT, connected, patience_ms, recipe, says, start, with_daemon } from './support.mjs';
 
-/** Short slides, so that it is over soon. */
+/** Short strokes save time. */
 function quick(repetitions, live_vote) {
   const out = recipe({ name: 'quick', fabrics: ['pile', 'nylon'], repetitions });
   const { M1 } = out.explorations;
