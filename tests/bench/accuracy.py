@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""Accuracy on real recordings: weft's learners beside scikit-learn's, on the same features and splits, in one run.
+"""Compares the accuracy of weft's and scikit-learn's learners on real recordings, with the same features and splits, in one run.
 
     accuracy.py WEFT [SHARED] [CASE ...]      prints a table, writes out/bench/accuracy.json
 
-fabricslide (7 fabrics), whole strokes and windows of 2.8 s; icub20 (20 materials), with its steps in the
-order of time and as filed (`weft dataset import --order`). scikit-learn: one-vs-one SVC on all
-features with weft's C x gamma grid by five folds that keep recordings together (groups where a group is left out), LDA with
-automatic shrinkage, random forest of 300 trees. Nothing is chosen on test trials: the figure of weft is `best`, chosen by
-cross-validation on the training part; scikit-learn's is its best on the test part, which favours it.
+Data: fabricslide (7 fabrics), whole strokes and windows of 2.8 s; icub20 (20 materials), with its steps in the order of time and as filed (`weft
+dataset import --order`). scikit-learn: one-vs-one SVC on all features with weft's C x gamma grid by five folds that keep recordings together (groups
+if a group is left out), LDA with automatic shrinkage, random forest of 300 trees. weft makes no choice on test trials: its figure is that of `best`,
+chosen by cross-validation on the training part. scikit-learn's figure is its best on the test part, which favours it.
 """
 import csv
 import json
@@ -136,7 +135,7 @@ def one_case(weft, data, d, name):
 
 
 def mean_text(result):
-    """The mean over the groups left out, each with the same weight: the pooled share weighs them by their trials."""
+    """The mean over the left-out groups, each with the same weight. The pooled share would weigh them by their trials."""
     left_out = CASES[result["case"]][1] == LEFT_OUT
     return f"mean over groups {result['ours']['best']['mean_of_splits']:.4f}" if left_out else ""
 

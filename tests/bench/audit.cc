@@ -1,5 +1,5 @@
-// Verdicts of the audit on made-up campaigns (SIMULATED numbers) of which the truth is known: a
-// hundred with a planted confound, a hundred clean ones, a hundred with shuffled labels.
+// Verdicts of the audit on made-up campaigns (SIMULATED numbers) with known truth: a hundred with a
+// planted confound, a hundred clean ones, a hundred with shuffled labels.
 
 #include <array>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Wall time of simulated trials through the wire codecs, and where it goes.
+// Wall time of simulated trials through the codecs, and its parts.
 
 #include <cstdio>
 #include <filesystem>

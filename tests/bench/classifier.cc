@@ -1,5 +1,5 @@
-// The classifier against what people use today: training, features, one vote, growth with the
-// number of fabrics. Everything is simulated or made up.
+// Compares the classifier with common tools: training, features, one vote, growth with the number
+// of fabrics. All data are simulated or made up.
 
 #include <nlohmann/json.hpp>
 
@@ -46,13 +46,13 @@ std::string text(double v, const char* format = "%.4g") {
   return out;
 }
 
-// What classifier_peers.py prints; nothing where there is no python or no scikit-learn.
+// Output of classifier_peers.py; nothing without python or scikit-learn.
 nlohmann::json run_peer(const std::string& arguments) {
   return bench::json_of("/usr/bin/python3 tests/bench/classifier_peers.py " + arguments +
                         " 2>/dev/null");
 }
 
-// Training part (8 of 20 trials of each fabric) and the rest.
+// Training part (8 of 20 trials of each fabric) and test part.
 struct Set {
   std::string name;
   FeatureMatrix train, test;
@@ -63,7 +63,7 @@ Set split_set(std::string name, const FeatureMatrix& all) {
   return {std::move(name), select_rows(all, split.train), select_rows(all, split.test)};
 }
 
-// None where there is no campaign.
+// Empty without a campaign.
 std::vector<Trial> campaign_trials() {
   const auto dataset = daemon::read_hdf5("out/demo/dataset.h5");
   return dataset ? daemon::complete_trials(*dataset, "M1") : std::vector<Trial>();
@@ -97,7 +97,7 @@ std::vector<bench::PairRows> pairs_of(const FeatureMatrix& train, const TrainOpt
   return out;
 }
 
-// Cores whose parameters differ from those of the plain search.
+// Number of cores with other parameters than the plain search.
 std::size_t differing(const FabricModel& model, const std::vector<bench::PlainChoice>& plain) {
   std::size_t out = 0;
   for (std::size_t i = 0; i < plain.size(); ++i) {
@@ -108,7 +108,8 @@ std::size_t differing(const FabricModel& model, const std::vector<bench::PlainCh
   return out;
 }
 
-// Seconds of the whole job with scikit-learn, from a few pairs; nothing where it is absent.
+// Seconds of the whole job with scikit-learn, extrapolated from a few pairs; nothing if it is
+// absent.
 std::optional<double> scikit_seconds(const Set& set, std::size_t pairs) {
   if (pairs == 0) return std::nullopt;
   const auto path = scratch / "classifier_train.csv";
@@ -132,7 +133,8 @@ void training(const Set& set, std::size_t scikit_pairs, std::vector<Figure>& out
   std::vector<bench::PlainChoice> plain(pairs.size());
   std::vector<double> one, two, libsvm;
   std::optional<FabricModel> model;
-  for (std::size_t run = 0; run < runs; ++run) {  // in turn, so that load falls on all alike
+  for (std::size_t run = 0; run < runs; ++run) {  // alternating, so that other load affects all
+                                                  // equally
     libsvm.push_back(seconds_of([&] {
       for (std::size_t i = 0; i < pairs.size(); ++i)
         plain[i] = bench::plain_search(pairs[i], options);
@@ -164,7 +166,8 @@ void training(const Set& set, std::size_t scikit_pairs, std::vector<Figure>& out
 
 void voting(const Set& set, std::vector<Figure>& out) {
   const FabricModel model = train(set.train).value();
-  constexpr std::size_t votes = 20;  // short enough to fall between two turns of another process
+  constexpr std::size_t votes = 20;  // short enough to fit between two time slices of another
+                                     // process
   const auto vote = [&](std::size_t r) {
     const auto made = model.classify(set.test.values.row(r));
     return model.labels()[made->winner] == set.test.labels[r] ? 1U : 0U;
@@ -177,8 +180,8 @@ void voting(const Set& set, std::vector<Figure>& out) {
                                          if (vote(row++ % set.test.size()) > 1) std::abort();
                                      }) /
                       votes;
-  // Each distance needs a load and two operations per input, four a cycle with eight lanes at 2.5
-  // GHz; each support vector an exponential, about 3 ns.
+  // Each distance needs a load and two operations per input: four a cycle with eight lanes at 2.5
+  // GHz. Each support vector needs an exponential, about 3 ns.
   double limit = 0.0;
   for (const FabricCore& core : model.cores()) {
     const auto vectors = static_cast<double>(core.support().rows());
@@ -190,8 +193,8 @@ void voting(const Set& set, std::vector<Figure>& out) {
                  bench::at_most(20)});
 }
 
-// What an answer takes from samples to winner, with all features and with those that the model
-// uses, in turn.
+// Time of an answer from samples to winner, alternating between all features and those that the
+// model uses.
 void predict_once(const TrainedLearner& learner, const std::vector<Trial>& trials, std::size_t at,
                   FeatureExtractor& extractor) {
   const auto features = extractor.extract(trials[at % trials.size()]);
@@ -218,7 +221,7 @@ void predictions(const std::string& name, const std::vector<Trial>& trials,
     FeatureExtractor all, some({}, wanted);
     std::vector<double> before, after, answer;
     for (std::size_t i = 0; i < 101 + trials.size(); ++i) {  // the first round fills the tables
-      predict_once(learner, trials, i, all);  // whoever reads the trial first waits for memory
+      predict_once(learner, trials, i, all);  // the first reader of the trial waits for memory
       const double slow = seconds_of([&] { predict_once(learner, trials, i, all); });
       const double fast = seconds_of([&] { predict_once(learner, trials, i, some); });
       const auto row = matrix.values.row(i % matrix.size());
@@ -270,7 +273,7 @@ void features(std::vector<Figure>& out) {
   constexpr std::size_t usual = 925;
   const Trial trial = trial_of_length(usual);
   const double own = extraction_seconds(trial);
-  // Two transforms of 2048 for eight lanes: 10 n log2 n operations, 16 a cycle at 2.5 GHz; the
+  // Two transforms of 2048 for eight lanes: 10 n log2 n operations, 16 a cycle at 2.5 GHz. The
   // samples are read three times from the cache.
   const double flops = 8.0 * 10.0 * 2048.0 * 11.0;
   out.push_back({"features of 16 x 925 samples", own * 1e6, "us", "required limit", 150.0,
@@ -282,7 +285,7 @@ void features(std::vector<Figure>& out) {
                    *peer * 1e6, "peer over ours " + text(*peer / own)});
 }
 
-// Motion alone, counts of plain noise: the time does not depend on the values.
+// Phase M only, with plain noise as counts: the time does not depend on the values.
 Trial motion_of(std::size_t samples, std::size_t taxels) {
   bench::Dice dice(5);
   Trial out;
@@ -299,7 +302,7 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Processor time of one extraction, short ones many at a time.
+// Processor time of one extraction; short ones are measured in batches.
 double measure_cost(FeatureExtractor& extractor, const Trial& trial) {
   const std::size_t times = 100'000 / (trial.samples() + 30) + 1;
   const double start = processor_seconds();
@@ -308,12 +311,12 @@ double measure_cost(FeatureExtractor& extractor, const Trial& trial) {
   return (processor_seconds() - start) / static_cast<double>(times);
 }
 
-// Ratios to an M1 trial's time per sample, both sides in turn; the median.
+// Ratio to the time per sample of an M1 trial, both sides alternating; the median.
 void cost_per_sample(std::size_t length, std::size_t taxels, std::vector<Figure>& out) {
   constexpr std::size_t usual = 925;
   const Trial trial = motion_of(length, taxels), m1 = motion_of(usual, taxels);
   FeatureExtractor own, other;
-  measure_cost(own, trial), measure_cost(other, m1);  // memory and tables
+  measure_cost(own, trial), measure_cost(other, m1);  // warms memory and tables
   std::vector<double> each, reference, ratio;
   for (std::size_t run = 0; run < (length < 50'000 ? 21U : 3U); ++run) {
     each.push_back(measure_cost(own, trial) / static_cast<double>(length) * 1e9);
@@ -332,7 +335,7 @@ void any_length(bool quick, std::vector<Figure>& out) {
         17U,    37U,     101U,    907U,    997U,     1031U,      1847U,
         9'973U, 16'411U, 20'011U, 99'991U, 300'007U, 1'000'003U, 1'048'576U})
     if (!quick || length < 20'000) cost_per_sample(length, bench::bench_taxels, out);
-  // of more taxels a motion may have 2^20 samples
+  // with more taxels a motion has at most 2^20 samples
   if (!quick)
     for (const std::size_t taxels : {std::size_t{1}, std::size_t{2}})
       cost_per_sample(10'000'019, taxels, out);
@@ -371,7 +374,7 @@ double exponent(const std::vector<std::pair<double, double>>& points) {
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
-// Seconds and the note of training on all classes, two threads.
+// Seconds and note of a training on all classes with two threads.
 double growth_seconds(std::size_t classes, Tie tie, std::string& note) {
   const FeatureMatrix matrix = gaussian(classes);
   const double s = compute_median(classes < 500 ? runs : 3, [&] {
@@ -406,7 +409,7 @@ void growth(std::vector<Figure>& out) {
 
 int main(int argc, char** argv) {
   std::filesystem::create_directories(scratch);
-  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";  // without python and growth
+  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";  // skips python and growth
   std::vector<Figure> out;
   const Set made =
       split_set("made up", build_feature_matrix(bench::made_trials(17, 20, 7)).value());

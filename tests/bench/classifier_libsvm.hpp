@@ -1,7 +1,7 @@
 #pragma once
-// The peer of the training: libsvm with a precomputed kernel, every fit of the grid by itself, as
-// one writes it who knows libsvm. Selection, scaling and kernels are shared with ours; folds,
-// scores and the rule of the choice are the same, so both must choose the same point.
+// The peer of the training: libsvm with a precomputed kernel, and a separate fit for every grid
+// point, as in typical user code. Selection, scaling and kernels are shared with ours. Folds,
+// scores and the rule of choice are the same, so both must choose the same point.
 
 #include <libsvm/svm.h>
 
@@ -26,7 +26,7 @@ struct PairRows {
   std::vector<Fold> folds;
 };
 
-/// C, gamma and delta of one core, and the fits that it took.
+/// C, gamma and delta of one core, and the number of fits.
 struct PlainChoice {
   double c = 0, gamma = 0, delta = 0;
   std::size_t fits = 0;
@@ -102,7 +102,7 @@ inline void add_score(const std::vector<double>& f, const std::vector<int>& sign
   }
 }
 
-/// All fits of one fold, added to `scores` [deltas x gammas x Cs].
+/// Adds all fits of one fold to `scores` [deltas x gammas x Cs]. Returns their number.
 inline std::size_t plain_fold(const PairRows& pair, const Fold& fold, const TrainOptions& options,
                               std::vector<PlainScore>& scores) {
   const Matrix train = pair.rows.take(fold.train), validate = pair.rows.take(fold.validate);
@@ -129,7 +129,7 @@ inline std::size_t plain_fold(const PairRows& pair, const Fold& fold, const Trai
   return at;
 }
 
-/// Fewest errors, then smallest loss to 1e-9, C, gamma, delta.
+/// The point with fewest errors, then smallest loss (to 1e-9), C, gamma, delta.
 inline PlainChoice plain_search(const PairRows& pair, const TrainOptions& options) {
   const auto& [cs, gammas, deltas, shares] = options.grid;
   std::vector<PlainScore> scores(cs.size() * gammas.size() * deltas.size());

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What people use today, timed: scikit-learn on pairs of fabrics, and the reference's features of a trial.
+"""Times common tools: scikit-learn on pairs of fabrics, and the reference's features of a trial.
 
 classifier_peers.py grid FEATURES.csv PAIRS    one JSON object: seconds of each pair (label first, then features)
 classifier_peers.py extract TRIAL.csv ORACLE   one JSON object: seconds of each evaluation (phase first, then counts)
@@ -22,7 +22,7 @@ def grid(path, wanted):
     from sklearn.svm import SVC
 
     class SelectByT(TransformerMixin, BaseEstimator):
-        """Features with p < delta by the pooled two-sample t-test, at most `most`, at least one."""
+        """Features with p < delta in the pooled two-sample t-test; at most `most`, at least one."""
 
         def __init__(self, delta=0.05, most=20):
             self.delta = delta

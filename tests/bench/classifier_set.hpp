@@ -1,6 +1,6 @@
 #pragma once
 // Made-up fabrics for benchmarks: the model of a synthetic generator in Python, from a portable
-// engine. SYNTHETIC: they compare methods and say nothing about real fabric.
+// engine. SYNTHETIC: good for comparing methods, without meaning for real fabric.
 
 #include <array>
 #include <cmath>
@@ -37,7 +37,7 @@ class Dice {
 
 inline constexpr std::size_t bench_taxels = 16;
 
-/// What sets one made-up fabric apart.
+/// The properties of one made-up fabric.
 struct MadeFabric {
   double soft_counts, frequency_hz, amplitude_counts, noise_counts, slip;
   std::array<double, bench_taxels> local_counts;
@@ -59,7 +59,7 @@ struct MadeSensor {
   }
 };
 
-/// `samples` of one taxel over all phases; texture and noise grow while it moves.
+/// Fills `samples` of one taxel over all phases; texture and noise grow in phase M.
 inline void fill_taxel(classifier::Trial& trial, std::size_t taxel, const MadeFabric& fabric,
                        double base, double press, double texture, double frequency_hz, Dice& dice) {
   constexpr double rate_hz = 37.0;
@@ -102,7 +102,7 @@ inline classifier::Trial make_trial(const MadeFabric& fabric, const MadeSensor& 
   return out;
 }
 
-/// `per_fabric` trials of every fabric, one fabric after the other; 915 to 935 samples in M.
+/// `per_fabric` trials of every fabric, fabric by fabric; 915 to 935 samples in M.
 inline std::vector<classifier::Trial> made_trials(std::size_t fabrics, std::size_t per_fabric,
                                                   std::uint64_t seed) {
   Dice dice(seed);

@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
-"""SIMULATED cloth: the paper's comparison, and what physics separates the fabrics.
+"""SIMULATED fabrics: the paper's comparison, and the physics that separates the fabrics.
 
     cloth.py WEFT SOURCE_ROOT [PART ...]      prints tables, writes out/bench/cloth.json
 
-paper    accuracy of every learner on M1, M2 and both side by side, beside the figures the paper prints (Tables II, IV; section IV-B)
+paper    accuracy of every learner on M1, M2 and both together, beside the paper's figures (Tables II, IV; section IV-B)
 curve    accuracy against the number of training trials of each fabric
 length   12.5 to 120 mm along the weft, and 50 mm along weft and warp each
-causes   M1 with parts of the plant left out: spread of trials, waviness, noise of the pads, texture
-groups   which features carry it: between-fabric share of the variance, and a machine for each pair (scikit-learn) on some columns alone
-pairs    which fabrics are taken for each other, against what they differ in (sim/fabrics.json); Mantel's test
+causes   M1 without some parts of the plant: spread of trials, waviness, noise of the pads, texture
+groups   features that carry the difference: between-fabric share of the variance, and an SVM (scikit-learn) for each pair on some columns only
+pairs    confused fabrics, compared with their differences in sim/fabrics.json; Mantel's test
 
-Every figure is of the plant model and of no cloth. 17 fabrics, 20 trials of each, 40 % train (8 of each), 30 random splits. The first four
-parts repeat the demo's campaign under WEFT_CLOTH_SEEDS (5) seeds, the demo's first: means over campaigns with Student's 95 % interval, for
-one campaign differs from the next by several points. Campaigns of one seed touch the same patches of cloth, so differences are taken seed by
-seed. groups and pairs are of the demo's campaign.
+Every figure describes the plant model, not real fabric. 17 fabrics, 20 trials of each, 40 % train (8 of each), 30 random splits. The first four parts
+repeat the demo's campaign under WEFT_CLOTH_SEEDS (5) seeds, the demo's first. They give means over campaigns with Student's 95 % interval, because
+campaigns differ by several points. Campaigns of one seed touch the same patches of fabric, so differences are taken seed by seed. groups and pairs
+use the demo's campaign.
 """
 import concurrent.futures
 import copy
@@ -37,7 +37,7 @@ PAPER = {("M1", "pvalue"): "98", ("M1", "pca"): "89", ("M1", "all"): "89", ("M2"
 
 
 class Cloth:
-    """Campaigns as the demo's, on its bench unless told otherwise."""
+    """Campaigns like the demo's, by default on its bench."""
 
     def __init__(self, weft, root, folder):
         self.weft, self.root, self.folder = weft, root, folder
@@ -55,7 +55,7 @@ class Cloth:
         return json.loads(ran.stdout)
 
     def straight(self, mm):
-        """M1 with a stroke of another length."""
+        """M1 with a stroke of `mm`."""
         out = copy.deepcopy(self.recipe["explorations"]["M1"])
         out["description"] = f"One straight stroke of {mm:g} mm along the weft."
         out["phases"][2]["path"] = [{"dx_mm": 0, "dy_mm": mm}]
@@ -73,7 +73,7 @@ class Cloth:
         return place / "out/dataset.h5"
 
     def learning_curve(self, data, exploration, learners):
-        """{learner: {trials of each: share right}} on test parts that stay the same."""
+        """{learner: {training trials of each fabric: accuracy}} on fixed test parts."""
         points = self.run("evaluate", data, "--exploration", exploration, "--train-fraction", 0.6, "--repeats", 5, "--threads", 1,
                           "--curve-draws", 2, "--learning-curve", ",".join(map(str, TRIALS)), "--learner", ",".join(learners))["learning_curve"]
         return {k: {p["trials"]: p["accuracy"][k]["mean"] for p in points} for k in learners}
@@ -84,7 +84,7 @@ class Cloth:
         return {k: found[k]["accuracy"] for k in learners}
 
     def over_seeds(self, explorations, asked, learners, rig=None, fabrics=None, measure=None):
-        """{exploration: {learner: [share right, one per seed]}} of campaigns of `explorations`, measured on each of `asked`."""
+        """{exploration: {learner: [accuracy, one per seed]}} of campaigns of `explorations`, measured on each of `asked`."""
         def one(seed):
             with tempfile.TemporaryDirectory(dir=self.folder) as d:
                 data = self.campaign(seed, pathlib.Path(d), explorations, rig or self.rig, fabrics or self.fabrics)
@@ -161,7 +161,7 @@ def length(cloth):
 
 
 def without(cloth, switches=(), pads=None, spread=None):
-    """A bench without these switches, with these figures of the pads, with only these spreads of trials."""
+    """A bench without these switches; `pads` replaces settings of the pads, `spread` lists the only spreads of trials that remain."""
     rig, fabrics = copy.deepcopy(cloth.rig), copy.deepcopy(cloth.fabrics)
     for name in switches:
         rig["simulation"]["switches"][name] = False
@@ -174,7 +174,7 @@ def without(cloth, switches=(), pads=None, spread=None):
 
 def causes(cloth):
     calm = ("trial_spread", "waviness")
-    quiet = {"noise_counts": 0.5, "drift_counts": 0, "creep": 0, "hysteresis": 0}  # frames without noise are taken for frozen
+    quiet = {"noise_counts": 0.5, "drift_counts": 0, "creep": 0, "hysteresis": 0}  # frames without noise would count as frozen
     cases = {
         "as shipped": without(cloth),
         "no spread of trials": without(cloth, ["trial_spread"]),

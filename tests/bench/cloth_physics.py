@@ -1,4 +1,4 @@
-"""What features and confusions of simulated cloth say, for cloth.py."""
+"""Features and confusions of simulated fabrics, for cloth.py."""
 import csv
 import itertools
 import math
@@ -33,14 +33,14 @@ def kind_of(name):
 
 
 def eta_squared(labels, values):
-    """Per column: the share of its variance that is between the labels."""
+    """Per column: the share of its variance between the labels."""
     centred = values - values.mean(axis=0)
     between = sum((labels == k).sum() * centred[labels == k].mean(axis=0) ** 2 for k in set(labels))
     return between / (centred**2).sum(axis=0)
 
 
 def between_share(path):
-    """Per kind of feature, the median over pads; the first principal component of the scaled features too."""
+    """Per kind of feature the median over the pads; also for the first principal component of the scaled features."""
     labels, names, values = read(path)
     share = eta_squared(labels, values)
     kinds = numpy.array([kind_of(n) for n in names])
@@ -64,8 +64,8 @@ def columns_of_groups(names):
 
 
 def group_table(path):
-    """Share right of the paper's machine with fixed C and gamma on each group of columns, 8 splits: an RBF machine for each pair of
-    fabrics on the CAP columns of the largest |t| (of two classes, F is t squared)."""
+    """Accuracy of the paper's classifier with fixed C and gamma on each group of columns, 8 splits: an RBF SVM for each pair of fabrics on the CAP
+    columns of the largest |t| (for two classes, F is t squared)."""
     labels, names, values = read(path)
     splits = list(StratifiedShuffleSplit(8, train_size=0.4, random_state=1).split(values, labels))
     out = {}
@@ -92,7 +92,7 @@ def compression(fabric):
 
 
 def properties(table):
-    """What fabrics differ in: name of the property, its value by fabric."""
+    """Differences between fabrics: name of the property, its value by fabric."""
     fabrics = {f["name"]: f for f in table["fabrics"]}
     out = {name: {} for name in ("log(SMD / lambda)", "log lambda", "log indentation at 5 N", "log SMD", "friction MIU", "resilience RC",
                                  "log warp per cm", "log weft per cm", "same structure")}
@@ -113,7 +113,7 @@ def properties(table):
 
 
 def confused(confusion):
-    """[fabrics x fabrics] share of the two fabrics' trials that are taken for the other; the twelve worst pairs."""
+    """[fabrics x fabrics] share of the two fabrics' trials that are predicted as the other one; the twelve worst pairs."""
     labels, count = confusion["labels"], numpy.array(confusion["count"], float)
     share = (count + count.T) / (count.sum(axis=1)[:, None] + count.sum(axis=1)[None, :])
     swapped = {(a, b): count[a, b] + count[b, a] for a, b in itertools.combinations(range(len(labels)), 2)}
@@ -123,11 +123,11 @@ def confused(confusion):
 
 
 def mantel(share, values):
-    """Rank correlation of confusion with distance in one property, and its p by permutation of the fabrics that have it."""
+    """Rank correlation of confusion with distance in one property, and its p by permutation of the fabrics that have the property."""
     known = [k for k, value in enumerate(values) if value is not None]
     share, values = share[numpy.ix_(known, known)], numpy.array([values[k] for k in known], float)
     upper = numpy.triu_indices(len(values), 1)
-    whole = not numpy.any(values % 1) and len(set(values)) < len(values) / 2  # kinds, not numbers
+    whole = not numpy.any(values % 1) and len(set(values)) < len(values) / 2  # categories, not numbers
     far = (values[:, None] != values[None, :]).astype(float) if whole else abs(values[:, None] - values[None, :])
     random = numpy.random.default_rng(1)
     seen = spearmanr(share[upper], far[upper])[0]

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Campaign design, SIMULATED and on real strokes: is the pilot's choice stable, do the intervals of forecasts hold?
+"""Campaign design, SIMULATED and on real strokes: stability of the pilot study's choice, coverage of the intervals of forecasts.
 
     design.py WEFT SOURCE_ROOT [SHARED] [pilot|campaigns|fabricslide ...]    prints tables, writes out/bench/design.json
 
-pilot        recipes/library/pilot-force-speed.json under 20 seeds: how often which cell is recommended, and what the page says
-campaigns    100 seeded campaigns of 20 repetitions, foretold from their first 8, against what is measured (a) by all 20 repetitions of
-             the same campaign, which share those 8, and (b) by 20 repetitions of the campaign of the next seed, which share none
-fabricslide  real strokes of each grip, in 20 drawn orders: the accuracy of all of a fabric, foretold from half of them
+pilot        recipes/library/pilot-force-speed.json under 20 seeds: how often each cell is recommended, and the statement of the page
+campaigns    100 seeded campaigns of 20 repetitions, predicted from their first 8, against the result (a) of all 20 repetitions of
+             the same campaign, which share those 8, and (b) of 20 repetitions of the campaign of the next seed, which share none
+fabricslide  real strokes of each grip, in 20 drawn orders: the accuracy of all strokes of a fabric, predicted from half of them
 
-The seeds are those of the test; the methods were settled on others (1 to 20). WEFT_DESIGN_CAMPAIGNS, _PILOTS and _ORDERS set
-how many there are, WEFT_DESIGN_FIRST_SEED the first.
+The seeds are those of the test; the methods were developed on others (1 to 20). WEFT_DESIGN_CAMPAIGNS, _PILOTS and _ORDERS set the numbers,
+WEFT_DESIGN_FIRST_SEED the first seed.
 """
 import collections
 import concurrent.futures
@@ -49,7 +49,7 @@ def repetitions(weft, data, *arguments):
 
 
 def foretold(weft, data, seen, whole, *arguments):
-    """What `seen` repetitions foretell of `whole`."""
+    """Accuracy of `whole` repetitions, predicted from `seen` repetitions."""
     told = repetitions(weft, data, "--first", seen, "--predict", whole, *arguments)
     assert told["repetitions"] == seen
     low, high = told["predicted"]["interval95"]
@@ -57,7 +57,7 @@ def foretold(weft, data, seen, whole, *arguments):
 
 
 def measured(weft, data, whole, *arguments):
-    """What `whole` repetitions measure."""
+    """Accuracy measured with `whole` repetitions."""
     last = repetitions(weft, data, "--draws", 1, "--first", whole, *arguments)["curve"][-1]
     assert last["repetitions"] == whole
     return last["accuracy"]
@@ -72,7 +72,7 @@ def stroke_forecast(weft, data, whole, *arguments):
 
 
 def campaign(weft, root, seed):
-    """The forecast of a campaign's first repetitions, and what all of them measure."""
+    """The prediction from a campaign's first repetitions, and the accuracy measured with all of them."""
     with tempfile.TemporaryDirectory() as d:
         recipe = json.loads((root / "recipes/library/m1.json").read_text())
         del recipe["$schema"]

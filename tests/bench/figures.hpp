@@ -1,5 +1,5 @@
 #pragma once
-// What a benchmark prints and writes: a table on the terminal and out/bench/NAME.json.
+// Output of a benchmark: a table on the terminal and out/bench/NAME.json.
 
 #include <cstddef>
 #include <functional>
@@ -10,9 +10,9 @@
 
 namespace weft::bench {
 
-/// What a figure is asked to reach. A benchmark reports what is missed; it does not fail by it.
+/// The aim for a figure. A benchmark reports a missed limit but does not fail.
 struct Limit {
-  enum class Of { value, ratio } of = Of::value;  ///< of the figure, or of it over its peer
+  enum class Of { value, ratio } of = Of::value;  ///< limits the figure, or its ratio to the peer
   enum class Direction { at_most, at_least } direction = Direction::at_most;
   double bound = 0;
 };
@@ -22,7 +22,7 @@ constexpr Limit at_most(double bound) {
 constexpr Limit at_least(double bound) {
   return {Limit::Of::value, Limit::Direction::at_least, bound};
 }
-/// "At least `times` faster than the peer", where the figure is a time.
+/// "At least `times` faster than the peer", for a figure that is a time.
 constexpr Limit faster_by(double times) {
   return {Limit::Of::ratio, Limit::Direction::at_most, 1.0 / times};
 }
@@ -30,8 +30,8 @@ constexpr Limit ratio_at_most(double bound) {
   return {Limit::Of::ratio, Limit::Direction::at_most, bound};
 }
 
-/// One line. `peer_value` is what the peer, or the limit that physics or a requirement sets, gave
-/// in the same run; `ratio` is value / peer_value.
+/// One line of the table. `peer_value` comes from the peer in the same run, or from a limit of
+/// physics or of a requirement. `ratio` is value / peer_value.
 struct Figure {
   std::string figure;
   double value = 0;
@@ -42,28 +42,28 @@ struct Figure {
   std::optional<Limit> limit = {};
 };
 
-/// Whether it has a limit and is not within it; what is not a number is not.
+/// True if the figure has a limit and is not within it; NaN is a miss.
 bool missed(const Figure& figure);
 /// "at most 20 us", "ratio at most 0.05"; empty without a limit.
 std::string format_limit(const Figure& figure);
 
-/// Processor time of this process, all threads: what else the machine does costs nothing.
+/// Processor time of this process [s], all threads: other work of the machine does not count.
 double processor_seconds();
 
-/// Median of an odd number of runs; the list is sorted.
+/// Median of an odd number of runs. Sorts the list.
 double median(std::vector<double>& values);
 
-/// Wall time of one call.
+/// Wall time of one call [s].
 double seconds_of(const std::function<void()>& work);
-/// Median of `count` calls after one that warms caches and tables.
+/// Median [s] of `count` calls, after one that warms caches and tables.
 double compute_median(std::size_t count, const std::function<void()>& work);
 
-/// The JSON that a command prints; discarded() where it prints none, or where its program or what
-/// that needs is absent.
+/// The JSON output of a command; discarded() if there is none, for example if the program is
+/// absent.
 nlohmann::json json_of(const std::string& command);
 
-/// Prints the machine, the table and what missed its limit, writes the file, returns the exit
-/// status: 1 where there is no figure or the file could not be written, never for a miss.
+/// Prints the machine, the table and the missed limits, and writes the file. Returns the exit
+/// status: 1 without figures or if the file cannot be written, never for a missed limit.
 int report(const std::string& name, const std::vector<Figure>& figures);
 
 }  // namespace weft::bench

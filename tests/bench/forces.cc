@@ -1,8 +1,8 @@
-// How well the force is held on every fabric, beside what the stage's quantum allows:
+// Quality of the force regulation on every fabric, beside the limit of the stage's quantum:
 //   bench_forces RIG OUT.json [FABRIC ...]
-// The rig is a simulated bench, or an emulated one that weft-rig serves already. The forces are the
+// The rig is a simulated bench, or an emulated one that weft-rig already serves. The forces are the
 // true ones of the plant. script/bench forces runs both (tests/bench/forces.py). WEFT_BENCH_SEED is
-// that of the patches and of a simulated bench's sensors, 2016 where it is not set.
+// the seed of the patches and of a simulated bench's sensors; default 2016.
 
 #include <cmath>
 #include <cstdio>
@@ -27,12 +27,12 @@ using recipes::Step;
 struct ForcePoint {
   TimePoint at;
   recipes::Step step = recipes::Step::ready;
-  double force_n = 0;  ///< true
+  double force_n = 0;  ///< true force [N]
 };
 
 using ForceTrace = std::vector<ForcePoint>;
 
-/// Asks weft-rig for the truth, one question at a time.
+/// Requests the true force from weft-rig, one request at a time.
 class TruthConsole {
  public:
   TruthConsole(std::unique_ptr<Link> link, std::function<void(double, TimePoint)> reported)
@@ -81,7 +81,7 @@ class ForceRun {
           std::move(*link), [this](double force_n, TimePoint at) { keep(force_n, at); });
   }
 
-  /// False when a trial was not complete.
+  /// False if a trial was not complete.
   bool run(const std::filesystem::path& file, const daemon::RigFile& rig) {
     std::optional<Status> up;
     session_->bench().bring_up([&up](Status outcome) { up = std::move(outcome); });
@@ -115,7 +115,7 @@ class ForceRun {
   }
 
   [[nodiscard]] const std::vector<ForceTrace>& traces() const { return traces_; }
-  /// How a trial ended: "complete", another outcome with its reason, or that it never did.
+  /// How a trial ended: "complete", another outcome with its reason, or "not run to its end".
   [[nodiscard]] std::string end_of(std::size_t trial) const {
     if (!ends_[trial]) return "not run to its end";
     const std::string outcome(recipes::to_string(ends_[trial]->outcome));
@@ -152,11 +152,12 @@ class ForceRun {
 
 constexpr double set_point_n = 5, settled_n = 0.02 * set_point_n, quantum_m = 1e-6;
 
-/// A figure of what the trace does not show is no number.
+/// A figure is NaN if the trace does not show it.
 struct Figures {
-  double touch_n = NAN;      ///< peak until the weight rests, over the weight
-  double overshoot_n = NAN;  ///< peak after the press began, over the set point
-  double settle_s = NAN;     ///< from the press's begin until 2 % is never left again in phase P
+  double touch_n = NAN;      ///< peak until the weight rests, minus the weight
+  double overshoot_n = NAN;  ///< peak after the press began, minus the set point
+  double settle_s = NAN;     ///< from the begin of the press until the force stays within 2 % in
+                             ///< phase P
   double rms_n = NAN;        ///< phase M
   double worst_n = NAN;
 };
@@ -169,7 +170,7 @@ Figures figures_of(const ForceTrace& trace, double weight_n) {
   for (const ForcePoint& p : trace) {
     const double error = p.force_n - set_point_n;
     if (p.step >= Step::approaching && p.step <= Step::resting)
-      f.touch_n = std::fmax(f.touch_n, p.force_n - weight_n);  // fmax: a number beats none
+      f.touch_n = std::fmax(f.touch_n, p.force_n - weight_n);  // fmax ignores NaN
     if (p.step == Step::pressing && !pressed) {
       pressed = p.at;
       f.settle_s = 0;
@@ -187,7 +188,7 @@ Figures figures_of(const ForceTrace& trace, double weight_n) {
   return f;
 }
 
-/// Cloth and mount in series at the set point.
+/// Fabric and mount in series at the set point [N/m].
 double stiffness_npm(const sim::Fabric& fabric, double mount_npm) {
   const auto law = sim::law_from_kes(fabric.kes);
   if (!law) return NAN;

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
-"""How well the force is held, on the simulated bench in virtual time and on the emulated one in real time (two
-programs, real ports; its cloth is simulated all the same). All 17 fabrics take about 14 minutes of real time;
-WEFT_BENCH_FABRICS names fewer ("denim,silk"), WEFT_BENCH_EMULATED=0 leaves the emulated bench out,
-WEFT_BENCH_SEED takes other patches and other noise than 2016.
+"""Quality of the force regulation on the simulated bench in virtual time and on the emulated one in real time (two programs, real ports, but a
+simulated fabric). All 17 fabrics take about 14 minutes of real time; WEFT_BENCH_FABRICS names fewer ("denim,silk"), WEFT_BENCH_EMULATED=0 skips the
+emulated bench, WEFT_BENCH_SEED selects other patches and other noise than 2016.
 
-Exit status 1 when a fabric on any of the benches has not run to its end, passes 5 N or its weight at touch by more than the
-aim allows, or settles too late. The aim for the RMS is printed with whoever falls short of it, and fails nothing.
+Exit status 1 if on any bench a fabric did not complete, exceeds 5 N or at touch its weight by more than the aim allows, or settles too late. A missed
+aim for the RMS is printed with its fabric and is no failure.
 
     forces.py BENCH_FORCES WEFT_RIG
-    forces.py --selftest             what the verdict says of made-up figures
+    forces.py --selftest             checks the verdict on made-up figures
 """
 import contextlib
 import io
@@ -24,7 +23,7 @@ sys.path.insert(0, str(ROOT / "tests/scenario"))
 from emulated_support import ServedRig, rig_file  # noqa: E402
 
 SET_POINT_N = 5
-AIM_OVERSHOOT = 0.05   # of the set point, or one quantum
+AIM_OVERSHOOT = 0.05   # times the set point, or one quantum
 AIM_SETTLED_S = 1.5
 AIM_RMS = 1.5          # times the quantum-limited floor
 
@@ -32,11 +31,11 @@ FIGURES = ("touch_overshoot_n", "press_overshoot_n", "settled_s", "rms_m_n", "wo
 
 
 def verdict(run):
-    """How many fabrics meet each aim, beside what the quantum allows, and by name what misses one: the counts, and whether
-    the run as a whole passes."""
+    """Counts the fabrics that meet each aim, beside the limit of the quantum, and names those that miss one. Returns the counts and whether the run
+    passes."""
     whole, failures = [], []
     for row in run["fabrics"]:
-        lacking = [figure for figure in FIGURES if row[figure] is None]  # no number: the trace does not show it
+        lacking = [figure for figure in FIGURES if row[figure] is None]  # None: the trace does not show it
         if row["ended"] != "complete":
             failures.append(f"{row['fabric']} is incomplete: {row['ended']}")
         elif lacking:
@@ -50,7 +49,7 @@ def verdict(run):
         return max(AIM_OVERSHOOT * SET_POINT_N, row["quantum_n"])
 
     def meets(aim, failing, told):
-        """How many rows do; those that do not are `told`."""
+        """Number of rows that meet `aim`; the others are added to `failing` with their `told` text."""
         missed = [row for row in whole if not aim(row)]
         for row in missed:
             failing.append(f"{row['fabric']} {told(row)}")
@@ -78,7 +77,7 @@ def verdict(run):
 
 
 def selftest():
-    """A verdict that cannot fail is none: every miss is told by name, and the RMS alone fails nothing."""
+    """Every miss must be reported by name, and the RMS alone must not fail the run."""
     good = {"fabric": "denim", "ended": "complete", "quantum_n": 0.01, "quantum_floor_rms_n": 0.003, "touch_overshoot_n": -0.1,
             "press_overshoot_n": 0.02, "settled_s": 1.2, "rms_m_n": 0.004, "worst_m_n": 0.02}
     for change, complete, passes, says in [
@@ -96,8 +95,8 @@ def selftest():
 
 
 def measured(program, bench, part, fabrics):
-    """What the program says of one bench; of trials that failed too."""
-    part.unlink(missing_ok=True)  # of an earlier run
+    """The program's result for one bench, including failed trials."""
+    part.unlink(missing_ok=True)  # from an earlier run
     ran = subprocess.run([program, str(bench), str(part), *fabrics])
     if not part.exists():
         sys.exit(f"forces: {bench}: no figures (status {ran.returncode})")

@@ -1,6 +1,5 @@
-// Features of one 32 x 32 imprint at three scales, beside what people write in Python: the
-// reference's loops, numpy with scipy, and numpy with OpenCV. All forms must give the same
-// features.
+// Features of one 32 x 32 imprint at three scales, compared with common Python: the reference's
+// loops, numpy with scipy, and numpy with OpenCV. All forms must give the same features.
 
 #include <chrono>
 #include <cmath>
@@ -28,7 +27,7 @@ double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// What imprint_peers.py prints; discarded where there is no numpy.
+// Output of imprint_peers.py; discarded without numpy.
 nlohmann::json run_peers(const std::filesystem::path& image) {
   const std::string command = "/usr/bin/python3 tests/bench/imprint_peers.py " + image.string() +
                               " " + sigmas + " ../shared/oracle/static002.py";
@@ -57,7 +56,8 @@ double median_seconds(ScaleFeatures& features, const Image& image) {
   return bench::median(seconds);
 }
 
-// Largest relative difference; spreads of orientation by their squares, as in imprint_oracle.py.
+// Largest relative difference; spreads of orientation are compared by their squares, as in
+// imprint_oracle.py.
 double largest_difference(std::span<const double> ours, const std::vector<double>& theirs) {
   double worst = 0.0;
   for (std::size_t i = 0; i < ours.size(); ++i) {
@@ -74,7 +74,7 @@ double largest_difference(std::span<const double> ours, const std::vector<double
 int main() {
   const auto dataset = daemon::simulate_imprints({.level = sim::Level::z});
   const auto imprints = daemon::extract_imprints(*dataset);
-  const Image& image = (*imprints)[9].image;  // a rasp, pressed heavily: edges and extrema
+  const Image& image = (*imprints)[9].image;  // a rasp, pressed heavily: it has edges and extrema
   auto features = ScaleFeatures::make({.sigmas = {1, 2, 4}});
   const auto values = features->extract(image);
   const double ours = median_seconds(*features, image);

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""The ten features of one imprint at several scales as people would write them in Python, timed.
+"""Times the ten features of one imprint at several scales in typical Python forms.
 
 imprint_peers.py IMAGE.csv SIGMAS ORACLE    one JSON object: for each form the seconds of every evaluation and its features
 
-reference: static002.py (loops), where ORACLE exists. scipy: the same features without a loop in Python, by numpy and scipy.ndimage.
-opencv: the same with OpenCV's smoothing, extrema and components, where python3-opencv is installed.
+reference: static002.py (loops), if ORACLE exists. scipy: the same features without a loop in Python, by numpy and scipy.ndimage. opencv: the same
+with OpenCV's smoothing, extrema and components, if python3-opencv is installed.
 """
 import importlib.util
 import json

@@ -1,5 +1,5 @@
-// How late the control cycle comes on the real loop, beside what the kernel gives anybody:
-// cyclictest (Debian's rt-tests), in the same seconds, at the same priority and period.
+// Lateness of the control cycle on the real loop, compared with the kernel's own: cyclictest
+// (Debian's rt-tests) runs in the same seconds, at the same priority and period.
 
 #include <algorithm>
 #include <cstdio>
@@ -23,7 +23,7 @@ struct Kernel {
   double average_us = 0, worst_us = 0;
 };
 
-/// Nothing measured when it is not installed or not permitted.
+/// Zero if cyclictest is not installed or not permitted.
 Kernel cyclictest() {
   Kernel seen;
   FILE* pipe = ::popen("cyclictest -q -m -t1 -p10 -i4000 -l2500 2>/dev/null", "r");

@@ -1,7 +1,7 @@
-// A campaign killed at seeded moments, gone on with, and compared trial by trial with one that
-// nobody touched. SIMULATED. WEFT_BENCH_KILLS kills (1000), of which half are at writes to the file
-// and half at moments of the wall clock, in a campaign of WEFT_BENCH_TRIALS (40) trials. A moment
-// that comes after the end kills nothing, is looked at all the same, and another is drawn.
+// Kills a campaign at seeded moments, resumes it, and compares it trial by trial with an
+// undisturbed one. SIMULATED. WEFT_BENCH_KILLS kills (1000): half at writes to the file, half at
+// moments of the wall clock, in a campaign of WEFT_BENCH_TRIALS (40) trials. A moment after the end
+// kills nothing; it is inspected too, and another moment is drawn.
 
 #include <time.h>
 
@@ -45,7 +45,7 @@ CampaignRequest request_in(const fs::path& folder, const fs::path& out, std::siz
   return request;
 }
 
-/// Killed from outside after so long. True when it was still running.
+/// Kills the campaign from outside after `delay`. True if it was still running.
 bool killed_after(const CampaignRequest& request, std::chrono::microseconds delay,
                   const CampaignHooks& hooks) {
   const pid_t child = fork();
@@ -67,7 +67,8 @@ bool fails(Counts& counts, const std::string& what) {
   return false;
 }
 
-/// Goes on with what a kill left and looks at it. `reported`: trials that the killed run told of.
+/// Resumes a killed campaign and checks it. `reported`: trials that the killed run reported as
+/// complete.
 bool inspect(CampaignRequest request, const Dataset& undisturbed, std::size_t reported,
              Counts& counts) {
   const fs::path file = request.out / campaign_file_name;

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Hosts of the emulated bench killed at seeded moments of every phase (tests/scenario/emulated_kill.py), on several benches side by side,
-each with its own ports and seed: a kill takes 35 s, nearly all of it waiting. WEFT_BENCH_KILLS says how many SIGKILL (16; 200
-took 20 minutes on eight benches), WEFT_BENCH_BENCHES on how many benches (4); a SIGSTOP comes beside every fourth.
+"""Kills hosts of the emulated bench at seeded moments of every phase (tests/scenario/emulated_kill.py), on several benches in parallel, each with its
+own ports and seed: a kill takes 35 s, nearly all of it waiting. WEFT_BENCH_KILLS is the number of SIGKILL (16; 200 took 20 minutes on eight benches),
+WEFT_BENCH_BENCHES the number of benches (4). Every fourth SIGKILL is accompanied by a SIGSTOP.
 
-Exit status 1 when a check failed on any bench, or no SIGKILL fell into one of the phases S, P, M, E.
+Exit status 1 if a check failed on any bench, or no SIGKILL fell into one of the phases S, P, M, E.
 
     kills.py WEFT WEFT_RIG
 """
@@ -25,7 +25,7 @@ def main():
     out.mkdir(parents=True, exist_ok=True)
     parts = [out / f"kills-{seed}.json" for seed in range(benches)]
     for part in parts:
-        part.unlink(missing_ok=True)  # of an earlier run
+        part.unlink(missing_ok=True)  # from an earlier run
     running = [subprocess.Popen([sys.executable, str(ROOT / "tests/scenario/emulated_kill.py"), *sys.argv[1:3], str(ROOT),
                                  str(each), str(seed), str(part)]) for seed, part in enumerate(parts)]
     for process in running:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Five hundred MADE UP fabrics through the commands: what `weft train` and `weft classify` of so many take.
+"""Times `weft train` and `weft classify` with five hundred MADE UP fabrics.
 
     many_fabrics.py WEFT [FABRICS]      prints a table, writes out/bench/many_fabrics.json
 
-8 trials of each, 4 taxels, 60 frames; a fabric is a level, a ripple and a noise drawn at random. p-value cores, ties by order (the default from
-100 fabrics on). Only the training has a limit (10 s); the rest is what a user waits for beside it. Medians of three runs.
+8 trials of each, 4 taxels, 60 frames. A fabric is a random level, ripple and noise. p-value cores, ties by order (the default from 100 fabrics on).
+Only the training has a limit (10 s); the other times are shown because users wait for them. Medians of three runs.
 """
 import json
 import os
@@ -38,7 +38,7 @@ def write_set(folder, fabrics):
 
 
 def run(weft, *arguments):
-    """What the command said, and its seconds."""
+    """The command's output, and its seconds."""
     began = time.perf_counter()
     ran = subprocess.run([weft, *map(str, arguments), "--json"], capture_output=True, text=True)
     if ran.returncode != 0:

@@ -1,6 +1,6 @@
 #pragma once
-// How often "none of these" is right: every fabric in turn is left out of the model and shown to
-// it.
+// Accuracy of the unknown-fabric check: each fabric in turn is left out of the model and then
+// classified by it.
 
 #include <array>
 #include <cstddef>
@@ -15,36 +15,36 @@
 
 namespace weft::classifier {
 
-/// Test trials of one fabric, shown to a model that never met it.
+/// Test trials of one fabric, classified by a model that was trained without it.
 struct LeftOut {
   std::string label;
   std::size_t trials = 0;
-  std::size_t accepted = 0;  ///< taken for one of the others
+  std::size_t accepted = 0;  ///< predicted as one of the other fabrics
 };
 
-/// One reject rule over all fabrics left out in turn.
+/// One reject rule over all left-out fabrics.
 struct RejectRates {
   RejectKind kind = RejectKind::neighbour;
   std::vector<LeftOut> left_out;   ///< one per fabric
   double false_accept = 0.0;       ///< accepted unknown trials / unknown trials
   Interval false_accept_ci95;      ///< Wilson, trials taken as independent
   double false_reject = 0.0;       ///< refused known trials / known trials, over all models
-  double right_of_accepted = 0.0;  ///< known trials that were accepted: share of right answers
-  /// Probability that an unknown trial scores stranger than a known one, ties half: what a rule can
-  /// tell at all, whatever its threshold. 0.5 is nothing.
+  double right_of_accepted = 0.0;  ///< share of right predictions among the accepted known trials
+  /// Probability that an unknown trial scores higher than a known one, ties half: the quality of a
+  /// rule independent of its threshold. 0.5 is useless.
   double separation = 0.0;
 };
 
-/// Thresholds are learnt on `train` without the fabric, figures counted on `test`. Cores know two
-/// fabrics only, so leaving one out means leaving its cores out; nothing is trained again but on
-/// the folds. Refuses what train() and fit_postprocessing() refuse, fewer than three labels, test
-/// labels that were not trained, and no test rows.
+/// Thresholds are trained on `train_part` without the fabric, rates are counted on `test_part`. A
+/// core has two fabrics only, so leaving a fabric out means leaving its cores out; only the folds
+/// need new training. Errors: those of train() and fit_postprocessing(), fewer than three labels,
+/// test labels that were not trained, no test rows.
 Result<std::array<RejectRates, reject_kinds>> measure_reject(const FeatureMatrix& train_part,
                                                              const FeatureMatrix& test_part,
                                                              const TrainOptions& options,
                                                              double false_reject = 0.05);
 
-/// The model as it would be without a fabric; `label_index` below labels().size(), at least three
+/// The model without a fabric. `label_index` is below labels().size(); there are at least three
 /// labels.
 FabricModel without_label(const FabricModel& model, std::size_t label_index);
 

@@ -1,6 +1,6 @@
-// What a trial costs beside its samples and its devices: every step of the engine and what goes on
-// record of the trial, in the program's own order, for a campaign of 680 trials. Devices answer at
-// once, no sample comes. SIMULATED.
+// Overhead of a trial without samples and devices: every step of the engine and all records of the
+// trial, in the program's own order, for a campaign of 680 trials. Devices answer at once, and no
+// sample comes. SIMULATED.
 
 #include <algorithm>
 #include <chrono>
@@ -53,7 +53,7 @@ void record(const recipes::Effect& effect, daemon::TrialRecording& recording, Ti
   }
 }
 
-/// [s] of each trial, from one to the next.
+/// Seconds of each trial, from its start to the start of the next.
 std::vector<double> seconds_of_trials(const recipes::Plan& plan, const fs::path& file) {
   daemon::CampaignHeader header;
   header.trials_planned = static_cast<std::uint32_t>(plan.trials.size());

@@ -1,5 +1,5 @@
-// weftd's page: from the daemon's start to the first chart, bytes, frames a second, and what open pages cost the daemon; each beside
-// its limit. SIMULATED bench, real browser (Debian's chromium, without a window).
+// Costs of weftd's page, each beside its limit: time from the daemon's start to the first chart, bytes, frames a second, and the daemon's load by
+// open pages. SIMULATED bench, real browser (Debian's chromium, without a window).
 //   node page.mjs WEFTD WEFT SOURCE_ROOT        writes out/bench/page.json
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import os from 'node:os';
@@ -10,7 +10,7 @@ import { Daemon, ROOT, connected, open_browser, open_page, says } from '../web/s
 const starts = 7;
 const windows = 3;
 const window_s = 10;
-const ticks_hz = 100; // of /proc/PID/stat, sysconf(_SC_CLK_TCK) on Linux
+const ticks_hz = 100; // unit of /proc/PID/stat, sysconf(_SC_CLK_TCK) on Linux
 const rows = [];
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
@@ -24,14 +24,14 @@ function tell(name, value, unit, limit) {
 const chart_is_drawn = () => [...document.querySelectorAll('#chart-force canvas')].some((canvas) =>
   canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((value) => value !== 0));
 
-/** In the page's own clock, from its navigation: when its scripts were all there, and when a chart was first drawn. */
+/** Times [ms] in the page's own clock, from its navigation: the scripts are loaded; the first chart is drawn. */
 const times_in_page = () => ({
   html_ms: performance.getEntriesByType('navigation')[0].responseEnd,
   scripts_ms: Math.max(...performance.getEntriesByType('resource').filter((one) => one.name.endsWith('.js')).map((one) => one.responseEnd)),
   chart_ms: performance.getEntriesByName('first-chart')[0].startTime,
 });
 
-/** Told when a chart is there, without asking from outside. */
+/** Marks the first chart from inside the page, without polling from outside. */
 async function mark_first_chart(page) {
   await page.addInitScript(() => {
     const look = () => (document.querySelector('#chart-force canvas') ? performance.mark('first-chart') : requestAnimationFrame(look));
@@ -39,7 +39,7 @@ async function mark_first_chart(page) {
   });
 }
 
-/** The daemon starts, a browser that is open already, with an empty tab, goes to its page; again and again. */
+/** Repeatedly starts the daemon and opens its page in a running browser with an empty tab. */
 async function from_start_to_chart() {
   const daemon = await new Daemon().begin();
   const link = daemon.link();
@@ -73,7 +73,7 @@ async function from_start_to_chart() {
   tell('from the start of weftd to the first chart', median(found.all), 'ms', `${of}; 300 ms wanted of the page`);
 }
 
-/** A page that is opened while a campaign is under way: when its charts have a line. */
+/** Time until the charts of a page opened during a campaign have a line. */
 async function to_first_sample() {
   const daemon = await new Daemon().begin('--pace', '1');
   daemon.weft('start', 'small');
@@ -91,7 +91,7 @@ async function to_first_sample() {
   tell('page: from its address to the first sample', median(found), 'ms', `median of ${starts}, a campaign under way`);
 }
 
-/** As the browser fetched them. */
+/** Bytes as the browser fetched them. */
 async function bytes_of(page, daemon) {
   const paths = await page.evaluate(() => ['/', ...performance.getEntriesByType('resource').map((entry) => new URL(entry.name).pathname)]);
   let whole = 0;
@@ -105,7 +105,7 @@ async function bytes_of(page, daemon) {
   tell('the same, each file by gzip -9', packed / 1000, 'kB', 'not served so');
 }
 
-/** Intervals between frames, and how often a chart was drawn anew. */
+/** Intervals between frames, and how often a chart was redrawn. */
 async function frames_of(page) {
   const seen = await page.evaluate((seconds) => new Promise((done) => {
     const intervals = [];
@@ -148,7 +148,7 @@ async function share_of_a_core(daemon) {
   return median(shares);
 }
 
-/** Pages that draw take the cores from the daemon, which then tells less; these leave them to it. */
+/** Reads like pages do, but without drawing. Pages that draw take the cores from the daemon, which then sends less. */
 async function read_as_pages_do(daemon, link, count) {
   const topics = 'run:*,rig,queue,lease:*,vote:*,stream:force,stream:stages,stream:taxels';
   const headers = { Authorization: `Bearer ${link.split('token=')[1]}` };

@@ -1,6 +1,6 @@
-// The plant's levels L1 to L3: time on one core for a simulated second, of the contact alone, of
-// the plant with its pads and of the whole bench in a regulated slide, and the error in force that
-// goes with it. SIMULATED throughout.
+// The plant's levels L1 to L3: processor time on one core for a simulated second (of the contact
+// alone, of the plant with its pads, and of the whole bench in a regulated slide), and the error in
+// force. SIMULATED throughout.
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ constexpr double plate_z_m = 0.06;
 constexpr double grid_s = 3.072e-3;
 constexpr double slide_mps = 2e-3, slide_s = 25, set_n = 5;
 
-/// Of this process alone: the machine may have other work.
+/// Processor time of this process only: the machine may have other work.
 double cpu_s() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
@@ -52,7 +52,7 @@ struct Run {
   double cpu_s = 0, simulated_s = 0, rms_error_n = 0;
 };
 
-/// Down to 5 N, which an integral controller holds at 37 Hz while the probe slides 50 mm.
+/// A press to 5 N, held by an integral controller at 37 Hz while the probe slides 50 mm.
 Run regulated_slide(const BenchPlantParams& params, const Patch& patch) {
   const double begin = cpu_s();
   BenchPlant bench_plant(params, 1);
@@ -76,7 +76,8 @@ ContactGeometry contact_geometry() {
   return {.plate_z_m = plate_z_m, .tilt_axis_y_m = 0.075};
 }
 
-/// The same press and slide as a table of poses: no controller, so that runs can be compared.
+/// The same press and slide as a table of poses: without a controller, so that runs can be
+/// compared.
 std::vector<Pose> scripted_path(const Patch& patch) {
   std::vector<Pose> path;
   const double touch_m = plate_z_m - patch.material.thickness_m;
@@ -93,9 +94,9 @@ std::vector<Pose> scripted_path(const Patch& patch) {
   return path;
 }
 
-/// What a force loop at 37 Hz on a reading in steps of 20 mN makes of a press and a slide, on whole
-/// micrometres, with the finest contact: a path along which runs can be compared though the loop
-/// would have answered each of them otherwise.
+/// Path of a press and a slide under a force loop at 37 Hz with a reading in steps of 20 mN, on
+/// whole micrometres, with the finest contact. Runs can be compared along it, although the loop
+/// would react differently in each of them.
 std::vector<Pose> regulated_path(const Patch& patch, const DynamicContact& finest) {
   constexpr int points = pad_timing::stages + 1;
   std::vector<Pose> path;
@@ -208,8 +209,8 @@ class Bench {
     add(name, bench::median(factors), "x real time", target, note);
   }
 
-  /// The scene of plant_scene.hpp again and again: what the first run takes longer than the others
-  /// is the making of the texture's maps.
+  /// Runs the scene of plant_scene.hpp several times. The extra time of the first run is that of
+  /// the texture's maps.
   void plant(const std::string& name, const PlantParams& params, const Patch& patch,
              double target) {
     bench::Scene scene(params, patch);
@@ -229,7 +230,8 @@ class Bench {
     add(name, bench::scene_s / warm_s, "x real time", target, note);
   }
 
-  /// Counts of the pads along the scripted path, against a balance at every conversion.
+  /// Compares counts of the pads along the scripted path with those of a balance at every
+  /// conversion.
   void counts(const std::string& name, const PlantParams& params, const Patch& patch) {
     const auto path = scripted_path(patch);
     const auto coarse = counts_along(params, patch, path);
@@ -245,7 +247,7 @@ class Bench {
     add(name + ", pads beside a balance at every conversion, worst", worst_counts, "counts", 0, {});
   }
 
-  /// `step_s` where all substeps are equal, else 0.
+  /// `step_s` is 0 unless all substeps are equal.
   template <class Contact>
   void alone(const std::string& name, const Contact& contact, const Patch& patch,
              const std::vector<Pose>& path, std::size_t stride, double step_s, const Trace& truth,
@@ -291,7 +293,7 @@ PlantParams at_step(double step_s, Integrator integrator = Integrator::midpoint)
   return params;
 }
 
-/// The contact balanced once per scan of the pads.
+/// The contact is balanced once per scan of the pads.
 PlantParams once_per_scan() {
   PlantParams params = bench::scene_params(Level::quasistatic);
   params.quasistatic_step_s = static_cast<double>(pad_timing::frame_ns) * 1e-9;

@@ -1,8 +1,8 @@
 #pragma once
-// The scene by which levels are timed: own weight (3 s), press to 5 N (6 s), a slide of 50 mm at
-// 2 mm/s under 5 N (25 s), lift-off (2 s): docs/reference/plant.md, Levels. Contact, texture and
-// pads of one plant on the pads' own schedule, a stage that stands on micrometres and a loop at 37
-// Hz on a reading in steps of 20 mN; no wire protocols. SIMULATED throughout.
+// The scene for the times of the levels: own weight (3 s), press to 5 N (6 s), a slide of 50 mm at
+// 2 mm/s under 5 N (25 s), lift-off (2 s): docs/reference/plant.md, Levels. It has contact, texture
+// and pads of one plant on the pads' own schedule, a stage with steps of a micrometre, and a loop
+// at 37 Hz on a reading in steps of 20 mN; no wire protocols. SIMULATED throughout.
 
 #include <algorithm>
 #include <cmath>
@@ -15,11 +15,11 @@ namespace weft::bench {
 inline constexpr double scene_s = 36.2;
 inline constexpr double scene_plate_z_m = 0.06;
 
-/// What the loop achieved, and a sum over all counts so that nothing can be left out unseen.
+/// Quality of the loop, and a sum over all counts, so that the compiler cannot remove work.
 struct SceneResult {
-  double rms_error_n = 0;  ///< from the set-point while sliding
+  double rms_error_n = 0;  ///< from the set point during the slide
   std::uint64_t counts = 0;
-  std::size_t readings = 0;  ///< of the vibration's sensors
+  std::size_t readings = 0;  ///< of the vibration sensors
 };
 
 inline sim::PlantParams scene_params(sim::Level level) {
@@ -40,7 +40,7 @@ class Scene {
     plant_.mount(patch, {.x_m = 0.03, .y_m = 0.03, .z_m = z_m_});
   }
 
-  /// The whole scene once; a second run goes along the same path, over texture that is there.
+  /// Runs the whole scene once; a second run follows the same path over existing texture.
   SceneResult run() {
     SceneResult result;
     const auto frames = static_cast<std::uint64_t>(scene_s * 37);
@@ -72,7 +72,8 @@ class Scene {
     return reading_step_n * std::round(plant_.contact().normal_n / reading_step_n);
   }
 
-  /// Down until the cloth carries the probe's weight, wait, to the set-point, hold it, and up.
+  /// Moves down until the fabric carries the probe's weight, waits, presses to the set point, holds
+  /// it, and lifts.
   [[nodiscard]] double stage_speed_mps(double t_s, double error_n) const {
     const double force_n = set_n - error_n;
     if (t_s >= 34) return -2e-3;

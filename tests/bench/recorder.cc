@@ -1,6 +1,6 @@
-// Rows a second of the campaign recorder, with CRC and chunks, beside a row a statement in SQLite
-// and beside a plain file, both of the same numbers on the same disk. All three end with the data
-// on the disk (fsync).
+// Rows a second of the campaign recorder, with CRC and chunks, compared with one SQLite statement a
+// row and with a plain file, for the same numbers on the same disk. All three end with the data on
+// the disk (fsync).
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@ using namespace weft::daemon;
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint32_t rows = 400'000;  // of the force sensor: 67 minutes at 100 Hz
+constexpr std::uint32_t rows = 400'000;  // force samples: 67 minutes at 100 Hz
 constexpr std::uint32_t rows_a_commit = 2'000;
 constexpr int runs = 5;
 

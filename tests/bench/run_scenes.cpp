@@ -96,7 +96,7 @@ constexpr RunScene run_scenes[] = {
          if (entry["role"] == "vibro") files.rig["devices"].push_back(entry);
      }}};
 
-/// A bench whose stages stand near the cloth, so that bringing it up is short.
+/// A bench with stages near the fabric, so that bringing it up is short.
 RunFiles common_files() {
   RunFiles files{nlohmann::json::parse(R"({
     "schema_version": 1, "name": "scene", "source": "scene costs", "seed": 1, "repetitions": 1,
@@ -110,7 +110,7 @@ RunFiles common_files() {
   files.rig["plate"]["surface_z_mm"] = 16;
   files.rig["plate"]["size_mm"] = {34, 34};
   for (const char* role : {"x", "y", "z"}) files.device(role)["emulator"]["start_mm"] = 4;
-  files.rig["simulation"]["cover_um"] = 0;  // run-soft-cover has one
+  files.rig["simulation"]["cover_um"] = 0;  // run-soft-cover sets one
   files.rig["simulation"]["fabrics"] = "fabrics.json";
   files.rig["simulation"]["fidelity"] = std::filesystem::absolute("sim/fidelity.json");
   return files;

@@ -1,9 +1,9 @@
-// What a scene costs and what it does not: one second of sliding at 2 mm/s under 5 N, on denim,
-// with nothing computed that the scene does not need; one static press; and whole runs, whose names
-// begin with "run-" (run_scenes.hpp).
+// Costs of scenes: one second of sliding at 2 mm/s under 5 N on denim, with only the computations
+// that the scene needs; one static press; and whole runs, with names that begin with "run-"
+// (run_scenes.hpp).
 //
-//   bench_scene_costs          processor time of every scene but the whole runs
-//   bench_scene_costs --list   the names of all
+//   bench_scene_costs          processor time of every scene except the whole runs
+//   bench_scene_costs --list   all names
 //   bench_scene_costs NAME     prepares the scene, then runs measured_part() once:
 //                              tests/bench/scene_costs.py counts its instructions
 
@@ -62,7 +62,7 @@ Patch denim() {
   std::stringstream text;
   text << file.rdbuf();
   FabricLibrary library = required(parse_fabrics(text.str()));
-  library.params.cover = {};  // a rigid face: the depth below is that of 5 N on the cloth alone
+  library.params.cover = {};  // rigid face: the depth below is that of 5 N on the bare fabric
   return required(
       cut_patch(*library.find("denim"), library.params, library.spread, MaterialSwitches{}, 1));
 }
@@ -82,7 +82,7 @@ BenchPlantParams make_plant_params(const MovingScene& scene, const Patch& patch)
   return params;
 }
 
-/// A bench whose probe slides under about 5 N.
+/// A bench with a probe that slides under about 5 N.
 class Sliding {
  public:
   explicit Sliding(const MovingScene& scene)
@@ -98,7 +98,7 @@ class Sliding {
     run_for(1);
   }
 
-  /// As a rig does: the force sensor reads at 100 Hz, the pads' frames come at 37 Hz.
+  /// Like a rig: the force sensor reads at 100 Hz, the pads' frames come at 37 Hz.
   void run_for(double seconds) {
     for (int i = 0; i < static_cast<int>(100 * seconds); ++i) {
       now_ += std::chrono::milliseconds(10);
@@ -172,7 +172,7 @@ int processor_times() {
 
 }  // namespace
 
-/// Named in the global namespace and kept out of line for callgrind's --toggle-collect.
+/// In the global namespace and out of line, for callgrind's --toggle-collect.
 __attribute__((noinline)) void measured_part(const std::function<void()>& run) {
   run();
 }

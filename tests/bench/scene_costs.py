@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Counts the instructions of every mechanism in every scene with callgrind, and fails where a scene computes what it
-does not need, or does not compute what it needs.
+"""Counts the instructions of every mechanism in every scene with callgrind. Fails if a scene computes something that it does not need, or lacks
+something that it needs.
 
     scene_costs.py PROGRAM [--only SCENE ...] [--write-docs]
 
-PROGRAM is bench_scene_costs. Prints a table for the plant alone and one for whole runs, and writes
-out/bench/scene_instructions.json; with --write-docs also the table of docs/fidelity.md.
-Optional: needs valgrind (Debian package of that name); exit status 77 without it. Instructions do not depend on the
-machine's load, and on the machine itself only through its C library."""
+PROGRAM is bench_scene_costs. Prints a table for the plant alone and one for whole runs, and writes out/bench/scene_instructions.json; with
+--write-docs also the table of docs/fidelity.md.
+Optional: needs valgrind (Debian package of that name); exit status 77 without it. Instructions do not depend on the machine's load, and on the
+machine itself only through its C library."""
 import argparse
 import json
 import pathlib
@@ -17,9 +17,8 @@ import subprocess
 import sys
 import tempfile
 
-# What a mechanism costs is what its entry functions and all below them cost: the callee, and where a caller is given
-# before it, only what that one calls. A mechanism that the compiler puts into its caller is seen by what it calls of
-# the C library alone. A mechanism inside another one is counted in both.
+# The cost of a mechanism is that of its entry functions with all their callees. A pattern is the callee, or a caller and the callee. A mechanism that
+# the compiler inlines into its caller is seen only by its calls of the C library. A mechanism inside another one counts in both.
 ENTRIES = {
     "contact": r"weft::sim::(ContactModel::(step|advance)|(AlgebraicProbe|DynamicContact)::step)\(",
     "relaxation": r"weft::sim::RelaxationStep::weigh\(",
@@ -38,9 +37,9 @@ ENTRIES = {
     "vibration frames": r"weft::protocols::vibro::(append|Splitter::next)\(",
     "imprint": r"weft::sim::(press_winkler|HalfSpace::press)\(",
 }
-ANYBODY = r"(?!_dl_)"  # the loader asks which of a function's clones this machine can run
-OUTERMOST = {"contact", "modal", "pressure", "pads", "force sensor", "imprint"}  # none inside another of them
-IN_RUNS = {"friction", "cover", "wear", "taxel frames", "vibration frames"}  # not in a steady slide of the plant alone
+ANYBODY = r"(?!_dl_)"  # the loader checks which clone of a function this machine can run
+OUTERMOST = {"contact", "modal", "pressure", "pads", "force sensor", "imprint"}  # none is inside another of them
+IN_RUNS = {"friction", "cover", "wear", "taxel frames", "vibration frames"}  # absent in a steady slide of the plant alone
 
 CONTACT = {"contact", "relaxation"}
 FORCE = {"force sensor", "force noise"}
@@ -88,7 +87,7 @@ def mechanisms_of(scene):
 
 
 def calls(text):
-    """(caller, callee, instructions with all below) of a callgrind file, names in full."""
+    """(caller, callee, instructions with all callees) of a callgrind file, with full names."""
     names, caller, callee = {}, None, None
 
     def name(entry):
@@ -117,7 +116,7 @@ def count(text):
     found = {mechanism: 0 for mechanism in ENTRIES}
     for caller, callee, cost in calls(text):
         for mechanism, (from_whom, entry) in patterns.items():
-            # An entry that calls another of its own is counted once.
+            # An entry that calls another entry of its own mechanism counts once.
             if entry.match(callee) and from_whom.match(caller) and not entry.match(caller):
                 found[mechanism] += cost
     found["all"] = int(re.search(r"^(?:totals|summary): (\d+)", text, re.M).group(1))
@@ -125,7 +124,7 @@ def count(text):
 
 
 def measured(program, scene, folder):
-    """Of a whole run everything counts, also what is done before and beside it."""
+    """For a whole run everything counts, also the work before and beside it."""
     out = pathlib.Path(folder) / "callgrind.out"
     part = [] if is_run(scene) else ["--toggle-collect=measured_part*"]
     ran = subprocess.run(["valgrind", "--tool=callgrind", *part, f"--callgrind-out-file={out}", program, scene],
@@ -163,7 +162,7 @@ def cell(scene, mechanism, paid):
 
 
 def docs_table(table):
-    """Whole runs; a column for each mechanism of which any of them knows."""
+    """Whole runs; a column for each mechanism that any of them has."""
     mechanisms = [m for m in ENTRIES if any(m in NEEDED[s] or row[m] > 0 for s, row in table.items())]
     lines = ["| scene | " + " | ".join(mechanisms) + " | all |", "|---|" + "---:|" * (len(mechanisms) + 1)]
     for scene, row in table.items():

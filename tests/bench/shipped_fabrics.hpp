@@ -1,5 +1,5 @@
 #pragma once
-// The cloths that Weft ships, for benchmarks that are run from the repository's root.
+// The fabrics that Weft ships, for benchmarks that run in the repository's root.
 
 #include <cstdio>
 #include <cstdlib>
@@ -10,7 +10,7 @@
 
 namespace weft::bench {
 
-/// Ends the program with a sentence where sim/fabrics.json is not there or not understood.
+/// Ends the program with a message if sim/fabrics.json is missing or invalid.
 inline sim::FabricLibrary shipped_fabrics() {
   std::ifstream file("sim/fabrics.json");
   std::stringstream text;

@@ -1,5 +1,5 @@
-// Level L2 on the bare press (docs/reference/plant.md, Integrators) beside the prototype's figures
-// of the same method, and with a stage that starts at once. SIMULATED throughout.
+// Level L2 on the bare press (docs/reference/plant.md, Integrators), compared with the prototype's
+// figures of the same method, and with a stage that starts at once. SIMULATED throughout.
 
 #include <ctime>
 #include <string>

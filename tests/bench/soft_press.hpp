@@ -1,10 +1,10 @@
 #pragma once
-// The bare press of docs/reference/plant.md, Integrators: 4 s, approach at 1
-// mm/s, an exponential cloth with two Prony terms, a probe of 0.2 kg on a spring of 2e4 N/m that
-// pulls and pushes; no slack, hysteresis or waves. The page does not say how the stage starts and
-// stops, how much it is damped and on which cloth. Here its speed rises and falls within 0.2 s by
-// half a cosine, and the damping of the mount is such that level L1, which has none, is wrong on
-// denim by the page's 2.5e-3 of 5 N. SIMULATED throughout.
+// The bare press of docs/reference/plant.md, Integrators: 4 s, approach at 1 mm/s, an exponential
+// fabric with two Prony terms, a probe of 0.2 kg on a spring of 2e4 N/m that pulls and pushes; no
+// slack, hysteresis or waves. The page does not state the start and stop of the stage, the damping
+// and the fabric. Here the speed rises and falls within 0.2 s by half a cosine. The damping of the
+// mount is chosen so that level L1, which has none, is wrong on denim by the page's 2.5e-3 of 5 N.
+// SIMULATED throughout.
 
 #include <algorithm>
 #include <cmath>
@@ -17,15 +17,16 @@ namespace weft::bench {
 
 class SoftPress {
  public:
-  static constexpr double pose_s = 1e-3;   ///< the stage is straight between two poses
-  static constexpr std::size_t scan = 27;  ///< poses between two forces that are compared
+  static constexpr double pose_s = 1e-3;   ///< [s]; the stage moves straight between two poses
+  static constexpr std::size_t scan = 27;  ///< poses between two compared forces
   static constexpr double press_n = 5, length_s = 4, mount_damping = 0.18;
   // The prototype's worst error over 5 N, and simulated seconds per processor second.
   static constexpr double notes_l1_error = 2.5e-3;
   static constexpr double notes_1ms_error = 3.9e-6, notes_1ms_speed = 7380;
   static constexpr double notes_100us_error = 3.4e-8, notes_100us_speed = 831;
 
-  /// `material` should be without hysteresis and waves. `rise_s` [s] of the stage's speed.
+  /// `material` should have no hysteresis and no waves. `rise_s` [s]: rise time of the stage's
+  /// speed.
   explicit SoftPress(const sim::ContactMaterial& material, double rise_s = 0.2)
       : material_(material) {
     mount_.slack_m = 0;
@@ -65,7 +66,7 @@ class SoftPress {
     return out;
   }
 
-  /// The largest difference, over 5 N.
+  /// The largest difference, relative to 5 N.
   static double error(const std::vector<double>& forces_n, const std::vector<double>& truth_n) {
     double worst_n = 0;
     for (std::size_t i = 0; i < truth_n.size(); ++i)
@@ -75,7 +76,7 @@ class SoftPress {
 
  private:
   static constexpr double speed_mps = 1e-3;
-  /// Of a stage that started `t_s` ago.
+  /// Way [m] of a stage that started `t_s` ago.
   static double way_m(double t_s, double rise_s) {
     if (t_s >= rise_s) return speed_mps * (t_s - rise_s / 2);
     const double pi = std::numbers::pi;

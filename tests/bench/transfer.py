@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""How far the calibrated simulation is from fabricslide: statistics, intraclass correlations, and accuracy from one side to the other.
+"""Distance of the calibrated simulation from fabricslide: statistics, intraclass correlations, and accuracy from one side to the other.
 
     transfer.py WEFT ROOT [--fabrics FILE] [--before FILE] [--shared FOLDER] [--json FILE] [--write PAGE]
 
-`weft sim strokes` makes every recorded stroke anew with a cloth table: once with the calibrated one (--fabrics), once with the one before
-(--before; without it the newest sim/fabrics.json of the history without a calibration). Recorded and SIMULATED strokes then go through the
-same statistics, features and learners. --write fills what is between the markers of docs/calibration.md; the pictures there are those that
-`weft sim calibrate --pictures` has written.
+`weft sim strokes` simulates every recorded stroke with two fabric tables: the calibrated one (--fabrics), and an earlier one (--before; default: the
+newest sim/fabrics.json of the history without a calibration). Recorded and SIMULATED strokes then pass through the same statistics, features and
+learners. --write fills the text between the markers of docs/calibration.md; the pictures there come from `weft sim calibrate --pictures`.
 """
 import argparse
 import collections
@@ -22,11 +21,11 @@ import tempfile
 
 PREFIX = "fabricslide"
 LEARNERS = {"pvalue": "p-value cores", "pca": "PCA cores", "all": "cores, all features", "lda": "LDA", "trees": "trees"}
-FEATURES = ["--norm", "rms"]  # strokes are of different lengths
+FEATURES = ["--norm", "rms"]  # strokes have different lengths
 PERMUTATIONS = 5
 NAME = re.compile(r"(recorded|simulated)-(.+)_F([0-9.]+)_V(-?[0-9.]+)mmps_\d+\.csv")
 
-# The first table of realism.md: what it is called, its parts as `weft sim strokes` names them, factor and unit.
+# The first table of realism.md: name, its parts as `weft sim strokes` names them, factor and unit.
 TWELVE = [
     ("modulation over 50 mm", ["modulation"], 100, "%"),
     ("modulation, whole stroke", ["modulation_stroke"], 100, "%"),
@@ -41,13 +40,13 @@ TWELVE = [
     ("jumps above 5 sd", ["jumps"], 1, ""),
     ("spectral peak", ["peak"], 1, "1/mm"),
 ]
-LEAST_INSIDE = 9  # aim, as is LEAST_NEAR
+LEAST_INSIDE = 9  # aim, like LEAST_NEAR
 
-# Columns of the second table. Two features in one column both have to be near.
+# Columns of the second table. If a column has two features, both must be near.
 ELEVEN = [["max"], ["min"], ["mean", "norm"], ["mode"], ["range"], ["var"], ["kurt"], ["skew"], ["m5"], ["Hfrq"], ["Sh"]]
 OF_LEVEL = {"max", "min", "mean", "norm", "mode"}
 NEAR, LEAST_NEAR = 0.15, 9
-# What a group is: the fabric and grip of a run; the strokes of one path; the latter at the speed of realism.md.
+# Definitions of a group: the fabric and grip of a run; the strokes of one path; the latter only at the speed of realism.md.
 GROUPS = {
     "fabric and grip": lambda fabric, grip, speed: (fabric, grip),
     "fabric, grip, direction and speed": lambda fabric, grip, speed: (fabric, grip, speed),
@@ -66,12 +65,12 @@ def run(weft, *arguments):
 
 
 def values_of(rows, name, side):
-    """Of each cloth's strokes alone; nothing for a statistic that one cloth cannot have."""
+    """Values of strokes of single fabrics; nothing for a statistic that needs several fabrics."""
     return {r["strokes_of"]: r[side] for r in rows if r["strokes_of"] and r["name"] == name and r[side] is not None}
 
 
 def one_part(rows, name):
-    """Real range over the cloths, and the median of the simulated ones; of all cloths together: the 95 % interval."""
+    """Real range over the fabrics, and the median of the simulated ones. For a statistic of all fabrics together: the 95 % interval."""
     real, made = values_of(rows, name, "recorded"), values_of(rows, name, "simulated")
     if real:
         low, high = min(real.values()), max(real.values())
@@ -100,7 +99,7 @@ def twelve_of(rows):
 
 
 def intraclass(groups):
-    """One-way random effects; groups of one are in the spread between groups alone. None: nothing varies."""
+    """One-way random effects; groups of one count only in the spread between groups. None: no variation."""
     groups = [g for g in groups if g]
     count, total = len(groups), sum(map(len, groups))
     if count < 2 or total == count:
@@ -137,7 +136,7 @@ def correlations_of(table, side, key):
 
 
 def near(real, made):
-    """The columns of which every feature is near."""
+    """The columns in which every feature is near."""
     def one(name):
         return None not in (real[name], made[name]) and abs(real[name] - made[name]) <= NEAR
     return [names for names in ELEVEN if all(map(one, names))]
@@ -163,7 +162,7 @@ def split(train, test):
     return ["--train-groups", train, "--test-groups", test]
 
 
-# The work.
+# Main part.
 
 
 def earlier_table(root, folder):
@@ -179,7 +178,7 @@ def earlier_table(root, folder):
 
 
 def one_table(weft, recordings, fabrics, folder, name):
-    """Everything about the strokes that one cloth table gives."""
+    """All results on the simulated strokes of one fabric table."""
     both = folder / f"{name}-both.h5"
     said = run(weft, "sim", "strokes", recordings, "--fabrics", fabrics, "--name", PREFIX, "-o", folder / f"{name}.h5", "--beside", both)
     table = folder / f"{name}.csv"

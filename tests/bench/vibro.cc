@@ -1,7 +1,7 @@
-// Sound and vibration: features of a window and answers of the learners, beside numpy, scipy,
-// scikit-learn and XGBoost's Python on the same data in the same run (vibro_peers.py). Data are
-// made up: noise of twelve classes. Times are processor times of one thread, so that other work of
-// the machine counts for neither side.
+// Sound and vibration: features of a window and answers of the learners, compared with numpy,
+// scipy, scikit-learn and XGBoost's Python on the same data in the same run (vibro_peers.py). Data
+// are made up: noise of twelve classes. Times are processor times of one thread, so that other work
+// of the machine counts for neither side.
 
 #include <nlohmann/json.hpp>
 
@@ -28,8 +28,8 @@ using bench::Figure;
 const std::filesystem::path scratch = "out/bench";
 constexpr std::size_t classes = 12, per_class = 100, components = 3;
 
-// Median of one call's time over `count` batches of `calls`; reading the clock costs as much as the
-// quickest answers.
+// Median of one call's time [s] over `count` batches of `calls`; reading the clock costs as much as
+// the quickest answers.
 double compute_median(std::size_t count, std::size_t calls, const std::function<void()>& work) {
   work();  // warms caches and tables
   std::vector<double> s;
@@ -41,14 +41,14 @@ double compute_median(std::size_t count, std::size_t calls, const std::function<
   return bench::median(s);
 }
 
-// What vibro_peers.py prints; nothing where there is no scikit-learn.
+// Output of vibro_peers.py; nothing without scikit-learn.
 nlohmann::json run_peer(const std::string& arguments) {
   return bench::json_of(
       "OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 /usr/bin/python3 tests/bench/vibro_peers.py " +
       arguments + " 2>/dev/null");
 }
 
-// Roughly normal: the sum of four uniform ones.
+// Roughly normal: the sum of four uniform numbers.
 std::vector<double> noise(std::size_t n, RandomEngine& engine) {
   std::vector<double> out;
   for (std::size_t i = 0; i < n; ++i) {
@@ -97,7 +97,7 @@ struct Set {
   std::vector<std::size_t> of_train;
 };
 
-// Nine features as wide as the classes lie apart.
+// Nine features with a spread as large as the distance of the classes.
 Set made_up_set() {
   RandomEngine engine(2);
   constexpr std::size_t features = 9, rows = classes * per_class, trains = rows * 4 / 5;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""The ten learners of sound and vibration beside the current scikit-learn and XGBoost of PyPI: accuracy, answers and times in one run.
+"""Compares the ten learners of sound and vibration with the current scikit-learn and XGBoost of PyPI: accuracy, answers and times in one run.
 
     vibro_current.py LEARNERS FIGURES SHARED    run by `script/bench vibro_current` in the virtual environment with the peers
 
-LEARNERS and FIGURES are the tools vibro_learners and vibro_agreement. Rows are MADE UP (twelve classes, nine figures), and REAL where SHARED
-has vibtac12 (X, Y, Z, windows of 2 s at random, the paper's protocol, which leaks). Scaling and three components come before every
-learner on both sides. Times are processor seconds of one thread, medians over the splits; the two sides take turns. `same` is the share
-of test rows that get the same answer, and beside it what two seeds of the peer have in common.
+LEARNERS and FIGURES are the tools vibro_learners and vibro_agreement. Rows are MADE UP (twelve classes, nine features), and REAL if SHARED has
+vibtac12 (X, Y, Z, windows of 2 s at random, the paper's protocol, which leaks). Scaling and three components come before every learner on both sides.
+Times are processor seconds of one thread, medians over the splits; the two sides alternate. `same` is the share of test rows with the same answer;
+beside it is the share for two seeds of the peer.
 """
 import json
 import os
@@ -31,7 +31,7 @@ def made_up():
 
 
 def recorded(tool, data):
-    """Five figures, means over the axes, and FFT of each axis; 100 windows of each texture."""
+    """Five features, means over the axes, and FFT of each axis; 100 windows of each texture."""
     from vibro_agreement import ours
     rng = np.random.default_rng(1)
     axes = [np.loadtxt(data / f"vibtac12/{axis}.csv", delimiter=",") for axis in "XYZ"]
@@ -45,7 +45,7 @@ def recorded(tool, data):
 
 
 def ours_on(tool, name, x, y, trains):
-    """Accuracy, seconds of training and of an answer, answers; nothing where the build has no library for the learner."""
+    """Accuracy, seconds of training and of an answer, answers; None if the build has no library for the learner."""
     rows = np.array([*x.shape, len(set(y))], np.uint64).tobytes() + x.tobytes() + y.astype(np.uint64).tobytes()
     ran = subprocess.run([tool, name, str(TREES), "1", "3", "timed"], input=rows + trains.tobytes(), capture_output=True)
     if ran.returncode == 77:

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""What people use today, timed: the reference's features with numpy, scikit-learn and XGBoost on three components.
+"""Times common tools: the reference's features with numpy, scikit-learn and XGBoost on three components.
 
-    vibro_peers.py SET.csv ORACLE      one JSON object: processor seconds of each, medians. SET: 1 trains or 0, class, features
+    vibro_peers.py SET.csv ORACLE      one JSON object: processor seconds of each, medians. SET: 1 for training or 0, class, features
 """
 import json
 import pathlib
@@ -44,7 +44,7 @@ def learners(oracle, path, out):
     for name, model in oracle.classifiers().items():
         made = make_pipeline(StandardScaler(), PCA(3), model)
         if name in ("XGB", "XGBRF"):
-            model.set_params(tree_method="hist")  # as ours; first, so that answers are of its default
+            model.set_params(tree_method="hist")  # like ours; first, so that the answers are those of its default
             out[f"{name} fit, hist"] = median(1, lambda: made.fit(x[trains], y[trains]))
             model.set_params(tree_method=None)
         fit = median(1, lambda: made.fit(x[trains], y[trains]))

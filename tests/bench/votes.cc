@@ -1,5 +1,5 @@
-// Kinds of vote, calibration and "none of these": on the demo campaign (simulated), on made-up
-// fabrics in growing number, and on recordings of real fabrics where they are present.
+// Kinds of vote, calibration and unknown fabrics: on the demo campaign (simulated), on growing
+// numbers of made-up fabrics, and on recordings of real fabrics if they exist.
 
 #include <chrono>
 #include <cstdio>
@@ -169,7 +169,7 @@ Status add_reject(const Set& set, const TrainOptions& options, std::vector<Figur
   return {};
 }
 
-// With the cores that `weft train --learner cores-best` takes.
+// Uses the cores that `weft train --learner cores-best` takes.
 Status measure(const Set& plain, std::vector<Figure>& out) {
   TrainOptions options;
   const auto chosen = train_learner(plain.train, Learner::cores_best, options);
@@ -190,7 +190,7 @@ Status measure(const Set& plain, std::vector<Figure>& out) {
   return add_reject(set, options, out);
 }
 
-// Votes alone, with ever more fabrics; 8 trials of each train, up to 1000 trials test.
+// Votes only, with growing numbers of fabrics; 8 trials of each train, up to 1000 trials test.
 Status grow(std::size_t fabrics, std::vector<Figure>& out) {
   const auto all = build_feature_matrix(bench::made_trials(fabrics, 12, 5));
   if (!all) return pass(all.error());

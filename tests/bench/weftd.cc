@@ -1,5 +1,6 @@
-// weftd under load, on the simulated rig: start, memory, latency beside a bare echo on the same
-// kind of socket, many subscribers of whom some never read, and millions of requests. SIMULATED.
+// weftd under load on the simulated rig: start, memory, latency compared with a bare echo on the
+// same kind of socket, many subscribers of which some never read, and millions of requests.
+// SIMULATED.
 //   bench_weftd WEFTD      WEFT_BENCH_REQUESTS (10 000 000), WEFT_BENCH_SUBSCRIBERS (1000)
 
 #include <fcntl.h>
@@ -83,7 +84,7 @@ class Wire {
     held_.erase(0, end + 1);
     return out;
   }
-  /// Reads until so many lines have come.
+  /// Reads `lines` lines and drops them.
   void skip(std::size_t lines) {
     while (lines > 0) {
       if (held_.empty()) fill();
@@ -102,7 +103,7 @@ class Wire {
   void fill() {
     char bytes[65536];
     const ssize_t got = ::recv(descriptor_, bytes, sizeof bytes, 0);
-    if (got == 0) errno = ECONNRESET;  // a daemon that is full closes
+    if (got == 0) errno = ECONNRESET;  // a daemon without room closes the connection
     if (got <= 0) give_up("recv");
     held_.append(bytes, static_cast<std::size_t>(got));
   }
@@ -178,7 +179,7 @@ struct Latency {
   double p50_s = 0, p99_s = 0;
 };
 
-/// Of `count` requests, each after the answer to the one before.
+/// Latency of `count` requests, each after the answer to the previous one.
 Latency latency_of(Wire& wire, std::size_t count) {
   const std::string text = request(1, "system.time");
   std::vector<double> all;
@@ -192,7 +193,7 @@ Latency latency_of(Wire& wire, std::size_t count) {
   return {all[count / 2], all[count * 99 / 100]};
 }
 
-/// What a socket and two processes cost: the same lines, sent back as they are.
+/// Cost of a socket and two processes: the same lines, echoed unchanged.
 Latency echo_latency() {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM, 0, ends) != 0) give_up("socketpair");
@@ -214,7 +215,7 @@ Latency echo_latency() {
   return out;
 }
 
-/// The program started and ended with nothing to do.
+/// Start and end of the program without work [s].
 double bare_start_s(const char* program) {
   const auto begin = Clock::now();
   const pid_t child = ::fork();
@@ -251,7 +252,7 @@ void latency(const Daemon& daemon, std::vector<Figure>& figures) {
                      1e6 * bare.p99_s, "", weft::bench::at_most(200)});
 }
 
-/// Takes what has come for any of them, without waiting; adds lines to each one's count.
+/// Takes the received bytes of all readers without waiting; adds each one's lines to its count.
 void drain(std::vector<pollfd>& readers, std::vector<std::size_t>& lines) {
   char bytes[65536];
   ::poll(readers.data(), readers.size(), 0);
@@ -262,7 +263,7 @@ void drain(std::vector<pollfd>& readers, std::vector<std::size_t>& lines) {
   }
 }
 
-/// Takes the rig and gives it back: an event each.
+/// Acquires and releases the lease: an event each.
 void change(Wire& maker) {
   maker.send(request(1, "lease.acquire"));
   const std::string reply = maker.line();
@@ -273,7 +274,8 @@ void change(Wire& maker) {
   maker.line();
 }
 
-/// Events that the daemon left out for one that did not read, by the first that says so.
+/// Number of events that the daemon dropped for a subscriber that did not read, from the first
+/// event that reports it.
 std::size_t left_out_for(Wire& silent) {
   constexpr std::string_view word = R"("dropped":)";
   for (;;) {
@@ -285,12 +287,13 @@ std::size_t left_out_for(Wire& silent) {
   }
 }
 
-/// `changes_hz` events a second to everybody for ten seconds, after the subscriptions of those that
-/// never read have run over.
+/// Sends `changes_hz` events a second to all subscribers for ten seconds, after the queues of those
+/// that never read have overflowed.
 void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
   const std::size_t count =
       std::max(number_from("WEFT_BENCH_SUBSCRIBERS", 1000), never_reading + 1);
-  constexpr std::size_t runs_over = 2000;  // changes: far more events than are kept for one
+  constexpr std::size_t runs_over = 2000;  // changes: far more events than the daemon keeps for one
+                                           // subscriber
   const auto maker = open_client(daemon), other = open_client(daemon);
   std::vector<std::unique_ptr<Wire>> all;
   std::vector<pollfd> readers;

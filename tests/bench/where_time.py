@@ -4,8 +4,8 @@
     where_time.py WEFT [RECIPE]     WEFT is the program, RECIPE the demo's campaign by default; prints a table and
                                     writes out/bench/where_time.json
 
-A sample belongs to the part whose function is innermost on its stack, so that malloc, libm or the kernel count for
-their caller. All shares are of one run: other work of the machine changes seconds, and shares little.
+A sample belongs to the part with the innermost function on its stack, so malloc, libm or the kernel count for their caller. All shares are of one
+run: other work of the machine changes seconds, but hardly shares.
 Optional: needs perf with access to the processor's samples; exit status 77 without it."""
 import collections
 import json

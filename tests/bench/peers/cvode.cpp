@@ -1,5 +1,5 @@
-// CVODE (SUNDIALS), backward differentiation formulas; states in units of the scene (static
-// indentation, natural frequency), without which its tolerance means nothing
+// CVODE (SUNDIALS), backward differentiation formulas. States are in units of the scene (static
+// indentation, natural frequency): otherwise its tolerance would be meaningless
 // (docs/reference/plant.md, Integrators).
 
 #include <cvode/cvode.h>

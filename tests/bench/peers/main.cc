@@ -1,6 +1,6 @@
-// Weft and general physics engines on two scenes with a closed form: error at equal cost, cost at
-// equal error. Everything is simulated. Engines are optional and programs of their own, because
-// their libraries bring different copies of the same symbols (Simbody has an old SUNDIALS).
+// Compares Weft with general physics engines on two scenes with a closed form: error at equal cost,
+// cost at equal error. Everything is simulated. Engines are optional and separate programs, because
+// their libraries contain different copies of the same symbols (Simbody has an old SUNDIALS).
 
 #include <nlohmann/json.hpp>
 
@@ -25,7 +25,7 @@ void print(const char* scene, const Engine& engine, const std::vector<Run>& runs
                                : "  (not compared)");
 }
 
-// Least processor time of the runs that are at least this good.
+// Least processor time of the runs with at most this error.
 std::optional<double> cost_at(const std::vector<Run>& runs, double error) {
   std::optional<double> least;
   for (const Run& run : runs)
@@ -42,8 +42,8 @@ std::string note_on(const std::optional<double>& own, const std::optional<double
          std::to_string(*theirs / *own);
 }
 
-// At every decade of error: the cheapest run of each peer beside ours. Whether ours is ahead of
-// all.
+// Compares the cheapest run of each peer with ours at every decade of error. True if ours is ahead
+// of all.
 bool compare(const char* scene, std::vector<Run> Engine::*runs, const Engine& ours,
              const std::vector<Engine>& peers, std::vector<Figure>& out) {
   bool ahead = true;
@@ -67,7 +67,7 @@ Run run_from(const nlohmann::json& j) {
           j["cpu_per_s"], true,        j["failed"]};
 }
 
-// What the program `name` beside this one prints; nothing where it was not built.
+// Result of the program `name` beside this one; nothing if it was not built.
 std::optional<Engine> run_peer(const std::filesystem::path& folder, const std::string& name) {
   const auto program = folder / ("bench_peer_" + name);
   if (!std::filesystem::exists(program)) {

@@ -1,7 +1,7 @@
 // MuJoCo's contact is normalised by mass: the stiffness is given as K/m with an impedance near 0
-// (solimp 1e-4), without which the rest position is d times too small
-// (docs/reference/plant.md, Physics engines). Built with Debian's library and with PyPI's: what is
-// called here is in both, and what their defaults may differ in is given.
+// (solimp 1e-4). Otherwise the rest position is d times too small (docs/reference/plant.md, Physics
+// engines). Built with Debian's library and with PyPI's: only functions of both are called, and
+// options with different defaults are set.
 
 #include <mujoco/mujoco.h>
 

@@ -1,4 +1,4 @@
-// Runs one engine and prints what it measured as JSON.
+// Runs one engine and prints its results as JSON.
 
 #include <cstdio>
 #include <string>

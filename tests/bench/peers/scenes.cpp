@@ -40,12 +40,12 @@ double press_error(const Press& scene, const Track& track) {
   double worst = track.empty() ? NAN : 0.0;
   for (const auto& [t, x] : track) {
     const double error = std::abs(x - scene.indentation_m(t)) / scene.static_m();
-    if (!(error <= worst)) worst = error;  // NaN stays
+    if (!(error <= worst)) worst = error;  // keeps a NaN
   }
   return worst;
 }
 
-// Mean over the last tenth of a second, so that a chatter about the right force counts as right.
+// Mean over the last tenth of a second, so that chatter about the right force counts as right.
 double slide_error(const Slide& scene, const Track& track) {
   double sum = 0;
   std::size_t count = 0;

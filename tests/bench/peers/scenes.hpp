@@ -1,7 +1,7 @@
 #pragma once
-// Scenes with a closed form that every engine can be asked for, and how a run is measured. The
-// engines solve far more general problems; what is compared is the error at equal cost and the cost
-// at equal error on these scenes alone. Source: docs/reference/plant.md, Physics engines.
+// Scenes with a closed form that every engine can solve, and the measurement of a run. The engines
+// solve far more general problems. Compared are only the error at equal cost and the cost at equal
+// error on these scenes. Source: docs/reference/plant.md, Physics engines.
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 
 namespace weft::bench::peers {
 
-/// A mass that touches a spring and damper gets a step of force.
+/// A mass in contact with a spring and damper gets a step of force.
 struct Press {
   double mass_kg = 0.2;
   double stiffness_n_m = 1e4;
@@ -35,30 +35,30 @@ struct Press {
   }
 };
 
-/// A body pressed down by a constant force and pulled along by a spring: friction is mu N in the
-/// end.
+/// A body pressed down by a constant force and pulled along by a spring: the final friction is mu
+/// N.
 struct Slide {
   double mass_kg = 0.2;
   double normal_n = 5;
   double friction = 0.2;
   double spring_n_m = 1e4;
   double speed_mps = 2e-3;
-  double contact_n_m = 1e5;  ///< stiffness of the contact, where an engine takes one
+  double contact_n_m = 1e5;  ///< stiffness of the contact, for engines that need one
   double duration_s = 2;
 
   [[nodiscard]] double friction_n() const { return friction * normal_n; }
 };
 
-/// What a run saw: time and indentation, or time and spring force.
+/// Record of a run: time and indentation, or time and spring force.
 using Track = std::vector<std::pair<double, double>>;
 
 struct Run {
   std::string setting;   ///< how the engine was configured
-  double step_s = 0;     ///< or its accuracy, where it chooses steps itself
-  double error = 0;      ///< relative, largest for the press, at the end for the slide
+  double step_s = 0;     ///< or its accuracy, if the engine chooses its steps
+  double error = 0;      ///< relative; for the press the largest, for the slide at the end
   double cpu_per_s = 0;  ///< processor seconds per simulated second, median
-  bool compared = true;  ///< false: solves less than the scene asks, shown but never compared
-  bool failed = false;   ///< not finite, or off by more than ten times the scale
+  bool compared = true;  ///< false: solves less than the scene requires; shown but not compared
+  bool failed = false;   ///< not finite, or wrong by more than ten times the scale
 };
 
 struct Engine {
@@ -66,7 +66,7 @@ struct Engine {
   std::vector<Run> press, slide;
 };
 
-/// Runs `simulate(track)` several times. The track is judged outside the time measured.
+/// Runs `simulate(track)` several times. `error_of` is not part of the measured time.
 Run measure(std::string setting, double step_s, double duration_s,
             const std::function<void(Track&)>& simulate,
             const std::function<double(const Track&)>& error_of);
@@ -74,10 +74,11 @@ Run measure(std::string setting, double step_s, double duration_s,
 double press_error(const Press& scene, const Track& track);
 double slide_error(const Slide& scene, const Track& track);
 
-/// How often a run is looked at; more often would cap the steps of engines that choose theirs.
+/// Interval between samples of a run [s]; a shorter one would limit the steps of engines that
+/// choose theirs.
 inline constexpr double sample_s = 5e-3;
 
-/// Steps of `step_s` up to `duration_s`, looked at about every five milliseconds.
+/// Makes steps of `step_s` up to `duration_s` and samples about every five milliseconds.
 template <class Step, class Inspect>
 void step_through(double step_s, double duration_s, Track& track, const Step& step,
                   const Inspect& inspect) {
@@ -89,7 +90,7 @@ void step_through(double step_s, double duration_s, Track& track, const Step& st
   }
 }
 
-/// One engine's runs; every program of this folder links one of them.
+/// The runs of one engine; every program of this folder links one definition.
 Engine engine(const Press& press, const Slide& slide);
 
 }  // namespace weft::bench::peers

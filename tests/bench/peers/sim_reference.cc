@@ -1,9 +1,9 @@
-// The equations of level L2 (docs/reference/plant.md, Contact law and Friction) solved once more by
-// SUNDIALS CVODE, for `weft trade sim --reference`. Nothing is shared with the product but the
-// scenes: the force law, the Prony series, the hysteresis, LuGre, the mount and the probe are
-// written out as ordinary differential equations. Every corner of theirs is located as a root and
-// the solver started again behind it: touch and lift-off, reversal of the compression, ends of the
-// mount's slack, a cloth that no longer pushes, reversal of the slip, and every change of the
+// A second solution of the equations of level L2 (docs/reference/plant.md, Contact law and
+// Friction) by SUNDIALS CVODE, for `weft trade sim --reference`. It shares only the scenes with the
+// product: the force law, the Prony series, the hysteresis, LuGre, the mount and the probe are
+// written here as ordinary differential equations. Every corner is located as a root, and the
+// solver is restarted behind it: touch and lift-off, reversal of the compression, ends of the
+// mount's slack, a fabric that no longer pushes, reversal of the slip, and every change of the
 // stages' velocity.
 //
 //   bench_sim_reference OUT.json [SCENE ...]
@@ -33,15 +33,16 @@ using weft::sim::ContactState;
 using weft::sim::Pose;
 
 constexpr double relative_tolerance = 1e-12;
-constexpr double same_velocity_mps = 1e-12;  // the stages' velocity does not change
-constexpr double peek_s = 1e-9;              // to see on which side of a corner the motion goes on
+constexpr double same_velocity_mps = 1e-12;  // smaller changes of the stages' velocity are ignored
+constexpr double peek_s = 1e-9;              // step that shows the direction of the motion behind a
+                                             // corner
 
-/// z counts from where the probe would touch a flat cloth, q in newtons.
+/// z counts from the height at which the probe would touch a flat fabric, q in newtons.
 enum Variable { z, vz, lag, vy, bristle, q1, q2, branch, variables };
 using State = std::array<double, variables>;
 constexpr State absolute_tolerance{1e-16, 1e-14, 1e-16, 1e-14, 1e-12, 1e-12, 1e-12, 1e-12};
 
-/// Functions whose sign chooses a branch of the equations.
+/// Functions; their sign chooses a branch of the equations.
 enum Corner { touch, compression, push, spring, stop, slip, corners };
 using Signs = std::array<bool, corners>;  // true: positive
 using Values = std::array<double, corners>;
@@ -117,7 +118,7 @@ class Equations {
 
   [[nodiscard]] Values corner_values(double t_s, const State& y, const Line& line,
                                      Signs sign) const {
-    sign[touch] = sign[push] = true;  // as if it touched
+    sign[touch] = sign[push] = true;  // as if the probe touched
     const Forces f = forces(t_s, y, line, sign);
     const double extension_m = line.z_m + line.z_mps * (t_s - line.t_s) - touch_z_m_ - y[z];
     return {f.exponent,
@@ -224,7 +225,7 @@ class Solver {
     restart(line.t_s);
   }
 
-  /// On with the stages on another line.
+  /// Continues with the stages on another line.
   void follow(const Line& line) {
     const Line& old = problem_.line;
     const bool same = std::abs(line.y_mps - old.y_mps) < same_velocity_mps &&
@@ -250,7 +251,7 @@ class Solver {
  private:
   static constexpr long most_events = 1'000'000;
 
-  /// Signs as they will be a moment later; what a corner forgets is forgotten.
+  /// Restarts with the signs of a moment later, and clears the states that a corner resets.
   void restart(double t_s) {
     State y = state();
     const State rates = equations().rates(t_s, y, problem_.line, problem_.sign);

@@ -1,5 +1,5 @@
-// Simbody's mobilised slider with its spring and damper: no contact, so the spring also pulls. Its
-// accuracy is the knob that users turn.
+// Simbody's mobilised slider with its spring and damper: it has no contact, so the spring also
+// pulls. Users set its accuracy.
 
 #include <Simbody.h>
 

@@ -28,12 +28,12 @@ Run press_run(const Press& scene, double step_s) {
 
 ContactMaterial cloth(const Slide& scene) {
   ContactMaterial out;
-  out.law = {scene.normal_n / scene.contact_n_m, 100, 0};  // that stiffness under that load
+  out.law = {scene.normal_n / scene.contact_n_m, 100, 0};  // gives that stiffness under that load
   out.friction = {scene.friction, scene.normal_n, 1.0, 50e-6};
   return out;
 }
 
-// The z stage with which the probe presses on the cloth with the scene's force at rest.
+// The z position at which the probe presses on the fabric with the scene's force at rest.
 double pressed_z_m(const Slide& scene, const ContactModel& contact) {
   double low = -1e-2, high = 1e-2;
   for (int i = 0; i < 100; ++i) {
@@ -43,7 +43,7 @@ double pressed_z_m(const Slide& scene, const ContactModel& contact) {
   return low;
 }
 
-// `contact.step(state, pose, dt)` of either level.
+// `contact.step(state, pose, dt)` is that of either level.
 template <class Contact>
 Run slide_run(const Slide& scene, const std::string& setting, double step_s, double z_m,
               const Contact& contact) {
