@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft align` on a simulated and on an emulated bench whose plates lie askew, and where it has to give up.
+"""`weft align` on a simulated and on an emulated bench with tilted plates, and the cases in which it must fail.
 
     align.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -16,7 +16,7 @@ from emulated_support import ServedRig, near_home, rig_file, tried
 
 def simulated_rig(root, d, name, tilt_deg, **changes):
     rig = json.loads((root / "sim/rigs/bench17.json").read_text())
-    # a rigid face: a soft cover blurs the height at which a touch is felt
+    # a rigid face: a soft cover blurs the height of first contact
     rig["simulation"].update(cover_um=0, fabrics=str(root / "sim/fabrics.json"), plate_tilt_deg=tilt_deg, **changes)
     (d / name).write_text(json.dumps(rig))
     return name
@@ -39,7 +39,7 @@ def aligned_on_ports(t, d, weft_rig, path, rig, *more):
 
 
 def found(t, report, tilt_deg, step_rad):
-    """What was found is the rig file's plate, and what is left is within the steps in which touches are read."""
+    """The measured tilt is that of the rig file's plate, and the remaining tilt is within the steps of the contact readings."""
     for axis, degrees in zip("xy", tilt_deg):
         error = report["before"][f"tilt_{axis}_rad"] - math.radians(degrees)
         t.expect(abs(error) < step_rad, f"tilt about {axis} is {error * 1e6:.1f} urad off")
@@ -54,14 +54,14 @@ def gives_up(t, d, rig, sentence, *more):
 
 
 def on_ports(t, d, weft_rig, root):
-    """The same on ports in real time: a small grid, so that it takes about a minute and a half."""
+    """The same on ports in real time: a small grid, which takes about a minute and a half."""
     tilt = [0.4, -0.3]
     path, rig = rig_file(root, d, plate_tilt_deg=tilt)
     near_home(path, rig)
     report = aligned_on_ports(t, d, weft_rig, path, rig, "--points", 2, "--span-mm", 20, "--max-tilt-deg", 1,
                               "--tolerance-mrad", 0.3, "--touch-speed-mm-s", 0.1)
     print(f"SIMULATED, on ports: {report['bench_time_s']:.0f} s; found {report['before']}; left {report['after']}")
-    found(t, report, tilt, 5e-6 / 0.02)  # a touch is noticed some milliseconds late: up to 5 um at 0.1 mm/s
+    found(t, report, tilt, 5e-6 / 0.02)  # contact is noticed some milliseconds late: up to 5 um at 0.1 mm/s
 
 
 def main():

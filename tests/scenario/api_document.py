@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""docs/api.md is what the daemon says of itself, and its examples do what they say: those for a shell with nc, that in Python.
+"""docs/api.md matches the daemon's own description, and its examples work: those for a shell with nc, and that in Python.
 
-    api_document.py WEFTD SOURCE_ROOT [--write]      --write: make the page, run nothing
+    api_document.py WEFTD SOURCE_ROOT [--write]      --write: only write the page
 """
 import contextlib
 import json
@@ -35,7 +35,7 @@ def daemon_with_a_recipe(weftd, root, folder):
 
 
 def sentence(text):
-    """With a capital; the rest stays as it is, for names have capitals of their own."""
+    """The text with a capital first letter. The rest stays, because names have capitals of their own."""
     return text[:1].upper() + text[1:]
 
 
@@ -93,7 +93,7 @@ def shell_examples(text, environment):
 
 
 def python_example_that_loses_its_lease(client, example, environment):
-    """Somebody breaks it while the run goes on: that comes to its end, and so does who waits for it."""
+    """The lease is broken during the run: the run and the waiting client still end normally."""
     client.call("sub.open", topics=["run:*"], mode="every")
     with subprocess.Popen([sys.executable, "-c", example], env={**os.environ, **environment}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
         client.until("R-000002", "running")
@@ -116,7 +116,7 @@ def main():
             environment = {"WEFT_SOCKET": str(daemon.socket), "WEFT_RECIPE": "small", "WEFT_LEASE_MS": str(LEASE_MS)}
             client = Client(daemon.socket)
             bench_s = client.call("recipe.check", recipe="small")["plan"]["eta_s"]
-            client.call("sim.clock", pace=bench_s / (3 * LEASE_MS / 1000))  # so that it outlasts its lease
+            client.call("sim.clock", pace=bench_s / (3 * LEASE_MS / 1000))  # slow enough that the run outlasts its lease
             (example,) = re.findall(r"```python\n(.*?)```", made, re.S)
             said = run([sys.executable, "-c", example], environment).splitlines()
             assert "complete done safe" in said, said[-3:]

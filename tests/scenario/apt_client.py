@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""A Thorlabs client of its own: written from the protocol's document (docs/reference/device-facts.md) on pyserial, without a
-line of Weft. It asks, homes and moves the stages that weft-rig serves: a stepper, a DC servo and a card in a rack, each on
-a pseudo-terminal and over TCP.
+"""A separate Thorlabs client: written from the protocol's document (docs/reference/device-facts.md) on pyserial, without any code of Weft. It
+queries, homes and moves the stages that weft-rig serves: a stepper, a DC servo and a card in a rack, each on a pseudo-terminal and over TCP.
 
     apt_client.py WEFT_RIG SOURCE_ROOT
 """
@@ -50,7 +49,7 @@ class Client:
         return data
 
     def receive(self):
-        """Id, the two parameters or the data, and who sent it."""
+        """Id, the two parameters or the data, and the sender."""
         header = self.read(6)
         message, param1, param2, to, source = struct.unpack("<HBBBB", header)
         assert to & 0x7F == HOST, f"a reply swaps the addresses: {header.hex(' ')}"
@@ -117,7 +116,7 @@ def move_to(client, counts, answer, timeout_s=20):
 
 
 def parameters(client):
-    """Each SET is given back by its REQ."""
+    """REQ returns the values of each SET."""
     for layout, message, values in [
             ("Hlll", 0x0413, (1, 0, 10 * LTS_ACCELERATION, 10 * LTS_SPEED)),
             ("HHllllH", 0x0416, (1, 2, 40960, 0, 45060, 10 * LTS_SPEED, 2)),
@@ -131,7 +130,7 @@ def parameters(client):
 
 
 def updates(client, answer):
-    """Ten a second between start and stop."""
+    """Status messages come ten times a second between start and stop."""
     client.send(0x0011)
     end = time.monotonic() + 1.05
     count = 0
@@ -175,7 +174,7 @@ def servo(url):
     enable_and_home(client, SERVO_STATUS)
     move_to(client, round(3 * PRM_PER_DEG), SERVO_STATUS)
     updates(client, SERVO_STATUS)
-    # Without an acknowledgement it falls silent after about 50 status messages; with one it speaks again.
+    # Without an acknowledgement it stops after about 50 status messages; with one it continues.
     client.send(0x0011)
     time.sleep(6.5)
     count = client.port.in_waiting // 20
@@ -189,7 +188,7 @@ def servo(url):
 
 
 def directions(url):
-    """On a KDC101 direction 2 of jogs and velocity moves increases the counts, as clients that were tested on hardware take it."""
+    """On a KDC101 direction 2 of jogs and velocity moves increases the counts. Clients tested on hardware use it so."""
     client = Client(url)
     for message in (0x046A, 0x0457):
         for direction, sign in ((2, 1), (1, -1)):
@@ -204,7 +203,7 @@ def directions(url):
 
 
 def brushless(url):
-    """A DDS220 on a KBD101: 20000 counts to the mm, T = 102.4 us, the velocity in its status."""
+    """A DDS220 on a KBD101: 20000 counts per mm, T = 102.4 us, the velocity in its status."""
     per_mm, t = 20000, 102.4e-6
     client = Client(url)
     identity(client, "KBD101", 28000001)
@@ -220,7 +219,7 @@ def brushless(url):
 
 
 def servo_over_tcp(url):
-    """Homed and moved, twice as far as on its other port, by a host that never says that it is still there."""
+    """Homes and moves, twice as far as on its other port, for a host that sends no acknowledgements."""
     client = Client(url)
     identity(client, "KDC101", 27000004)
     enable_and_home(client, SERVO_STATUS)
@@ -229,7 +228,7 @@ def servo_over_tcp(url):
 
 
 def card(url):
-    """A BSC203 with one card, in its bay 1: the rack tells of its bays, the card homes and moves, an empty bay says nothing."""
+    """A BSC203 with one card, in its bay 1: the rack reports its bays, the card homes and moves, an empty bay does not answer."""
     rack = Client(url, RACK)
     identity(rack, "BSC203", 70000001, channels=3)
     for bay, occupied in ((0, 2), (1, 1), (2, 2)):
@@ -245,7 +244,7 @@ def card(url):
 
 
 def stalled(served, client):
-    """A motor that stands still by order: moving in its status, without an end; cleared, it arrives."""
+    """A motor with an injected stall: its status shows motion without an end. After clearing the fault it arrives."""
     start, _ = status(client, STEPPER_STATUS)
     assert served.order(order="fault", device="stage.x", fault="motor_stall")["ok"]
     client.send_data(0x0453, "Hl", 1, 3 * LTS_PER_MM)

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""The evaluator's baselines against scikit-learn on real strokes: the same answer on every test trial; of trees, as alike as its own are.
+"""Compares the evaluator's baselines with scikit-learn on real strokes: the same answer on every test trial; for trees, as similar as two runs of
+scikit-learn.
 
     baselines_sklearn.py WEFT SHARED     exit 77 (skipped) without the recordings or without scikit-learn
 
-fabricslide, repetition 0 trains and 1 tests; also each pressure left out. LDA: StandardScaler and LinearDiscriminantAnalysis
-(lsqr, shrinkage='auto'). SVC: with the C and gamma that our grid chose, on which libsvm must agree with itself.
-Ridge: RidgeClassifier with the penalty that generalised cross-validation, by the whole hat matrix, chooses from our grid.
-Trees draw other random numbers: our answers must be as much like those of scikit-learn's ExtraTreesClassifier as its answers from
-two seeds are like each other, but for what chance allows.
+fabricslide, repetition 0 trains and 1 tests; also each pressure left out. LDA: StandardScaler and LinearDiscriminantAnalysis (lsqr,
+shrinkage='auto'). SVC: with the C and gamma that our grid chose, on which libsvm must agree with itself. Ridge: RidgeClassifier with the penalty that
+generalised cross-validation, by the whole hat matrix, chooses from our grid. Trees use other random numbers. So our answers must be as similar to
+those of scikit-learn's ExtraTreesClassifier as its answers from two seeds are to each other, within chance.
 """
 import csv
 import json
@@ -54,7 +54,7 @@ def compare(t, what, model, trains, tests, files, labels, values, answers):
 
 
 def compare_trees(t, what, splits, values, labels, files, answers):
-    """Over all splits together: of each, the test trials and our answers on them."""
+    """Sums over all splits; `splits` has the test trials and `answers` our answers on them."""
     alike = themselves = tested = 0
     for tests, ours in zip(splits, map(dict, answers), strict=True):
         one, other = (ExtraTreesClassifier(1000, random_state=seed).fit(values[~tests], labels[~tests]).predict(values[tests])
@@ -64,7 +64,7 @@ def compare_trees(t, what, splits, values, labels, files, answers):
         themselves += int((other == one).sum())
         tested += len(mine)
     print(f"trees, {what}: {alike} of {tested} answers as scikit-learn's, {themselves} of its own from another seed")
-    deviation = (2 * (tested - themselves + 1)) ** 0.5  # of a difference of two counts of rare events
+    deviation = (2 * (tested - themselves + 1)) ** 0.5  # for a difference of two counts of rare events
     t.expect(alike >= themselves - 3 * deviation, f"trees, {what}: {alike} alike, {themselves} of its own")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Net F/T box whose HTTP server answers badly: `weft align` on the emulated bench names the device, in one line, and nothing has moved.
+"""A Net F/T box with a faulty HTTP server: `weft align` on the emulated bench names the device in one line, and nothing has moved.
 
     box_pages.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -15,8 +15,8 @@ from emulated_support import ServedRig, rig_file
 
 OK = b"HTTP/1.1 200 OK\r\n"
 PAGE = (b"<netft><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt><scfgfu>N</scfgfu><scfgtu>Nm</scfgtu>"
-        b"<comrdtrate>1000</comrdtrate></netft>")  # another rate than the rig file's: refused once the page is read
-REPLIES = {  # name: (bytes, what the message says)
+        b"<comrdtrate>1000</comrdtrate></netft>")  # not the rate of the rig file: refused after the page is read
+REPLIES = {  # name: (bytes, a word of the message)
     "a status line cut short": (b"HTTP/1.", "wrench"),
     "the same and a blank line": (b"HTTP/1.\r\n\r\n", "status line"),
     "nothing": (b"", "wrench"),
@@ -50,7 +50,7 @@ class Box:
                     connection.recv(4096)
                     connection.sendall(self.reply)
                 except OSError:
-                    pass  # it has read enough
+                    pass  # the client has read enough
 
 
 def main():

@@ -1,5 +1,5 @@
 #pragma once
-// What same_bytes.cc and learnt_bytes.cc print: one digest of many numbers' bits.
+// Used by same_bytes.cc and learnt_bytes.cc: one digest of the bits of many numbers.
 
 #include <bit>
 #include <cstdint>
@@ -32,7 +32,7 @@ class Digest {
   std::uint64_t hash_ = 0xCBF29CE484222325ULL;
 };
 
-/// Of a call that cannot fail here.
+/// The value of a call that cannot fail here.
 template <class T>
 T expected(Result<T> result) {
   if (!result) {

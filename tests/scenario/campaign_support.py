@@ -1,4 +1,4 @@
-"""A campaign of 24 simulated trials for scenario tests: begun by `weft run`, and what its file holds."""
+"""A campaign of 24 simulated trials for scenario tests: starts it with `weft run` and reads its file."""
 import json
 import sqlite3
 import subprocess
@@ -20,7 +20,7 @@ def read_only(folder):
 
 
 def complete(folder):
-    """Trials; 0 also while the file is not readable yet."""
+    """Number of complete trials; 0 also while the file is not readable yet."""
     if not (folder / "campaign.sqlite").exists():
         return 0
     database = read_only(folder)
@@ -33,7 +33,7 @@ def complete(folder):
 
 
 def wait_for(folder, trials, alive):
-    """Until so many are complete. `alive()`: whether there is anything to wait for."""
+    """Waits until `trials` are complete. `alive()`: whether the writer still runs."""
     end = time.monotonic() + PATIENCE_S
     while alive() and time.monotonic() < end:
         if complete(folder) >= trials:
@@ -43,7 +43,7 @@ def wait_for(folder, trials, alive):
 
 
 def begun(weft, d, rig, out, trials, recipe="recipe.json"):
-    """A campaign with so many trials done."""
+    """Starts a campaign and waits until `trials` are complete."""
     process = subprocess.Popen([weft, "run", recipe, "--rig", str(rig), "--out", out, *RUN], cwd=d, text=True, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
     if wait_for(d / out, trials, lambda: process.poll() is None):
@@ -53,7 +53,7 @@ def begun(weft, d, rig, out, trials, recipe="recipe.json"):
 
 
 def samples(folder):
-    """Of every complete trial, by stream: what must be the same."""
+    """Digest of the samples of all complete trials by stream, for a comparison."""
     database = read_only(folder)
     rows = database.execute("SELECT plan_index, stream, data FROM chunk JOIN trial ON trial.id = trial WHERE outcome = 'complete' "
                             "ORDER BY plan_index, stream, number").fetchall()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The workflow's own commands on a campaign as it should be, and the check on worsened ones. All simulated.
+"""The workflow's own commands on a good campaign, and the check on worsened ones. All simulated.
 
     ci_check.py WEFT SOURCE_ROOT
 """
@@ -45,7 +45,7 @@ def check(folder, status, *more):
 
 
 def worsened(folder, name, change):
-    """A rig file like the workflow's, changed."""
+    """A rig file like the workflow's, changed by `change`."""
     source = ROOT / step("weft run")[4]
     rig = json.loads(source.read_text())
     for table in ("fabrics", "fidelity"):
@@ -61,7 +61,7 @@ def noisy(rig):
 
 
 def promises_too_much(folder):
-    """A table by which every setting errs a tenth of what it does."""
+    """A fidelity table that states a tenth of each setting's error."""
     def change(rig):
         table = json.loads(pathlib.Path(rig["simulation"]["fidelity"]).read_text())
         for setting in table["settings"]:

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""`weft audit` on data sets of which the truth is known, and on the real ones of SHARED where they are.
+"""`weft audit` on data sets with known truth, and on the real ones of SHARED if they exist.
 
     cli_audit.py WEFT ROOT SHARED [--seeds N]      N (default 1) campaigns of each kind on the simulated rig
 
-SIMULATED: a blocked campaign with one mounting of each cloth is confounded by time of recording and by pad pattern. Cloths in
-random order on eight pieces each, with whole pieces left out, are not accused; the error of the simulated force loop goes with the
-cloth in some of them, which is undecided ("by the material, or by the loop"). REAL: fabricslide names its pad pattern.
+SIMULATED: a blocked campaign with one mounting of each fabric is confounded by time of recording and by taxel pattern. Fabrics in random order on
+eight pieces each, with whole pieces left out, must not be reported. In some of them the error of the simulated force loop depends on the fabric,
+which is undecided ("by the material, or by the loop"). REAL: for fabricslide the audit names its taxel pattern.
 """
 import json
 import pathlib
@@ -64,7 +64,7 @@ def made_up(t, root, d):
     pattern = t.succeeds("audit", "five.h5", "--groups-are", "mounting", cwd=d)["verdict"]
     t.expect(not {"pad pattern", "phase S"} & set(pattern["confounds"]) and pattern["unnamed"] == ["piece"], f"mountings: {pattern}")
     t.expect(five["verdict"]["unnamed"] == ["mounting", "piece"], f"five groups: {five['verdict']}")
-    # A session of each cloth: the group is the label.
+    # One session for each fabric: the group is the label.
     for row in rows:
         row[2] = row[1]
     made_up_cloths.write_manifest(d / "cloths/manifest.csv", rows)
@@ -87,7 +87,7 @@ def made_up(t, root, d):
 
 
 def columns(t, d, rows):
-    """A session of each cloth, in a column of its own, is a confound; sessions that all cloths share are left out in turn."""
+    """One session for each fabric, in a column of its own, is a confound. Sessions shared by all fabrics are used for cross-validation."""
     for name, day in (("own", lambda k, row: row[1]), ("shared", lambda k, row: k % 5)):
         made_up_cloths.write_manifest(d / "cloths/columns.csv", [[row[0], row[1], day(k, row)] for k, row in enumerate(rows)])
         text = (d / "cloths/columns.csv").read_text()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft sim calibrate` on recordings that show little: refused, or answered with a sentence. The recordings are made up.
+"""`weft sim calibrate` on recordings with little information: refused, or answered with a sentence. The recordings are made up.
 
     cli_calibrate.py WEFT
 """
@@ -19,7 +19,7 @@ RATE_HZ = 37
 
 
 def write_stroke(path, count, channels, seed):
-    """0.5 s S and 3 s M, `count(wave, channel)` there, of a wave between -1 and 1 with noise."""
+    """A stroke of 0.5 s S and 3 s M; in M the counts are `count(wave, channel)`, with a noisy wave between -1 and 1."""
     noise = random.Random(seed)
     with open(path, "w", newline="") as f:
         w = csv.writer(f)
@@ -49,7 +49,7 @@ def calibrate(data):
 
 
 def answered(t, d, data, absent):
-    """Sentences in `remarks`, finite numbers, a table; `absent` was not seen."""
+    """Expects sentences in `remarks`, finite numbers and a table without `absent`."""
     ran = t.run(*calibrate(data), "--json", cwd=d)
     if "NLopt" in ran.stderr and ran.returncode == 1:
         print("built without NLopt: nothing is searched")
@@ -68,7 +68,7 @@ def answered(t, d, data, absent):
 
 
 def refuses_repeated_data(t, d):
-    """Fitted twice, or fitted and held out; another sensor held out."""
+    """Refuses a data set that is fitted twice or also held out, and one of another sensor held out."""
     one = recorded(t, d, "one", loaded)
     (d / "copy.h5").write_bytes((d / one).read_bytes())
     t.refuses(*calibrate(one), "copy.h5", cwd=d, says=["copy.h5", "same data set"])

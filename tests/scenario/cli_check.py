@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft check`: the library's recipes are accepted, every kind of bad recipe is refused with a JSON pointer.
+"""`weft check`: accepts the library's recipes and refuses every kind of bad recipe with a JSON pointer.
 
     cli_check.py WEFT SOURCE_ROOT
 """
@@ -32,7 +32,7 @@ def change(recipe, path, value):
 
 
 PHASES = "/explorations/M1/phases"
-# name: (where to change, new value, pointers that one problem must name, words that it must say)
+# name: (pointer to change, new value, pointers that one problem must name, words that it must contain)
 BAD = {
     "unknown key": ("/repetitons", 3, "/repetitons", ["repetitions"]),
     "wrong unit": (f"{PHASES}/2/speed_inch_s", 1, f"{PHASES}/2/speed_inch_s", []),
@@ -47,7 +47,7 @@ BAD = {
 
 
 def version(t, root):
-    """`weft --version` names the commit it was built from, which data sets, models and certificates keep."""
+    """`weft --version` names the commit of the build, which data sets, models and certificates record."""
     says = t.run("--version", cwd=root).stdout.strip()
     found = re.fullmatch(r"weft \d+\.\d+\.\d+(?:\+g([0-9a-f]{12})(?:\.modified)?)?", says)
     t.expect(found, f"no version with its commit: {says!r}")
@@ -68,7 +68,7 @@ def accepted(t, root, rig, d):
 
 
 def fidelity(t, root, rig, d):
-    """The level follows from the scene, an accuracy or a budget chooses from the shipped table."""
+    """The level follows from the scene; an accuracy or a budget chooses from the shipped table."""
     recipe = root / "recipes/library/m1.json"
     plan = t.succeeds("check", recipe, "--rig", rig, cwd=d)["simulation"]
     t.expect(plan["setting"] == "L1 3.072 ms" and "a regulated force" in plan["because"], f"by scene: {plan}")
@@ -108,7 +108,7 @@ def no_acceleration(rig, device):
 
 
 def bench(t, root, rig, d):
-    """What only shows when drivers, emulators and cloth table are looked at."""
+    """Problems that need the drivers, emulators and the fabric table to find."""
     good = json.loads(rig.read_text())
     good["simulation"]["fabrics"] = str(root / "sim/fabrics.json")
     recipe = json.loads((root / "recipes/library/m1.json").read_text())
@@ -116,7 +116,7 @@ def bench(t, root, rig, d):
     (d / "recipe.json").write_text(json.dumps(recipe))
     (d / "rig.json").write_text(json.dumps(good))
     t.succeeds("check", "recipe.json", "--rig", "rig.json", cwd=d)
-    cases = {  # changes of the rig, pointers of the problems, words that must be said
+    cases = {  # changes of the rig, pointers of the problems, required words
         "limit over the driver's speed": ({"/limits/speed_mm_s": 20}, {"/limits/speed_mm_s"}, ["stage.z", "4 mm/s", "20 mm/s"]),
         "tilt speed": ({"/limits/tilt_speed_deg_s": 9}, {"/limits/tilt_speed_deg_s"}, ["stage.rx", "5 deg/s"]),
         "acceleration": ({"/devices/1/config/acceleration_mm_s2": 10}, {"/devices/1/config/acceleration_mm_s2"}, ["10 mm/s2", "20"]),
@@ -148,7 +148,7 @@ def bench(t, root, rig, d):
             t.expect(found == pointers, f"{name}, {command[0]}: {found} instead of {pointers}")
             told = [p["sentence"] for p in error.get("problems", [])]
             t.expect(len(told) == len(set(told)), f"{name}, {command[0]}: told more than once: {told}")
-    (d / "rig.json").write_text(json.dumps(change(good, "/fabrics/0", "tweed")))  # listed, but not in the cloth table
+    (d / "rig.json").write_text(json.dumps(change(good, "/fabrics/0", "tweed")))  # listed, but not in the fabric table
     (d / "recipe.json").write_text(json.dumps(change(recipe, "/fabrics/0", "tweed")))
     for command in (["check", "recipe.json", "--rig", "rig.json"], ["run", "recipe.json", "--rig", "rig.json", "--out", "out"]):
         error = t.refuses(*command, cwd=d, says=["recipe.json", "/fabrics/0", "tweed"])
@@ -156,7 +156,7 @@ def bench(t, root, rig, d):
 
 
 def parameters(t, root, rig, d):
-    """`--set` binds what a recipe declares; what is wrong is told with its place; `run --resume` takes the same values."""
+    """`--set` binds the declared parameters of a recipe; errors name their place; `run --resume` needs the same values."""
     recipe = json.loads((root / "recipes/library/m1.json").read_text())
     recipe |= {"fabrics": ["denim"], "repetitions": {"parameter": "n"},
                "parameters": {"n": {"type": "integer", "min": 1, "max": 3}, "cloth": {"type": "text", "default": "denim"}}}
@@ -195,7 +195,7 @@ def not_json(t, root, rig, d):
         t.expect("twice" in str(error) or "nested" in str(error), f"{name} with --seed: {error}")
     bad.write_text(text)
     t.refuses("run", "bad.json", "--rig", rig, "--out", "out", "--seed", str(2**53), cwd=d, says=["bad.json: ", "/seed"])
-    with open(bad, "wb") as f:  # 200 MB without writing them
+    with open(bad, "wb") as f:  # a sparse file of 200 MB
         f.truncate(200 << 20)
     t.refuses("check", "bad.json", "--rig", rig, cwd=d, says=["bad.json", "bytes"])
     t.refuses("run", "bad.json", "--rig", rig, "--out", "out", cwd=d, says=["bad.json", "bytes"])

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft` over a small made-up data set: import, info, features, train, classify, evaluate; then bad input.
+"""`weft` with a small made-up data set: import, info, features, train, classify, evaluate; then bad input.
 
     cli_data.py WEFT
 """
@@ -80,7 +80,7 @@ def good_path(t, d, rows):
     t.refuses("classify", "m.weft", "new.csv", "--vote", "loudest", cwd=d, says=["--vote"], status=2)
 
 def every_learner(t, d):
-    """What evaluates can be trained, stored and asked; a trial comes as a file, in a data set, or through a pipe."""
+    """Every learner of evaluate can be trained, stored and used. A trial comes as a file, in a data set, or through a pipe."""
     for learner in ("pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"):
         trained = t.succeeds("train", "d.h5", "-o", "l.weft", "--learner", learner, cwd=d)
         t.expect(learner.endswith("best") or trained["learner"] == learner, f"{learner}: {trained}")
@@ -106,14 +106,14 @@ def every_learner(t, d):
 
 
 def name_of(recipe):
-    """As `weft train` writes it."""
+    """The name as `weft train` writes it."""
     capped = recipe["learner"] in ("pca", "pvalue")
     return recipe["learner"] + (f", N {recipe['cap']}" if capped else "") + (f', {recipe["view"]}' if recipe["view"] != "plain" else "")
 
 
 def kept_as_evaluated(t, d):
-    """The learner that wins in evaluate is the one that train stores: the same answers, right or wrong, on the same trials.
-    The cloths overlap (their levels are nearer than the noise), and both choices take compressed features."""
+    """The learner that wins in evaluate is the one that train stores: it gives the same predictions on the same trials. The fabrics overlap (their
+    levels differ by less than the noise), and both choices take compressed features."""
     rows = write_set(d, each=16, level=0.5, ripple=0.1)
     t.succeeds("dataset", "import", "manifest.csv", "-o", "d.h5", cwd=d)
     for group in "AB":
@@ -176,7 +176,7 @@ def splits_and_curves(t, d):
     t.expect(all(0.3 <= p["accuracy"]["lda"]["mean"] <= 1 for p in curve), f"curve: {curve}")
     t.refuses(*loud, "--learning-curve", "5", cwd=d, says=["--learning-curve", "at most 4"])
     t.refuses(*loud, "--train-fraction", "0.4", cwd=d, says=["--leave-one-group-out"], status=2)
-    # without its level a cloth is known by its ripple alone; mean.M is gone up to rounding to a count
+    # without its level a fabric differs by its ripple only; mean.M is zero up to rounding to a count
     t.succeeds("features", "d.h5", "-o", "level.csv", "--remove-level", "motion", cwd=d)
     with open(d / "level.csv", newline="") as f:
         rows = list(csv.DictReader(f))
@@ -202,7 +202,7 @@ def splits_and_curves(t, d):
 
 
 def strangers(t, d):
-    """A fabric that was left out of the training, whatever the learner."""
+    """A fabric that was left out of the training, for every learner."""
     command = ["evaluate", "d.h5", "--train-groups", "A", "--test-groups", "B", "--learner", "best,pvalue", "--none-of-these"]
     e = t.succeeds(*command, cwd=d)
     for name in ("best", "pvalue"):
@@ -212,13 +212,13 @@ def strangers(t, d):
         accepted = sum(s["accepted"] for s in found["strangers"]) / 12
         t.expect(abs(found["false_accept"] - accepted) < 1e-12, f"{name}: {found}")
         t.expect(found["ci95"][0] <= accepted <= found["ci95"][1], f"{name}: {found}")
-        rejected = 24 * found["false_reject"]  # of two known fabrics' four trials each, three times
+        rejected = 24 * found["false_reject"]  # three times four trials of each of two known fabrics
         t.expect(abs(rejected - round(rejected)) < 1e-9 and 0 <= rejected < 24, f"{name}: {found}")
     t.expect("strangers for a fabric that it knows" in t.run(*command, cwd=d).stdout, "in text")
 
 
 def page(t, d):
-    """Everything of an evaluation in one place: text, JSON and a page that says which bench it is of."""
+    """One evaluation as text, as JSON and as a page that states its bench."""
     command = ["evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda,pvalue,best", "--learning-curve", "2,3"]
     e = t.succeeds(*command, "--report", "page.html", cwd=d)
     t.expect([g["group"] for g in e["groups"]] == ["A", "B"] and e["groups"][0]["trials"] == 12, f"groups: {e['groups']}")
@@ -309,7 +309,7 @@ def lonely_label(t, d, rows):
 
 
 def inputs_are_kept(t, d):
-    """Under whatever name the output is given."""
+    """Inputs are not overwritten, whatever name the output has."""
     (d / "link.csv").symlink_to("manifest.csv")
     (d / "hard.h5").hardlink_to(d / "d.h5")
     for command in (["features", "d.h5", "-o", "d.h5"], ["features", "d.h5", "-o", "../set/d.h5"],
@@ -341,7 +341,7 @@ def damaged_files(t, d):
 
 
 def outputs_refused_before_the_work(t, d):
-    """What cannot be written is said even before what cannot be read, and nothing is left behind."""
+    """An output that cannot be written is refused before any input is read, and no file remains."""
     (d / "a_folder").mkdir()
     t.refuses("dataset", "info", "a_folder", cwd=d, says=["a folder where a data set file is due", "dataset.h5 in its folder"])
     before = sorted(p.name for p in d.iterdir())

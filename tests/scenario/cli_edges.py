@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""`weft` at the edges of what people record: units, levels, pauses, dead taxels, clocks, copies of files through text transfers.
+"""`weft` with edge cases of people's recordings: units, levels, pauses, dead taxels, clocks, files copied by text transfers.
 
     cli_edges.py WEFT REPOSITORY SHARED
 
-Every case has its own small input; where SHARED/cases/data/inputs is there, the inputs of the reports are tried too.
+Every case has its own small input; if SHARED/cases/data/inputs exists, the inputs of the bug reports are tried too.
 """
 import csv
 import math
@@ -33,7 +33,7 @@ def noise(seed, count, scale=10):
 
 
 def write_slide(path, seed, shift=0, samples=120, unit=1.0, level=8000, taxels=4, change=None, t_s=None, scale=None):
-    """Noise about a level, in counts times `unit`, 50 Hz; change(sample, taxel, count) alters it."""
+    """Noise about a level, in counts times `unit`, at 50 Hz; change(sample, taxel, count) alters it."""
     columns = [noise(100 * seed + k, samples, scale or 10 + shift) for k in range(taxels)]
     rows = []
     for i in range(samples):
@@ -69,7 +69,7 @@ def near(a, b, share=1e-9):
 
 
 def same_bytes(t, d, repository):
-    """The same content is the same file, whenever it is written."""
+    """The same content gives the same file at any time."""
     slides(d / "slides")
     write_rows(d / "sound" / "a.csv", "t_s,X", [[i / 100, v] for i, v in enumerate(noise(1, 300))])
     write_manifest(d / "sound", [["a.csv", "felt", "1"]])
@@ -91,7 +91,7 @@ def same_bytes(t, d, repository):
 
 
 def units(t, d):
-    """Features in farad are those in counts, scaled; a level of 1e12 takes nothing from them."""
+    """Features in farad are those in counts, scaled; a level of 1e12 costs no precision."""
     powers = {"var": 2, "kurt": 0, "skew": 0, "range": 1, "m5": 5, "Hfrq": 1, "Sh": 1, "hfrq": 1, "sh": 1}
     slides(d / "counts", level=800)
     slides(d / "farad", level=800, unit=1e-15)
@@ -115,7 +115,7 @@ def units(t, d):
 
 
 def windows(t, d):
-    """No window over a pause, or over two strokes."""
+    """No window spans a pause or two strokes."""
     gap = lambda i: i * 0.02 + (3.0 if i >= 70 else 0.0)
     slides(d / "gap", t_s=gap, change=lambda i, k, v: v + (5000 if i >= 70 else 0))
     slides(d / "short", t_s=lambda i: i * 0.02 + (0.3 if i >= 70 else 0.0), change=lambda i, k, v: v + (5000 if i >= 70 else 0))
@@ -142,7 +142,7 @@ def windows(t, d):
 
 
 def sound_windows(t, d):
-    """Where samples are missing at a stated rate, no window holds both sides."""
+    """If samples are missing at a stated rate, no window spans the gap."""
     for name, pause in (("even", 0.0), ("gap", 2.0)):
         for k, label in enumerate(("felt", "foil") * 2):
             write_rows(d / name / f"{label}{k}.csv", "t_s,X",
@@ -160,7 +160,7 @@ def codes(answer):
 
 
 def taxels(t, d):
-    """Dead and saturated taxels are named with their trials, by import, train and evaluate."""
+    """Import, train and evaluate name dead and saturated taxels with their trials."""
     folder = d / "faulty"
     rows = slides(folder, groups=4)
     write_slide(folder / "denim2.csv", 2, change=lambda i, k, v: 4321 if k == 2 else v)
@@ -185,7 +185,7 @@ def taxels(t, d):
 
 
 def clocks(t, d):
-    """A clock or counter among the channels is named, by import, train and evaluate; a slow rise is not one."""
+    """Import, train and evaluate name a clock or counter among the channels; a slow rise is not one."""
     for name, column, code in (("clock", lambda i: 1700000000000 + 10 * i, "only_rises"), ("counter", lambda i: i % 256, "only_rises"),
                                ("nibble", lambda i: i % 16, "only_rises"), ("slow", lambda i: 1000 + 10 * (i // 4), "only_rises"),
                                ("countdown", lambda i: 65535 - i, "only_falls"), ("silent", lambda i: 1e-9 * (i * i % 17), "small_unit"),
@@ -225,7 +225,7 @@ def imprint_units(t, d):
 
 
 def model_files(t, d):
-    """A model file that went through a text transfer is told from one of another version."""
+    """The error for a model file damaged by a text transfer differs from that for another version."""
     slides(d / "base", groups=4)
     import_slides(t, d / "base")
     write_rows(d / "base" / "s.csv", "t_s,X", [[i / 100, v] for i, v in enumerate(noise(1, 600))])
@@ -241,7 +241,7 @@ def model_files(t, d):
 
 
 def names(t, d):
-    """Groups with commas can be named; a set whose name is not UTF-8 is written as text that is."""
+    """Groups with commas can be named; a set with a name that is not UTF-8 is written as valid text."""
     folder = d / "comma"
     slides(folder, groups=3)
     write_manifest(folder, [[f"{label}{g}.csv", label, f"g{g}, left"] for label in ("denim", "silk") for g in range(3)])
@@ -261,7 +261,7 @@ def names(t, d):
 
 
 def similar_names(t, d):
-    """Labels and groups that look alike are named with their characters' codes, by every command that reads the set."""
+    """Every command that reads the set reports labels and groups that look alike, with the codes of their characters."""
     pairs = {"nbsp": ("denim", "denim\u00a0", "similar_names", "<U+00A0>"), "nfd": ("cr\u00e8pe", "cre\u0300pe", "similar_names", "<U+0300>"),
              "cyrillic": ("denim", "d\u0435nim", "similar_names", "<U+0435>"), "soft": ("denim", "de\u00adnim", "similar_names", "<U+00AD>"),
              "quoted": ("denim", " denim", "similar_names", "' denim'"), "capital": ("denim", "Denim", "capital_letters", "'Denim'"),
@@ -294,7 +294,7 @@ def similar_names(t, d):
 
 
 def honest(t, d):
-    """Intervals over groups where no group errs; groups on both sides of a random split; a vote and its probability."""
+    """Intervals over groups without an error; groups on both sides of a random split; a vote and its probability."""
     folder = d / "groups"
     rows = []
     for g in range(100):
@@ -327,7 +327,7 @@ def honest(t, d):
 
 
 def two_classes(t, d):
-    """Of two labels the answer is the likelier one, whatever few trials trained it."""
+    """With two labels the prediction is the likelier one, even after few training trials."""
     for seed in range(4):
         folder = d / f"two{seed}"
         rows = []
@@ -351,7 +351,7 @@ def two_classes(t, d):
 
 
 def reported(t, d, inputs):
-    """The inputs of the reports themselves."""
+    """The inputs of the bug reports."""
     work = d / "reported"
     shutil.copytree(inputs, work)
     for path in [work, *work.rglob("*")]:

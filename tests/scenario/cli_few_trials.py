@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft train`, `evaluate` and `classify` where a label has few trials or a single group: what was not tested is said.
+"""`weft train`, `evaluate` and `classify` if a label has few trials or a single group: the output names labels that were not tested.
 
     cli_few_trials.py WEFT
 """
@@ -20,7 +20,7 @@ def imported(t, d, name, rows):
 
 
 def two_trials_of_one_label(t, d, rows):
-    data = imported(t, d, "rare", rows[:18])  # wool: two
+    data = imported(t, d, "rare", rows[:18])  # wool has two trials
     for learner in ("best", "svc", "lda"):
         trained = t.succeeds("train", data, "-o", "rare.weft", "--learner", learner, cwd=d)
         said = "folds 5 by recording (not tested: wool (2 trials)), selection"
@@ -73,7 +73,7 @@ def one_trial_of_one_label(t, d, rows):
 
 
 def groups_by_place(t, d, rows):
-    """What of its cloth a trial touched makes the groups, where the data set says it."""
+    """Groups are the places of the fabric that a trial touched, if the data set states them."""
     with open(d / "places.csv", "w", newline="") as f:
         csv.writer(f).writerows([["file", "label", "group", "piece", "mounting"]]
                                 + [[*row, 1 + k % 2, 1] for k, row in enumerate(rows)])

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Static imprints on the command line: the simulated scene, the paper's tables, import of files, evaluation; then tactile22.
+"""Imprints on the command line: the simulated scene, the paper's tables, import of files, evaluation; then tactile22.
 
     cli_imprint.py WEFT SHARED      exit 77 (skipped) without the recordings, after the rest has passed
 
-tactile22 (28 x 50, 22 objects): presses 1 to 30 train, 31 to 40 test; the learner is chosen by cross-validation on the training
-part, features are the paper's ten at its three scales, then the program's own. Every figure is printed; the aim is 0.85.
+tactile22 (28 x 50, 22 objects): presses 1 to 30 train, 31 to 40 test. Cross-validation on the training part chooses the learner. Features are the
+paper's ten at its three scales, then the program's own. Every figure is printed; the aim is 0.85.
 """
 import json
 import pathlib
@@ -92,7 +92,7 @@ def convergence_and_errors(t, tables):
 
 
 def classes_of_one_object(t, d):
-    """Where setting an object aside leaves its class nothing to train, the experiment is left out by name and the others are made."""
+    """If leaving an object out leaves its class without training data, that experiment is skipped by name and the others run."""
     folder = d / "single"
     folder.mkdir()
     rows = [f"{label},{label}{obj}," + ",".join(str(30 + (17 * i + 5 * press + 3 * ord(label[0]) * (i % 4)) % 50) for i in range(64))
@@ -156,7 +156,7 @@ def files(t, d):
 
 
 def models(t, d):
-    """A model file of imprints: what it says of others, and what it refuses."""
+    """A model file of imprints: its predictions, and the inputs that it refuses."""
     folder = pathlib.Path(d)
     trained = t.succeeds("train", "zplus.h5", "-o", "z.model", cwd=d)
     t.expect(trained["kind"] == "imprints" and trained["labels"] == ["knit", "planar", "rasp", "screen"], f"train: {trained}")
@@ -195,7 +195,8 @@ def models(t, d):
 
 
 def maps(t, d):
-    """Classes that only the place of the contact tells: best takes maps by itself, named features are not changed, the file answers the same."""
+    """Classes that differ only in the place of contact: best chooses maps, named features stay as they are, the stored model gives the same
+    predictions."""
     folder = d / "maps"
     folder.mkdir()
     corners = {"a": (1, 1), "b": (1, 7), "c": (7, 1), "d": (7, 7)}
@@ -237,7 +238,7 @@ def tactile22(t, source, d):
 
 
 def kept_as_evaluated(t, source, accuracy, d):
-    """What `train` stores after presses 1 to 30 is as often right on 31 to 40 as what the evaluator trains."""
+    """The model that `train` stores from presses 1 to 30 has the same accuracy on 31 to 40 as the evaluator's model."""
     folder = pathlib.Path(d)
     presses = {"train": [], "test": []}
     for line in source.read_text().splitlines():

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft run` that is asked to stop: the first signal ends it tidily, the second at once, and the file is readable after both.
+"""Signals to `weft run`: the first ends it in an orderly way, the second at once, and the file is readable after both.
 
     cli_interrupt.py WEFT SOURCE_ROOT
 """
@@ -15,11 +15,11 @@ import time
 from cli_support import Checks
 
 PATIENCE_S = 120
-LONG_S = 200  # of phase S, on the bench: some tenths of a second here
+LONG_S = 200  # duration of phase S in bench time; takes some tenths of a second here
 
 
 def trials(campaign, outcome):
-    """How many trials have this outcome, in the file as it stands."""
+    """Number of trials with this outcome in the present file."""
     database = sqlite3.connect(f"file:{campaign}?mode=ro", uri=True)
     try:
         return database.execute("SELECT count(*) FROM trial WHERE outcome IS ?", (outcome,)).fetchone()[0]
@@ -28,13 +28,13 @@ def trials(campaign, outcome):
 
 
 def let_signals_through():
-    """Even where this test was started in the background or by nohup."""
+    """Restores the default signals, also if this test was started in the background or by nohup."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
 
 
 def start(t, d, rig, out):
-    """A long campaign with two trials done and another just begun: it takes far longer than a look at the file and a signal."""
+    """A long campaign with two complete trials and one just begun. The rest takes far longer than reading the file and sending a signal."""
     process = subprocess.Popen(
         [t.weft, "run", "recipe.json", "--rig", str(rig), "--out", out, "--json"], cwd=d, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=let_signals_through)
@@ -47,7 +47,7 @@ def start(t, d, rig, out):
                     return process, campaign
                 before = done
         except sqlite3.OperationalError:
-            pass  # not all of the tables are there yet
+            pass  # not all tables exist yet
         time.sleep(0.005)
     process.kill()
     raise SystemExit(f"the run did not get to its third trial: {process.communicate()}")
@@ -71,8 +71,8 @@ def stopped_tidily(t, d, rig, number):
 
 
 def told_at_once(process, *signals):
-    """What it says on standard error before it ends."""
-    process.send_signal(signal.SIGSTOP)  # so that all of them wait together
+    """Its output on standard error until it ends."""
+    process.send_signal(signal.SIGSTOP)  # so that all signals are pending together
     for number in signals:
         process.send_signal(number)
     process.send_signal(signal.SIGCONT)
@@ -80,7 +80,7 @@ def told_at_once(process, *signals):
 
 
 def hung_up_and_told(t, d, rig):
-    """A session that ends says both: neither is a second Ctrl-C."""
+    """The end of a session sends both signals; neither counts as a second Ctrl-C."""
     process, campaign = start(t, d, rig, out="both")
     err = told_at_once(process, signal.SIGTERM, signal.SIGHUP)
     t.expect(process.returncode == 128 + signal.SIGTERM, f"it ended tidily: {process.returncode}: {err}")
@@ -90,7 +90,7 @@ def hung_up_and_told(t, d, rig):
 def stopped_at_once(t, d, rig):
     process, campaign = start(t, d, rig, out="twice")
     err = told_at_once(process, signal.SIGINT, signal.SIGTERM)
-    # Whichever is taken second, for two threads may take one each at the same time.
+    # Either may count as the second, because two threads may take one each at the same time.
     t.expect(process.returncode in (-signal.SIGTERM, -signal.SIGINT), f"the second signal ends it: {process.returncode}: {err}")
     database = sqlite3.connect(campaign)
     t.expect(database.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the file is whole")
@@ -99,7 +99,7 @@ def stopped_at_once(t, d, rig):
 
 
 def read_by_nobody(t, d, rig):
-    """`weft run ... | head -1`: the campaign goes on to its end."""
+    """`weft run ... | head -1`: the campaign continues to its end."""
     recipe = json.loads((d / "recipe.json").read_text())
     recipe.update(fabrics=recipe["fabrics"][:2], repetitions=2)
     (d / "few.json").write_text(json.dumps(recipe))

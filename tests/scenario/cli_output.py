@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Where answers and files go: a full disk is told, devices and pipes are not replaced, a link stays a link. What comes in: names that are no
-text, rates that differ, names with '#', sums of explorations, numbers that are none.
+"""Outputs: a full disk is reported, devices and pipes are not replaced, a link stays a link. Inputs: names that are not text, rates that differ,
+names with '#', sums of explorations, invalid numbers.
 
     cli_output.py WEFT
 """
@@ -16,7 +16,7 @@ from made_up_cloths import RATE_HZ, write_manifest, write_set, write_trial
 
 
 def answers(t, d):
-    """An answer that is not written is a failure, whatever the command did."""
+    """A command fails if its answer cannot be written."""
     command = [t.weft, "--json", "evaluate", "d.h5", "--train-fraction", "0.5", "--repeats", "2", "--learner", "lda"]
     with open("/dev/full", "w") as full:
         ran = subprocess.run(command, cwd=d, stdout=full, stderr=subprocess.PIPE, text=True)
@@ -73,7 +73,7 @@ def rates(t, d):
 
 
 def pauses(t, d):
-    """Between phases nothing may be recorded for a while: the rate is that of the samples all the same."""
+    """Pauses between phases do not change the sample rate."""
     folder = d / "pauses"
     folder.mkdir()
     rows = [[f"{k}.csv", ("wool", "felt")[k % 2], "A"] for k in range(8)]
@@ -99,7 +99,7 @@ def help_of(t, command, d):
 
 
 def numbers(t, d):
-    """What is no number, or has no end, is in no range: "nan" was, and made windows without end."""
+    """No option accepts NaN or infinity. An accepted "nan" used to make windows without end."""
     seen = 0
     for command in ("run", "doctor", "features", "train", "evaluate", "vibro evaluate", "trade classifier", "trade vibro", "design analyse", "design repetitions"):
         options = re.findall(r"(--[\w-]+) NUMBER", help_of(t, command, d))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft` over a person's own recordings, made up: copies, short ones, several rates, presses of one object.
+"""`weft` with a user's own recordings, made up: copies, short ones, several rates, presses of one object.
 
     cli_own_recordings.py WEFT
 """
@@ -22,7 +22,7 @@ def imported(t, d, name, rows, *options):
 
 
 def one_manifest(t, d, rows):
-    """Recordings are listed as strictly as slides are."""
+    """Recordings are checked for duplicates as strictly as strokes."""
     for twice in ("felt0.csv", "./felt0.csv", "link.csv"):
         if twice == "link.csv":
             (d / twice).symlink_to("felt0.csv")
@@ -34,7 +34,7 @@ def one_manifest(t, d, rows):
 
 
 def stated_bench(t, d, rows):
-    """The bench that an import states stands in every result."""
+    """The bench stated at import appears in every result."""
     made = imported(t, d, "nobody", rows, "--format", "recordings")
     t.expect(made["bench"] == "unknown", f"no bench stated: {made['bench']}")
     imported(t, d, "bench", rows, "--format", "recordings", "--bench", "simulated")
@@ -66,7 +66,7 @@ def copies_of_recordings(t, d, rows):
 
 
 def silence_and_labels(t, d, rows):
-    """Recordings that begin with silence are no copies; copies under another label contradict each other."""
+    """Recordings that begin with silence are not copies; copies under another label contradict each other."""
     silent = []
     for k, label in enumerate(("felt", "foil")):
         write_vibration(d / "loud.csv", 3, 70 + k)
@@ -127,7 +127,7 @@ def short_recordings(t, d, rows):
     t.expect(random["left_out"] == {}, f"brief.csv has windows at random: {random['left_out']}")
     t.expect([why in one for one in blocks["left_out"].values()] == [True], f"left out of the blocks: {blocks['left_out']}")
     t.expect(why in t.run(*trade, cwd=d).stdout and why in (d / "parts.html").read_text(), "and so say text and page")
-    # A label of which nothing is left is not passed over.
+    # A label without any window is an error.
     imported(t, d, "gone", rows + [["short.csv", "silk", "1"]], "--format", "recordings")
     t.refuses("train", "gone.h5", "-o", "bad.model", cwd=d, says=["silk", "as long as a window", "--window-s"])
     t.refuses("evaluate", "gone.h5", "--method", "LDA", "--leave-one-group-out", cwd=d, says=["silk", "no training window"])
@@ -147,14 +147,14 @@ def verified(t, d):
 
 
 def rewritten(path, target, rate_hz):
-    """The same samples at another rate."""
+    """Writes the same samples at another rate."""
     lines = path.read_text().splitlines()
     times = [f"{i / rate_hz:.6f},{line.split(',', 1)[1]}" for i, line in enumerate(lines[1:])]
     target.write_text("\n".join([lines[0], *times]) + "\n")
 
 
 def rates(t, d):
-    """What trains together is known again by the model, each file for itself."""
+    """The model recognises the recordings of its training, each file separately."""
     folder = d / "rates"
     folder.mkdir()
     names = [f"{label}{k}.csv" for label in ("felt", "foil") for k in range(4)]
@@ -182,7 +182,7 @@ def rates(t, d):
 
 
 def paused(t, d):
-    """A pause between phases is no part of the rate, so that windows are as long as they say."""
+    """A pause between phases does not change the rate, so windows have the stated length."""
     folder = d / "paused"
     folder.mkdir()
     rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(3)]
@@ -200,7 +200,7 @@ def paused(t, d):
 
 
 def stated(t, d, name, rows, rate_hz):
-    """Refused without a rate, with the advice to state it; imported with the stated one."""
+    """Import is refused without a rate, with the advice to state it, and succeeds with the stated one."""
     write_manifest(d / f"{name}.csv", rows)
     t.refuses("dataset", "import", f"{name}.csv", "-o", f"{name}.h5", cwd=d, says=["not evenly spaced", "--rate-hz"])
     made = imported(t, d, name, rows, "--rate-hz", str(rate_hz))
@@ -209,7 +209,7 @@ def stated(t, d, name, rows, rate_hz):
 
 
 def lossy(t, d):
-    """Recordings that lost frames are of the stated rate, and train with those that did not."""
+    """Recordings with lost frames have the stated rate and train together with complete ones."""
     folder = d / "lossy"
     folder.mkdir()
     rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(4)]
@@ -228,7 +228,7 @@ def lossy(t, d):
 
 
 def motion_rates(t, d):
-    """Trials of one rate but in phase M, which everything is about, are of two."""
+    """Trials with different rates in phase M count as different, even if all other phases agree: everything uses phase M."""
     folder = d / "motion"
     folder.mkdir()
     rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(4)]
@@ -246,7 +246,7 @@ def motion_rates(t, d):
 
 
 def in_batches(t, d):
-    """Samples that an adapter hands over in eights do not tell the rate at which they were taken: it is stated."""
+    """Samples that an adapter delivers in groups of eight do not reveal their rate: it must be stated."""
     folder = d / "batches"
     folder.mkdir()
     rows = [[f"{label}{k}.csv", label, str(k)] for label in ("felt", "foil") for k in range(4)]
@@ -268,7 +268,7 @@ def in_batches(t, d):
 
 
 def slow_reader(t, d):
-    """Samples that a logger takes once a second, all at once: 100 Hz, or more for a part of each second."""
+    """Samples of a logger that reads once a second, all at once: 100 Hz, or more during a part of each second."""
     folder = d / "slow"
     folder.mkdir()
     for name, within in (("fast", 0.0002), ("even", 0.002)):
@@ -278,7 +278,7 @@ def slow_reader(t, d):
         t.succeeds("features", f"{name}-set.h5", "-o", "f.csv", "--window-s", "1", cwd=folder)
         windows = (folder / "f.csv").read_text().count(f"{name}.csv#w")
         t.expect(windows == 10, f"{windows} windows of 1 s in 10 s")
-    # One sample tells no rate, and there is nothing to refuse.
+    # One sample has no rate, and this is no error.
     (folder / "one.csv").write_text("t_s,ch1\n0,1000\n")
     made = imported(t, folder, "not", [["one.csv", "felt", "1"]])
     t.expect(made["taxel_rate_hz"] == 0, f"rate: {made['taxel_rate_hz']}")
@@ -287,7 +287,7 @@ def slow_reader(t, d):
 
 
 def presses(t, d):
-    """Presses of one object in a table are presses, not windows of one recording."""
+    """Presses of one object in a table count as presses, not as windows of one recording."""
     folder = d / "presses"
     folder.mkdir()
     noise = random.Random(4)
@@ -313,7 +313,7 @@ def write_sound(path, level, seed, seconds=3, rate_hz=8000):
 
 
 def sounds(t, d):
-    """A WAV file that was cut is not taken for a shorter recording; a table is one by ".CSV" and ".Csv" too."""
+    """A truncated WAV file is refused, not read as a shorter recording. A table may also end in ".CSV" and ".Csv"."""
     folder = d / "sounds"
     folder.mkdir()
     write_sound(folder / "a.wav", 2000, 1)
@@ -346,7 +346,7 @@ def sounds(t, d):
     write_manifest(folder / "cut.csv", rows + [["cut.wav", "felt", "2"]])
     t.refuses("dataset", "import", "--format", "recordings", "cut.csv", "-o", "bad.h5", cwd=folder, says=["cut.csv:4", "cut.wav", "cut short", "48044 bytes"])
     whole = (folder / "a.wav").read_bytes()
-    for k, unknown in enumerate((0x7ffff024, 0x7fffff24, 0x80000024, 0xffffffff)):  # SoX and arecord into a pipe, others
+    for k, unknown in enumerate((0x7ffff024, 0x7fffff24, 0x80000024, 0xffffffff)):  # SoX and arecord into a pipe, and others
         piped = whole[:4] + struct.pack("<I", unknown) + whole[8:40] + struct.pack("<I", min(unknown - 36, 0x80000000)) + whole[44:]
         (folder / f"piped{k}.wav").write_bytes(piped)
         write_manifest(folder / "piped.csv", [rows[0], [f"piped{k}.wav", "felt", "1"]])
@@ -368,7 +368,7 @@ def sounds(t, d):
 
 
 def durations(t, d):
-    """Labels that differ in nothing but how long their slides last: said, as the norm knows it."""
+    """Labels that differ only in the duration of their strokes are reported."""
     folder = d / "durations"
     folder.mkdir()
     rows = []

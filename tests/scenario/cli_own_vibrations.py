@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft` over a person's own recordings of vibration, made up: components, the next session, what is told of figures and refused.
+"""`weft` with a user's own recordings of vibration, made up: components, the next session, reports on features, refusals.
 
     cli_own_vibrations.py WEFT
 """
@@ -19,7 +19,7 @@ def imported(t, d, name, rows):
 
 
 def two_axes(folder, rate_hz):
-    """Two textures whose X and Y shake alike, one of them by a little more in Y."""
+    """Two textures with similar X and Y; one of them vibrates a little more in Y."""
     folder.mkdir()
     rows = []
     for c, label in enumerate(("felt", "foil")):
@@ -35,7 +35,7 @@ def two_axes(folder, rate_hz):
 
 
 def components(t, d):
-    """Of two columns both components are taken, which tell what neither column tells; before, none were."""
+    """With two columns both components are used, and together they separate the labels. Earlier versions used none."""
     folder = d / "axes"
     imported(t, folder, "axes", two_axes(folder, VIBRATION_HZ))
     ask = ("evaluate", "axes.h5", "--method", "NB", "--features", "FFT", "--window-s", "2", "--leave-one-group-out")
@@ -52,7 +52,7 @@ def components(t, d):
 
 
 def next_session(t, d):
-    """The same sensor another day, its clock 100 ppm off, is answered; another sensor is not."""
+    """A session of the same sensor on another day, with its clock 100 ppm off, is classified; that of another sensor is refused."""
     for name, ppm in (("session", 100), ("other", 400)):
         imported(t, d / name, name, two_axes(d / name, VIBRATION_HZ * (1 + 1e-6 * ppm)))
     told = t.succeeds("classify", "axes/3.model", "session/session.h5", cwd=d)
@@ -61,7 +61,7 @@ def next_session(t, d):
 
 
 def what_matters(t, d):
-    """A tree that parts two levels asks for one figure of them: the others cost nothing and are not named."""
+    """A tree that separates two levels needs one of their features: the others have no importance and are not listed."""
     ask = ("evaluate", "clean.h5", "--method", "Tree", "--features", "SMMRP10", "--window-s", "1", "--importance", "3")
     told = t.succeeds(*ask, cwd=d)["importance"]
     cost = [(f["permutation"], f["forest"]) for f in told["features"]]
@@ -72,7 +72,7 @@ def what_matters(t, d):
 
 
 def outliers(t, d):
-    """A knock in a recording of one texture: with --outliers its windows do not train, all windows test, and both are told."""
+    """A knock in a recording of one texture: with --outliers its windows do not train, all windows test, and both are reported."""
     folder = d / "knocked"
     rows = vibrations(folder)
     lines = (folder / "felt0.csv").read_text().splitlines()
@@ -101,7 +101,7 @@ def only_of_vibtac12(t, d):
 
 
 def texts(t, d):
-    """What is refused is told as it is."""
+    """The messages name the true reason of a refusal."""
     t.refuses("evaluate", "clean.h5", "--method", "NB", "--window-s", "0.002", cwd=d, says=["holds no sample of the channel", "100 Hz", "0.002 s"])
     lines = (d / "felt0.csv").read_text().splitlines()
     lines[9] = lines[9].split(",")[0] + ",1e308"

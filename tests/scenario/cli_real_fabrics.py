@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Recordings of real fabrics through the command line. Every accuracy is printed; training sees no test recording.
+"""Recordings of real fabrics on the command line. Every accuracy is printed; training uses no test recording.
 
     cli_real_fabrics.py WEFT SHARED [--longer]      exit 77 (skipped) without the recordings
 
-fabricslide, seven fabrics: repetition 0 trains, repetition 1 tests, whole strokes and windows of 2.8 s at 10 mm/s. The
-published figure is 0.96 (k-NN; Wang et al. 2022, doi 10.3389/fnbot.2022.808222); windows must reach it with the reduction
-that cross-validation chooses. Each pressure and each speed is left out in turn too. icub20, twenty materials: folds 0 to 2 train,
-fold 3 tests, with its steps in the order of time and as filed. What takes minutes is for --longer, and only there: windows,
-groups left out, icub20 as filed. In fabricslide label and mounting are confounded: evaluate must say so, and gives the
-accuracy with levels removed beside it, but for pressures left out, which are the mountings. FLOORS are what `best`, chosen on the training part, must keep, shares of all test
-trials: the aim for speeds, elsewhere a little below the figures of classifier/MEASURED.md, so that a loss is noticed.
+fabricslide, seven fabrics: repetition 0 trains, repetition 1 tests, whole strokes and windows of 2.8 s at 10 mm/s. The published figure is 0.96
+(k-NN; Wang et al. 2022, doi 10.3389/fnbot.2022.808222). Windows must reach it with the reduction that cross-validation chooses. Each pressure and
+each speed is left out once too. icub20, twenty materials: folds 0 to 2 train, fold 3 tests, with its steps in the order of time and as filed. Only
+--longer runs the cases that take minutes: windows, groups left out, icub20 as filed. In fabricslide label and mounting are confounded. evaluate must
+report that, and gives the accuracy with levels removed too, except for pressures left out, which are the mountings. FLOORS are the least accuracies
+of `best`, chosen on the training part, over all test trials: the aim for speeds, elsewhere a little below the figures of classifier/MEASURED.md, so
+that a loss is noticed.
 """
 import json
 import pathlib

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""weft on real recordings of sound and vibration: import, the honest splits and the paper's, side by side.
+"""weft on real recordings of sound and vibration: import, the honest splits and the paper's.
 
     cli_recordings.py WEFT SHARED     exit 77 (skipped) without any of the recordings
 
-The aims: at least 0.92 on contiguous parts of vibtac12 (X, Y, Z, windows of 2 s) and hapmat (1 s), and on recordings
-7 and 8 of lmt_sound with 1 to 6 training, for which it names no window: 2 s is the program's own, and what leaving recordings
-1 to 6 out in turn would choose. `best` chooses its learner on training windows alone. The five sound tracks of vibtac12 have
-no aim of their own; they are held to the same, and their interval must lie above chance.
+The aims are at least 0.92: on contiguous parts of vibtac12 (X, Y, Z, windows of 2 s) and hapmat (1 s), and on recordings 7 and 8 of lmt_sound with 1
+to 6 training. For lmt_sound no window is given: 2 s is the program's default, and the choice of a cross-validation over recordings 1 to 6. `best`
+chooses its learner on training windows only. The five sound tracks of vibtac12 have no aim of their own; they must reach the same, and their interval
+must lie above chance.
 """
 import json
 import pathlib
@@ -51,7 +51,7 @@ def vibtac12_sound(t, d):
 
 
 def papers_recipe(t, d):
-    """The five textures with all four channels, in the paper's way: its figures stand beside ours then, and only then."""
+    """The five textures with all four channels, in the paper's way: only then does the output show the paper's figures."""
     ask = ("--window-s", "2", "--protocol", "random", "--repeats", "1", "--features", "SMMRP", "--method", "kNN")
     told = evaluated(t, d, "vibtac12_all", *ask, "--components", "3", "--combine", "mean")
     t.expect(told["paper"] == {"explained": 0.95} and 0 < told["results"]["knn"]["explained"] < 1, f"explained: {told['paper']}")
@@ -76,7 +76,7 @@ def trade(t, d):
     t.expect(all(s["bench"] == "real" for s in sets) and "SIMULATED" not in page, "real data alone")
     mean = [sum(p["accuracy"] for p in s["points"]) / 12 for s in sets]
     t.expect(mean[0] > mean[1], f"the paper's protocol flatters: {mean}")
-    for s in sets:  # the front worked out again
+    for s in sets:  # computes the front again
         for p in s["points"]:
             beaten = any(q["accuracy"] >= p["accuracy"] and q["answer_s"] <= p["answer_s"] and
                          (q["accuracy"], -q["answer_s"]) != (p["accuracy"], -p["answer_s"]) for q in s["points"])
@@ -98,7 +98,7 @@ def lmt_sound(t, d):
     t.expect(ours["accuracy"] >= AIM and ours["recordings_accuracy"] >= AIM, "lmt_sound reaches its aim on windows and on whole recordings, with bands")
 
 
-# Name, folder, options of the import, what is done with it.
+# Name, folder, options of the import, test.
 SETS = [("vibtac12", "vibtac12", [], vibtac12), ("vibtac12_all", "vibtac12", ["--channels", "S,X,Y,Z"], papers_recipe),
         ("vibtac12_sound", "vibtac12", ["--channels", "S"], vibtac12_sound), ("hapmat", "hapmat", [], hapmat),
         ("lmt_sound", "lmt_sound", [], lmt_sound)]

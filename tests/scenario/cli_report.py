@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft report`: the page of a campaign that is over, from its folder alone. All simulated.
+"""`weft report`: the page of a finished campaign, from its folder only. All simulated.
 
     cli_report.py WEFT SOURCE_ROOT
 """
@@ -64,14 +64,14 @@ def made_afterwards(t, d, root, ran):
 
 
 def strip_times(value):
-    """Without what a clock said."""
+    """The value without measured times."""
     if isinstance(value, dict):
         return {k: strip_times(v) for k, v in value.items() if not (k.endswith("_s") or k.endswith("_s_per_sample"))}
     return [strip_times(v) for v in value] if isinstance(value, list) else value
 
 
 def exported(t, d, ran):
-    """One more file beside the campaign, which stays what it was."""
+    """Writes one more file beside the campaign, which stays unchanged."""
     told = t.succeeds("export", "small", cwd=d)
     t.expect(told["dataset_sha256"] == ran["dataset_sha256"] and told["trials"] == told["trials_planned"] == 15, f"told: {told}")
     made = (d / told["file"]).read_bytes()
@@ -85,7 +85,7 @@ def exported(t, d, ran):
 
 
 def stopped(t, d, root):
-    """Of a campaign that was stopped in its first fabric there is a page, without what needs two."""
+    """A campaign stopped in its first fabric has a page without the parts that need two fabrics."""
     recipe = json.loads((d / "small.json").read_text())
     recipe.update(name="stopped", fabrics=["denim", "velvet"], repetitions=20)
     (d / "stopped.json").write_text(json.dumps(recipe))
@@ -100,7 +100,7 @@ def stopped(t, d, root):
 
 
 def few(t, d, root):
-    """Of too few repetitions the audit says what is missing, and why there is no figure."""
+    """With too few repetitions the audit reports the missing data and the reason for the missing figure."""
     for repetitions, verdict, why in ((1, "cannot_tell", "one_recording"), (2, None, None)):
         recipe = json.loads((d / "small.json").read_text())
         recipe.update(name=f"few{repetitions}", fabrics=["denim", "velvet"], repetitions=repetitions)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft run`: a small campaign on the simulated bench, its report, its repeatability and what follows from its data set.
+"""`weft run`: a small campaign on the simulated bench, its report, its repeatability and the use of its data set.
 
     cli_run.py WEFT SOURCE_ROOT
 """
@@ -22,7 +22,7 @@ def run(t, d, rig, *more, out):
 
 
 def two_explorations(t, d, root, rig):
-    """A model of one exploration answers for trials of that one alone."""
+    """A model of one exploration classifies only trials of that exploration."""
     for name, library in {"both": "khan2016", "only_m2": "m2"}.items():
         recipe = library_recipe(d, root, name, library, fabrics=FABRICS, repetitions=3)
         ran = t.run("run", recipe, "--rig", rig, "--out", name, "--no-evaluate", cwd=d)
@@ -48,7 +48,7 @@ def library_recipe(d, root, name, library="m1", **changes):
 
 
 def not_classified(t, d, root, rig):
-    """One fabric leaves nothing to tell apart: the data are kept, the status says that something is missing."""
+    """One fabric cannot be classified: the data are kept, and the exit status shows that a part failed."""
     recipe = library_recipe(d, root, "alone", fabrics=["denim"], repetitions=2)
     ran = t.run("run", recipe, "--rig", rig, "--out", "alone", "--json", cwd=d)
     t.expect(ran.returncode == 1, f"not classified: status {ran.returncode}")
@@ -62,7 +62,7 @@ def not_classified(t, d, root, rig):
 
 
 def handed_over(t, d, root, rig):
-    """As the recipe says, with its digests."""
+    """The handover follows the recipe and has its digests."""
     recipe = library_recipe(d, root, "handed", fabrics=FABRICS, repetitions=4, hand_over={"learner": "lda", "groups": 2})
     ran = t.run("run", recipe, "--rig", rig, "--out", "handed", "--repeats", "2", "--json", cwd=d)
     t.expect(ran.returncode == 0, f"handed over: {ran.returncode} {ran.stderr}")
@@ -78,7 +78,7 @@ def handed_over(t, d, root, rig):
 
 
 def some_failed(t, d, root, rig):
-    """Under a rigid face 1.3 s are enough to settle on firm cloth and too few on velvet: what is complete is classified, and marked."""
+    """With a rigid face 1.3 s are enough to settle on firm fabric and too few on velvet: complete trials are classified, and the result is marked."""
     changed = json.loads((root / "sim/rigs/bench17.json").read_text())
     changed["simulation"].update(cover_um=0, fabrics=str(root / "sim/fabrics.json"), fidelity=str(root / "sim/fidelity.json"))
     rig = d / "rigid.json"
@@ -107,7 +107,7 @@ def killed(t, d, root, rig):
     """A killed run leaves its complete trials in the campaign file."""
     recipe = library_recipe(d, root, "killed", repetitions=20)
     run = subprocess.Popen([t.weft, "run", recipe, "--rig", rig, "--out", "killed"], cwd=d, stderr=subprocess.PIPE, text=True)
-    run.stderr.readline()  # the first twentieth is done
+    run.stderr.readline()  # the first twentieth is complete
     run.kill()
     run.communicate()
     t.expect(not (d / "killed/dataset.h5").exists(), "killed before its export")

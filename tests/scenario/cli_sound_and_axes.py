@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""A person's own sound and three axes of acceleration, a file each, from the manifest to the answer. MADE UP noise.
+"""A user's own sound and three axes of acceleration, each in its own file, from the manifest to the prediction. MADE UP noise.
 
-    cli_sound_and_axes.py WEFT     exit 77 (skipped) where this build reads no sound files
+    cli_sound_and_axes.py WEFT     exit 77 (skipped) if this build reads no sound files
 
-Sound as WAV at 8 kHz or as a table at 2 kHz, the axes as a table at 200 Hz; `recording` in the manifest says which files belong together.
+Sound is a WAV file at 8 kHz or a table at 2 kHz, the axes are a table at 200 Hz. `recording` in the manifest names files that belong together.
 """
 import pathlib
 import random
@@ -33,7 +33,7 @@ def write_table(path, columns, levels, seed, rate_hz, seconds=SECONDS):
 
 
 def record(folder, label, k, sound):
-    """The two files of a recording: its sound tells little of the label, and so do its axes; the rows of the manifest."""
+    """Writes the two files of a recording: neither its sound nor its axes separate the labels well. Returns the rows of the manifest."""
     seed = 100 * LABELS.index(label) + k
     more = LABELS.index(label)
     name = f"{label}{k}"
@@ -63,7 +63,7 @@ def imported(t, folder, sound):
 
 
 def whole_way(t, d, sound, rate_hz):
-    """Imported, evaluated, trained, and known again in a session of another day."""
+    """Imports, evaluates, trains, and classifies a session of another day."""
     folder = d / sound
     rows = imported(t, folder, sound)
     info = t.succeeds("dataset", "info", "own.h5", cwd=folder)
@@ -83,7 +83,7 @@ def whole_way(t, d, sound, rate_hz):
 
 
 def refused(t, folder, rows):
-    """What says that files do not belong together, each by its line."""
+    """Files that cannot belong together are refused, each with its line."""
     ask = ("dataset", "import", "--format", "recordings")
     sound, axes = rows[:2]
     for bad, says in ((axes.replace("felt,", "foil,"), "another label"), (axes.replace("felt,0", "felt,7"), "another group")):
@@ -100,7 +100,7 @@ def refused(t, folder, rows):
 
 
 def alone(t, folder):
-    """A file without a name under `recording` is one by itself, as before."""
+    """A file without a name under `recording` is a recording by itself."""
     rows = [f"{label}{k}-axes.csv,{label},{k}," for label in LABELS for k in range(GROUPS)]
     t.succeeds("dataset", "import", "--format", "recordings", manifest(folder, "alone.csv", rows), "-o", "alone.h5", cwd=folder)
     made = t.succeeds("train", "alone.h5", "-o", "alone.model", "--method", "LDA", "--window-s", "1", cwd=folder)

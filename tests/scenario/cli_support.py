@@ -1,4 +1,4 @@
-"""What the command line's scenario tests share: running `weft` and looking at what it leaves behind."""
+"""Shared by the scenario tests of the command line: runs `weft` and checks its files."""
 import json
 import pathlib
 import re
@@ -7,9 +7,9 @@ import sys
 
 
 class Checks:
-    """Counts what was looked at; ends the process with 1 when anything was wrong."""
+    """Counts checks; the process ends with 1 if any failed."""
 
-    any_failed = False  # of all objects of this process
+    any_failed = False  # over all objects of this process
 
     def __init__(self, weft):
         self.weft = str(pathlib.Path(weft).resolve())
@@ -29,7 +29,7 @@ class Checks:
                               stdin=subprocess.DEVNULL)
 
     def succeeds(self, *arguments, cwd):
-        """The JSON object of a command that must succeed; the first with its options must also succeed without --json."""
+        """The JSON object of a command that must succeed. The first one with its options must also succeed without --json."""
         kind = tuple(word for word in map(str, arguments) if re.fullmatch(r"-{0,2}[a-z-]+", word))
         if kind not in self.tried_plain:
             self.tried_plain.add(kind)
@@ -40,7 +40,7 @@ class Checks:
         return json.loads(ran.stdout) if ran.returncode == 0 else {}
 
     def refuses(self, *arguments, cwd, says, status=1):
-        """A command that must fail, say all of `says`, and leave no file behind or touched."""
+        """A command that must fail, print all of `says`, and neither create nor change a file."""
         before = contents(cwd)
         ran = self.run(*arguments, "--json", cwd=cwd)
         self.expect(ran.returncode == status, f"{arguments}: status {ran.returncode}, not {status}: {ran.stderr}")
@@ -62,6 +62,6 @@ class Checks:
 
 
 def contents(folder):
-    """Name, size and time of every file: what must not change when a command fails."""
+    """Name, size and time of every file; a failing command must not change them."""
     files = [p for p in pathlib.Path(folder).rglob("*") if p.is_file()]
     return {(str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in files}

@@ -3,7 +3,7 @@
 
     cli_trade.py WEFT SOURCE_ROOT
 
-The Pareto fronts are worked out again from the JSON, word for word from their definition.
+The script computes the Pareto fronts again from the JSON, by their definition.
 """
 import csv
 import json
@@ -34,7 +34,7 @@ def simulated_set(t, d, root):
 
 
 def recorded_set(t, d):
-    """Two cloths at two speeds, named as fabricslide names its files; groups are repetitions. 4 s or 2 s at 50 Hz."""
+    """Two fabrics at two speeds, with file names like those of fabricslide; groups are repetitions. 4 s or 2 s at 50 Hz."""
     rows = []
     for c, label in enumerate(["cotton", "wool"]):
         for k in range(24):

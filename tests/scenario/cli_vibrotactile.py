@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Sound and vibration from recipe to report on the simulated bench: weft run on twelve textures, each slide short, three times.
+"""Sound and vibration from recipe to report on the simulated bench: weft run on twelve textures, three times, with short strokes.
 
     cli_vibrotactile.py WEFT ROOT
 
-The shipped recipe with shorter phases and fewer repetitions. What was recorded is read from the campaign file by this script itself.
+The shipped recipe with shorter phases and fewer repetitions. This script reads the campaign file itself.
 """
 import array
 import copy
@@ -39,20 +39,20 @@ def blocks(data, values):
 
 
 def stream_of(db, trial, stream):
-    """What was lost, and the bytes of all chunks."""
+    """Number of lost rows, and the bytes of all chunks."""
     chunks = db.execute("select lost_before, data from chunk where trial = ? and stream = ? order by number", (trial, stream)).fetchall()
     return sum(lost for lost, _ in chunks), b"".join(data for _, data in chunks)
 
 
 def slide_of(db, trial):
-    """First and last time of phase M by the taxel frames: 17 bytes of head, the last one the phase, and a count of each of 16 taxels."""
+    """First and last time [ns] of phase M, from the taxel frames: 17 bytes of head (the last one is the phase), and the counts of 16 taxels."""
     data, size = stream_of(db, trial, 0)[1], 17 + 2 * 16
     moving = [int.from_bytes(data[at:at + 8], "little", signed=True) for at in range(0, len(data), size) if data[at + 16:at + 17] == b"M"]
     return moving[0], moving[-1]
 
 
 def recorded(t, campaign):
-    """Every texture as often as the recipe says; while the probe slid both channels at their rates and without a gap, and not one number."""
+    """Every texture has the planned number of trials. During the stroke both channels have their rates, no gap and no constant values."""
     db = sqlite3.connect(f"file:{campaign}?mode=ro", uri=True)
     trials = db.execute("select id, label from trial where outcome = 'complete'").fetchall()
     labels = [label for _, label in trials]
@@ -100,9 +100,9 @@ def reported(t, out):
 
 
 def evaluated(t, d):
-    """The recorded data set as weft evaluate takes it: whole repetitions left out, contiguous parts, and the paper's windows, which leak."""
+    """weft evaluate on the recorded data set: whole repetitions left out, contiguous parts, and the paper's windows, which leak."""
     common = ["--window-s", "1", "--method", "LDA,kNN"]
-    even = ["--step-s", "0.5"]  # windows at random have none
+    even = ["--step-s", "0.5"]  # not for random windows
     honest = t.succeeds("evaluate", "out/dataset.h5", "--leave-one-group-out", *common, *even, cwd=d)
     t.expect(honest["bench"] == "simulated" and honest["leak"]["largest_share"] == 0 and honest["protocol"] == "groups", f"by repetition: {honest}")
     t.expect(len(honest["results"]["lda"]["accuracy_of_splits"]) == REPETITIONS, "a split for each repetition")
@@ -116,7 +116,7 @@ def evaluated(t, d):
 
 
 def stored(t, d):
-    """A model file that knows the slides again, and refuses what it was not made for."""
+    """A model file recognises the strokes, and refuses other data."""
     made = t.succeeds("train", "out/dataset.h5", "-o", "slides.model", "--method", "LDA", "--window-s", "1", "--step-s", "0.5", cwd=d)
     t.expect(made["bench"] == "simulated" and made["learner"] == "lda" and len(made["labels"]) == TEXTURES, f"trained: {made}")
     told = t.succeeds("classify", "slides.model", "out/dataset.h5", cwd=d)
@@ -137,7 +137,7 @@ def stored(t, d):
 
 
 def weighed(t, d):
-    """Importance of the paper's ten figures, by permutation and by a forest; and the page."""
+    """Importance of the paper's ten features, by permutation and by a forest; and the page."""
     out = t.succeeds("evaluate", "out/dataset.h5", "--leave-one-group-out", "--window-s", "1", "--step-s", "0.5", "--features", "SMMRP10", "--combine",
                      "mean", "--method", "LDA", "--importance", "3", "--report", "page.html", cwd=d)["importance"]
     features = {f["feature"]: f for f in out["features"]}
@@ -157,7 +157,7 @@ def weighed(t, d):
 
 
 def two_explorations(t, d, root, rig):
-    """A campaign of two explorations is asked about one of them: slides at two speeds are two experiments."""
+    """A campaign of two explorations needs the choice of one: strokes at two speeds are two explorations."""
     recipe = small(root)
     del recipe["hand_over"]
     recipe["fabrics"], recipe["repetitions"] = ["sandpaper_p60", "felt"], 2

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The daemon inside `weft run`: from elsewhere its campaign is looked at, held, gone on with, stopped and halted; it takes no other run, and
-where its socket cannot be had the campaign runs all the same. All simulated.
+"""The daemon inside `weft run`: a client can watch, pause, resume, stop and halt its campaign. It accepts no other run, and without a socket the
+campaign still runs. All simulated.
 
     cli_watched.py WEFT SOURCE_ROOT
 """
@@ -30,7 +30,7 @@ def written(d, name, fabrics, repetitions):
 
 
 def start(t, d, recipe, out, *more):
-    """A campaign under way, and a client of its daemon."""
+    """A campaign in progress, and a client of its daemon."""
     process = subprocess.Popen([t.weft, "run", recipe, "--rig", str(RIG), "--out", out, "--no-error-check", "--json", *more], cwd=d,
                                text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     end = time.monotonic() + PATIENCE_S
@@ -44,7 +44,7 @@ def start(t, d, recipe, out, *more):
 
 
 def under_way(client):
-    """Its run, once it moves."""
+    """Its run, after it started to move."""
     client.call("sub.open", topics=["run:*"], mode="every")
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
@@ -65,7 +65,7 @@ def ended(t, process, what):
 
 
 def orders_of(folder):
-    """Who ordered what, in the campaign's own journal."""
+    """The orders in the campaign's own journal, with their users."""
     database = sqlite3.connect(f"file:{folder}/campaign.sqlite?mode=ro", uri=True)
     try:
         return [json.loads(payload) for payload, in database.execute("SELECT payload_json FROM journal WHERE kind = 'order' ORDER BY sequence")]
@@ -137,7 +137,7 @@ def by_signal_while_held(t, d, recipe):
 
 
 def told_the_end(t, d, recipe):
-    """Who waits is told how it ended, and the data are those of a run that nobody looked at."""
+    """A waiting client learns how the run ended, and the data equal those of a run without clients."""
     process, client = start(t, d, recipe, "watched")
     told = {}
     name = client.call("run.list")["runs"][0]["run"]
@@ -159,7 +159,7 @@ def without_a_socket(t, d, recipe, digest):
 
 
 def refused_leaves_nothing(t, d, recipe):
-    """A bench that does not come up: no folder for a socket alone stays behind."""
+    """If a bench fails to start, no folder remains that has only a socket."""
     rig = json.loads(RIG.read_text())
     rig["simulation"].update(fabrics=str(ROOT / "sim/fabrics.json"), fidelity=str(ROOT / "sim/fidelity.json"), faults=[{"device": "stage.z", "fault": "never_homes"}])
     (d / "dead.json").write_text(json.dumps(rig))

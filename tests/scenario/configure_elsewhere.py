@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Weft configures on a machine with other software on it, and leaves out what does not work there.
+"""Weft configures on a machine with other software, and leaves out libraries that do not work there.
 
     configure_elsewhere.py CMAKE SOURCE_ROOT NINJA
 """
@@ -19,7 +19,7 @@ def program(path, text):
 
 
 def other_software(prefix):
-    """What scipy, h5py, conda and the like leave on a machine, each of it unusable for a build."""
+    """Files that scipy, h5py, conda and others leave on a machine, all of them unusable for a build."""
     missing = prefix / "no/such/include"
     for wrapper in ("mpicxx", "mpic++", "mpiCC", "mpicc"):
         program(prefix / "bin" / wrapper, f"""case "$1" in
@@ -46,7 +46,7 @@ def cache_of(build):
 
 
 def configure(build, prefix, *options):
-    # What pkg-config says of MPI is of the runtime alone, whatever this machine has.
+    # Hides this machine's MPI: pkg-config must find the fake runtime only.
     environment = dict(os.environ, PATH=f"{prefix}/bin:{os.environ['PATH']}", PKG_CONFIG_PATH=str(prefix / "pkgconfig"))
     return subprocess.run([CMAKE, "-S", ROOT, "-B", str(build), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={NINJA}", "-DCMAKE_BUILD_TYPE=Release", *options],
                           capture_output=True, text=True, env=environment, timeout=240)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""One program at a time has a device, whatever the link, and `weft doctor` examines what a run would (cases/bench, rows 3 and 4).
+"""Only one program at a time has a device, for every kind of link; and `weft doctor` checks the same things as a run (cases/bench, rows 3 and 4).
 
-A campaign runs on an emulated bench whose stages and taxels are on TCP; meanwhile `weft doctor` and a second `weft run`
-come, by the same and by another name of the machine. They are refused with the holder's name, and the campaign completes. Then
-the doctor on rig files that disagree with the box: a run and the doctor refuse the same ones.
+A campaign runs on an emulated bench with stages and taxels on TCP. Meanwhile `weft doctor` and a second `weft run` start, with the same and with
+another name of the machine. They are refused with the holder's name, and the campaign completes. Then rig files that disagree with the box: a run and
+the doctor refuse the same ones.
 
     device_locks.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -68,7 +68,7 @@ def examined(t, d, rig, *more):
 
 
 def for_another_user(t, d, rig, pid):
-    """A lock of one user holds for the others, and they are told who has it."""
+    """A lock of one user also holds for other users, who get the name of its holder."""
     def become_nobody():
         os.setgid(65534)
         os.setuid(65534)
@@ -78,7 +78,7 @@ def for_another_user(t, d, rig, pid):
 
 
 def held(t, d, rig, weft_process):
-    """What others get while a run slides."""
+    """Results of other programs during a stroke."""
     if os.geteuid() == 0:
         for_another_user(t, d, rig, weft_process.pid)
     for name in (rig, changed(d, json.loads((d / rig).read_text()), "by_name.json", by_name)):

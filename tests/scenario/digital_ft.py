@@ -1,4 +1,4 @@
-"""What a Modbus client reads from a Digital F/T sensor, decoded from the document alone and laid beside the truth."""
+"""A Modbus client's readings of a Digital F/T sensor, decoded from the document only and compared with the truth."""
 import math
 import struct
 
@@ -22,7 +22,7 @@ def wrench(calibration, gauges):
 
 
 def near_truth(t, who, calibration, gauges):
-    # Nothing touches the plate, which stands tilted before rx is homed: the sensor, under its middle, carries its weight.
+    # Nothing touches the plate, which is tilted before rx is homed: the sensor, under its middle, carries its weight.
     weight_n, tilt = PLATE_KG * GRAVITY, math.radians(START_RX_DEG)
     truth = [0, -weight_n * math.sin(tilt), weight_n * math.cos(tilt), 0, 0, 0]
     seen = wrench(calibration, gauges)

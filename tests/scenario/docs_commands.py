@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Every command of README.md and of the pages in docs/ is run as a reader would: page by page, block by block, in a scratch copy of the tree.
+"""Runs every command of README.md and of the pages in docs/ as a reader would: page by page, block by block, in a scratch copy of the tree.
 
     docs_commands.py BUILD_DIR SOURCE_ROOT [--here] [PAGE ...]      --here: in the tree itself, not in a scratch copy
 
-Blocks marked ```sh are run. The comment before a block may say
-    <!-- not run: REASON -->      it needs a bench, installs or builds: told, with the reason
-    <!-- until: WORDS -->         it goes on in a terminal of its own, once it has said these words
-A block marked ```text after it is what it says: each line is looked for in the output, in order; "..." stands for anything.
+Blocks marked ```sh are run. The comment before a block may be
+    <!-- not run: REASON -->      it needs a bench, installs or builds: the reason is printed
+    <!-- until: WORDS -->         it continues in a terminal of its own after it has printed these words
+A block marked ```text after it is its expected output: each line must appear in the output, in order; "..." matches anything.
 """
 import collections
 import os
@@ -37,7 +37,7 @@ def blocks_of(page):
 
 
 def scratch(folder):
-    """The tree as somebody has it who has built it: everything is a link but `out`."""
+    """The tree of a user who has built it: all entries are links except `out`."""
     for entry in ROOT.iterdir():
         if entry.name not in ("build", "out", ".git"):
             (folder / entry.name).symlink_to(entry)
@@ -47,7 +47,7 @@ def scratch(folder):
 
 
 class Terminal:
-    """A shell. What it says is kept; it and all that it started end with end()."""
+    """A shell. It keeps the output; end() ends the shell and all programs that it started."""
 
     def __init__(self, folder, environment):
         self.said, self.news = "", threading.Condition()
@@ -66,7 +66,7 @@ class Terminal:
             self.news.notify_all()
 
     def run(self, text, words):
-        """Types this and waits for the words; what was said, without them."""
+        """Types `text` and waits for `words`. Returns the output before them."""
         with self.news:
             before = len(self.said)
         self.shell.stdin.write(text)
@@ -80,11 +80,11 @@ class Terminal:
     def end(self):
         os.killpg(self.shell.pid, signal.SIGTERM)
         self.shell.wait(PATIENCE_S)
-        self.listener.join(PATIENCE_S)  # nobody can say anything any more: all have ended
+        self.listener.join(PATIENCE_S)  # all writers have ended
 
 
 def command(terminal, block):
-    """Every line of the block; the first that fails ends it."""
+    """Runs every line of the block; the first failure ends it."""
     mark = "@ status of the block "
     said = terminal.run(f"{{ set -e\n{block.text}\nset +e; }} < /dev/null\necho '{mark}'$?\n".replace("set +e; }", "set +e\n}"), mark + r"\d+\n")
     assert said.endswith(mark + "0\n"), f"{block.text}\n{said}"

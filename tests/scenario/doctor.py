@@ -57,7 +57,7 @@ def change(d, path, name, edit):
 
 
 def printed(t, text):
-    """What a person reads: the force sensor's scale with its values, and a finding for each thing that keeps time."""
+    """The text for people: the force sensor's scale with its values, and a finding for each part with timing."""
     lines = [line.split(maxsplit=2) for line in text.splitlines()]
     scales = [what for severity, subject, what in (line for line in lines if len(line) == 3)
               if severity == "ok" and subject == "ft" and "scale: " in what]
@@ -70,7 +70,7 @@ def printed(t, text):
 
 
 def in_use(t, d, path, rig):
-    """Who has a port of the rig keeps the sensor in the network too, which streams to who asked last."""
+    """A program that has a port of the rig also protects the network sensor, which streams to its last client."""
     device = next(device for device in rig["devices"] if device["name"] == "stage.x")
     with open(device["link"]["path"], "rb+", buffering=0) as port:
         fcntl.flock(port, fcntl.LOCK_EX)
@@ -80,7 +80,7 @@ def in_use(t, d, path, rig):
     t.expect("not looked at" in told and "End that program" in told and not of(report, "ft")["answered"], f"the sensor: {told}")
     t.expect(of(report, "stage.z")["armed"], "ports that are free are looked at")
 
-    # A port of a device is not tried at all where somebody has it open; any character device will do.
+    # A port that another program has open is not tried at all; any character device will do.
     def elsewhere(devices, rig):
         devices["stage.x"]["link"]["path"] = "/dev/null"
     with subprocess.Popen(["sleep", "600"], stdin=subprocess.DEVNULL) as other:
@@ -102,7 +102,7 @@ def emulated(t, d, root, weft_rig):
 
         in_use(t, d, path, rig)
 
-        # A line whose bytes are noise, as with a wrong baud rate or parity, and a sensor at half its rate.
+        # Noise on a line, as with a wrong baud rate or parity, and a sensor at half its rate.
         for device, fault in {"taxels": "bit_flip", "ft": "rate_halved"}.items():
             t.expect(served.order(order="fault", device=device, fault=fault)["ok"], f"order {fault}")
         noisy = doctor(t, d, path, 1)
@@ -114,14 +114,14 @@ def emulated(t, d, root, weft_rig):
 
         def faults(devices, rig):
             links = {name: device["link"] for name, device in devices.items()}
-            links["stage.x"]["path"] = str(d / "ports/nobody")           # nothing there
-            devices["stage.y"]["link"] = dict(links["taxels"])           # another kind of device, and twice one port
-            devices["stage.rx"]["config"]["stage"] = "LTS150"            # another model than the one that answers
+            links["stage.x"]["path"] = str(d / "ports/nobody")           # no such port
+            devices["stage.y"]["link"] = dict(links["taxels"])           # another kind of device, and one port twice
+            devices["stage.rx"]["config"]["stage"] = "LTS150"            # another model than the connected one
             devices["stage.rx"]["config"].update(travel_mm=[0, 10], max_speed_mm_s=4, acceleration_mm_s2=20)
             for key in ("travel_deg", "max_speed_deg_s", "acceleration_deg_s2"):
                 devices["stage.rx"]["config"].pop(key)
-            links["stage.ry"]["path"] = str(d / "emulated.json")         # no port at all
-            links["ft"]["port"] += 1                                     # nobody at that address
+            links["stage.ry"]["path"] = str(d / "emulated.json")         # not a port
+            links["ft"]["port"] += 1                                     # no device at that address
             rig["simulation"]["console"]["port"] = 1
         report = doctor(t, d, change(d, path, "faults.json", faults), 1)
         for subject, says in {"stage.x": ["no port", "ports/nobody"], "stage.ry": ["is no port", "/dev/ttyUSB0"],

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Digital F/T sensor behind a half-duplex adapter that gives back what is sent: `weft doctor` opens, streams and closes it on the emulated bench.
+"""A Digital F/T sensor behind a half-duplex adapter that echoes sent bytes: `weft doctor` opens, streams and closes it on the emulated bench.
 
     echo_line.py WEFT WEFT_RIG SOURCE_ROOT
 """

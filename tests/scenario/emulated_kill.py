@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The host of the emulated bench is killed (SIGKILL) or hangs (SIGSTOP) at seeded moments of every phase of a trial. Each time: the true
-force stays under the cap, the stages stop along the cloth (the monitor's stop, not the end of the slide), the monitor lifts the probe off the
-cloth and leaves a line, a hung host is ended by its monitor, the file opens and lacks at most 100 ms. The next host goes on with the same campaign: it finds the attempt interrupted and all that was recorded as it was,
-homes, and the place that it records is where the rig truly is. A last one completes the campaign, and `weft verify` finds it whole.
+"""Kills (SIGKILL) or stops (SIGSTOP) the host of the emulated bench at seeded moments of every phase of a trial. Each time the test checks: the true
+force stays under the cap. The stages stop along the fabric (by the monitor, not at the end of the stroke). The monitor lifts the probe off the fabric
+and writes a line. A hung host is ended by its monitor. The file opens and lacks at most 100 ms. The next host resumes the same campaign: it finds the
+attempt interrupted and all records unchanged, homes, and records the rig's true position. The last host completes the campaign, and `weft verify`
+finds it whole.
 
-    emulated_kill.py WEFT WEFT_RIG SOURCE_ROOT [KILLS [SEED [JSON]]]     so many SIGKILL and a SIGSTOP after every fourth, their figures into a file
+    emulated_kill.py WEFT WEFT_RIG SOURCE_ROOT [KILLS [SEED [JSON]]]     KILLS SIGKILL and a SIGSTOP after every fourth; writes their figures to JSON
 
-By default four SIGKILL, one in each phase, and a SIGSTOP in the slide.
+By default four SIGKILL, one in each phase, and a SIGSTOP in the stroke.
 """
 import collections
 import json
@@ -26,18 +27,18 @@ from killed_campaign import Campaign
 from machine_pace import TimedChecks, skip_as_too_slow
 
 FORCE_CAP_N = 10.0
-STOPPED_WITHIN_S = 1.0      # of the kill, along the cloth; without the monitor a slide goes on to its end
-LIFTED_WITHIN_S = 4.0       # 0.3 s of braking and 8 mm of clearance and the cloth at 4 mm/s, and STOPPED_WITHIN_S
+STOPPED_WITHIN_S = 1.0      # after the kill, along the fabric; without the monitor a stroke continues to its end
+LIFTED_WITHIN_S = 4.0       # 0.3 s of braking, 8 mm of clearance and the fabric at 4 mm/s, and STOPPED_WITHIN_S
 HUNG_ENDED_WITHIN_S = 4.0   # patience of the monitor (2 s) and a busy machine
 LACKS_AT_MOST_S = 0.12      # 100 ms of the recorder, and a sample of the force sensor (10 ms) on each side
-PLACE_WITHIN_M = 200e-6     # of what is recorded and the truth: 2 mm/s, and 100 ms of the recorder on one side
+PLACE_WITHIN_M = 200e-6     # between record and truth: 2 mm/s, and 100 ms of the recorder on one side
 SLIDE_MM, SLIDE_MM_S = 6, 2
 SLIDE_S = SLIDE_MM / SLIDE_MM_S
-PLATE_MM = (18, 24)         # a little more than the slide and the probe need: homing goes at 2 mm/s
-PHASE_S = {"S": 1, "P": 1, "M": SLIDE_S, "E": 1}  # the least that each of the recipe's phases is recorded for
-LATEST_S = 90.0             # a run of this recipe is over by then
-LATEST_BEFORE_S = 0.5       # a machine that is late this long before a kill explains what is not on record
-STOOD_STILL_S = 0.06        # of the console, asked every 20 ms: the sensor may be silent for 100 ms
+PLATE_MM = (18, 24)         # a little more than the stroke and the probe need: homing moves at 2 mm/s
+PHASE_S = {"S": 1, "P": 1, "M": SLIDE_S, "E": 1}  # least recorded duration of each phase of the recipe
+LATEST_S = 90.0             # a run of this recipe ends before this
+LATEST_BEFORE_S = 0.5       # if the machine is late this long before a kill, records may lack data
+STOOD_STILL_S = 0.06        # of the console, which is polled every 20 ms: the sensor may be silent for 100 ms
 
 
 class Window(typing.NamedTuple):
@@ -47,14 +48,14 @@ class Window(typing.NamedTuple):
     most_s: float
 
 
-# A row is in the file 50 to 100 ms after it was taken.
+# A row reaches the file 50 to 100 ms after its time.
 WINDOWS = [Window("phase S", "S", 0, 0.85), Window("phase P", "P", 0, 0.85), Window("phase M", "M", 0, SLIDE_S - STOPPED_WITHIN_S - 0.1),
            Window("phase E", "E", 0, 0.85), Window("start, homing, approach", "", 0, 25), Window("pressing", "S", 0.95, 2.4),
            Window("release", "M", SLIDE_S, SLIDE_S + 0.6), Window("retreat", "E", 1.0, 2.2)]
 
 
 class Watch(threading.Thread):
-    """Asks weft-rig for the truth, fifty times a second: (wall time, force, place)."""
+    """Requests the truth from weft-rig fifty times a second: (wall time, force, position)."""
 
     def __init__(self, console):
         super().__init__(daemon=True)
@@ -75,7 +76,7 @@ class Watch(threading.Thread):
         self.join()
 
     def stood_still_s(self):
-        """The longest that weft-rig left this console, which no kill touches, without an answer."""
+        """The longest time without an answer of weft-rig on this console, which no kill affects [s]."""
         times = [t for t, *_ in self.seen]
         return max((b - a for a, b in zip(times, times[1:])), default=0.0)
 
@@ -86,7 +87,7 @@ class Watch(threading.Thread):
         return min(self.seen, key=lambda seen: abs(seen[0] - when))[2]
 
     def last_motion(self, axes, least_m):
-        """When one of these axes last was further away from where it ends."""
+        """Last time at which one of these axes was further than `least_m` from its final position."""
         *_, place = self.seen[-1]
         far = [t for t, _, p in self.seen if max(abs(p[i] - place[i]) for i in axes) > least_m]
         return far[-1] if far else self.seen[0][0]
@@ -111,7 +112,7 @@ def recipe(root, folder):
 
 
 class Loss(typing.NamedTuple):
-    """How a host is to be lost."""
+    """The planned loss of a host."""
     number: int
     window: Window
     after_s: float
@@ -126,25 +127,25 @@ class Bench:
     def __init__(self, t, weft, folder, rig_path, console):
         self.t, self.weft, self.folder, self.rig_path, self.console = t, weft, folder, rig_path, console
         self.kills = []    # figures of each
-        self.peak_n = 0.0  # of all runs, the last one too
-        self.offsets_z = {}  # of what is recorded from the truth, by phase, where first seen: the probe's spring is pressed in P and M
+        self.peak_n = 0.0  # over all runs, including the last one
+        self.offsets_z = {}  # recorded minus true height, by phase, as first seen: the probe's spring is compressed in P and M
         self.folders = 0
         self.begin_anew()
 
     def begin_anew(self):
-        """In another folder: the campaign of this one came to an end by a fault of the machine."""
+        """Starts in another folder after a fault of the machine ended the campaign of this one."""
         self.folders += 1
         self.out = self.folder / f"out{self.folders}"
         self.campaign = Campaign(self.out / "campaign.sqlite")
         self.past = []
 
     def start(self):
-        """A host that begins the campaign, or goes on with it."""
+        """A host that starts or resumes the campaign."""
         return subprocess.Popen([self.weft, "run", "kill.json", "--rig", str(self.rig_path), "--out", self.out.name, "--no-evaluate",
                                  "--resume"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
     def wait_for(self, phase, process):
-        """Until rows of the phase are in the file, of a trial that this host began."""
+        """Waits until the file has rows of the phase, of a trial that this host began."""
         end = time.time() + LATEST_S
         before = len(self.past)
         with self.campaign.one_connection():
@@ -154,7 +155,7 @@ class Bench:
                 time.sleep(0.02)
 
     def begun(self, kill):
-        """A host that has got to the moment, and its console's watch; what it said where it ended before."""
+        """A host that has reached the moment, and its console's watch; or its output if it ended before."""
         for attempt in range(ATTEMPTS):
             watch = Watch(self.console)
             process = self.start()
@@ -173,7 +174,7 @@ class Bench:
         raise AssertionError("the last attempt returns")
 
     def excused(self, watch, said, attempt):
-        """Not where a link is wedged by the kill before: only where weft-rig as a whole was kept from the processor."""
+        """True only if weft-rig as a whole got no processor time; not if the kill before blocked a link."""
         silence = kept_waiting(said)
         if not silence or watch.stood_still_s() <= STOOD_STILL_S:
             return False
@@ -212,9 +213,9 @@ class Bench:
               + (f", {1e3 * figures['lacks_s']:.0f} ms lacking" if "lacks_s" in figures else ""), flush=True)
 
     def lifted(self, kill, process, watch, ended, is_on_cloth):
-        """The monitor's line names the host and what became of the probe; nothing presses the cloth any more, and the lift pressed no more."""
+        """The monitor's line names the host and the result for the probe. No force acts on the fabric any longer, and the lift added none."""
         if not kill.window.phase and kill.after_s < 1:
-            return  # perhaps before it had a monitor
+            return  # perhaps before the host had a monitor
         lines = (self.out / "monitor.log").read_text().splitlines() if (self.out / "monitor.log").exists() else []
         line = next((one for one in lines if f"process {process.pid} " in one), "")
         what = "killed:" if kill.how is signal.SIGSTOP else "ended while"
@@ -228,7 +229,7 @@ class Bench:
                       f"{kill}: {watch.peak_after(ended):.2f} N after the end, {watch.force_at(ended):.2f} N at it")
 
     def found_as_left(self, kill):
-        """The host that was killed had found the attempts before it interrupted, and changed nothing of them. Whether it had begun one."""
+        """The killed host had found the earlier attempts interrupted and had not changed them. Returns whether it had begun one."""
         now = self.campaign.attempts()
         began = len(now) > len(self.past)
         same = [then.digest for then in self.past] == [attempt.digest for attempt in now[:len(self.past)]]
@@ -238,7 +239,7 @@ class Bench:
         return began
 
     def recorded(self, kill, watch, killed, is_new, since):
-        """Where the kill fell, by what is on record, and what that lacks."""
+        """The phase of the kill according to the record, and the missing time."""
         phase, under_way = self.campaign.where(PHASE_S, LACKS_AT_MOST_S) if is_new else ("", False)
         if not under_way:
             return {"fell": f"after phase {phase}" if phase else "before phase S"}
@@ -247,8 +248,8 @@ class Bench:
         return {"fell": f"in phase {phase}", "lacks_s": lacks, "apart_m": self.apart(kill, watch, phase)}
 
     def apart(self, kill, watch, phase):
-        """Along the plate, whose frame is the stages', what is recorded is the truth; in height it differs from it, by the probe's spring,
-        as it did for the first host in this phase: nobody lost count of where the stages are."""
+        """Along the plate, in the frame of the stages, the recorded position is the true one. In height it differs by the probe's spring, as for the
+        first host in this phase. So no stage lost its count."""
         when, *place = self.campaign.newest_place()
         x, y, z = (recorded - true for recorded, true in zip(place, watch.place_at(when)))
         first = self.offsets_z.setdefault(phase, z)
@@ -257,7 +258,7 @@ class Bench:
         return apart
 
     def complete(self):
-        """The campaign to its end, and looked over."""
+        """Completes the campaign and verifies it."""
         for attempt in range(ATTEMPTS):
             watch = Watch(self.console)
             watch.start()
@@ -277,7 +278,7 @@ class Bench:
 
 
 def losses(count, seed):
-    """SIGKILL in one window after another, and a SIGSTOP after every fourth of them, in the slide first."""
+    """SIGKILL in one window after another, and a SIGSTOP after every fourth of them, the first in the stroke."""
     moments = random.Random(seed)
     number = 0
     for k in range(count):
@@ -288,7 +289,7 @@ def losses(count, seed):
 
 
 def summary(kills):
-    """Lines of how many fell where, and the worst of each figure. SIMULATED."""
+    """Lines with the number of kills by phase, and the worst of each figure. SIMULATED."""
     fell = collections.Counter((kill["fell"], kill["how"]) for kill in kills)
     worst = {figure: max((kill[figure] for kill in kills if figure in kill), default=0.0)
              for figure in ("peak_n", "coast_s", "lift_s", "lacks_s", "apart_m")}
@@ -300,7 +301,7 @@ def summary(kills):
 
 
 def unmet(kills):
-    """The phases that no SIGKILL fell into."""
+    """The phases without a SIGKILL."""
     return [phase for phase in "SPME" if not any(kill["fell"] == f"in phase {phase}" and kill["how"] == "SIGKILL" for kill in kills)]
 
 
@@ -319,7 +320,7 @@ def main():
                 bench.lose(loss)
             bench.complete()
     print("\n".join(summary(bench.kills)))
-    # A phase of a second may be over before a busy machine kills anybody in it; the slide is not.
+    # On a busy machine a phase may end before the kill; the stroke does not.
     aimed = any(kill["planned"] == "phase M" and kill["how"] == "SIGKILL" for kill in bench.kills)
     t.expect(not aimed or "M" not in unmet(bench.kills), "no SIGKILL fell into phase M")
     if len(sys.argv) > 6:

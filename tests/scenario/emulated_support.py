@@ -1,4 +1,4 @@
-"""An emulated rig for scenario tests: a rig file with free places, and weft-rig serving it."""
+"""An emulated rig for scenario tests: a rig file with free ports, and weft-rig serving it."""
 import contextlib
 import json
 import pathlib
@@ -9,21 +9,21 @@ import subprocess
 from machine_pace import LATE_S, Lateness, skip_as_too_slow
 
 
-# A machine with other work may keep a port waiting for longer than a sensor may be silent. A virtual one does so too: its host
-# counts the processor's time in tenths of a second, and where that is used up (by a build, say) a thread of real-time priority 50
-# with locked memory that only sleeps is late by 100 ms. That is a finding of the guard, not of a test of something else: it is tried
-# again. Whether the machine was late is measured; where it never was, the same finding in each attempt is a fault.
+# On a busy machine a port may wait longer than a sensor may be silent. A virtual machine does so too: its host accounts processor time in tenths of a
+# second. When that is used up (for example by a build), even a sleeping thread of real-time priority 50 with locked memory is late by 100 ms. Then
+# the guard's finding does not belong to the test, and the test is tried again. The lateness of the machine is measured: without lateness, the same
+# finding in each attempt is a fault.
 ATTEMPTS = 3
 
 
 def kept_waiting(said):
-    """Which silence of a port `said` is of; empty for none."""
+    """The message in `said` about a silent port; empty if there is none."""
     return next((words for words in ("readings have stopped", "no frame came", "no record came") if words in said), "")
 
 
 def tried(once):
-    """What `once(attempt)` gives: a finished process, or one with more about it. Again where it failed and a port was silent or the machine
-    late; where it fails each time, the test is skipped if the machine was late, and the finding stands if it never was."""
+    """Result of `once(attempt)`: a finished process, or one with further results. Repeats it if it failed with a silent port or a late machine. If it
+    fails each time, the test is skipped if the machine was late; otherwise the finding is a failure."""
     was_late = False
     for attempt in range(ATTEMPTS):
         with Lateness() as late:
@@ -47,7 +47,7 @@ def free_port(kind):
 
 
 def free_run(count):
-    """First of so many neighbouring TCP ports, all free, and below those that the system hands out to others meanwhile."""
+    """First of `count` neighbouring free TCP ports, below those that the system gives to other programs."""
     lowest = int(pathlib.Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
     for _ in range(100):
         first = random.randrange(max(1024, lowest // 2), lowest - count)
@@ -80,7 +80,7 @@ def rig_file(root, folder, over_tcp=False, **changes):
 
 
 def near_home(path, rig, plate_mm=(60, 60)):
-    """The cloth 16 mm from the ends where the stages home, for they do nothing else most of the time."""
+    """Puts the fabric 16 mm from the home position of the stages, which otherwise spend most of the time on homing."""
     rig["plate"].update(surface_z_mm=16, size_mm=list(plate_mm))
     for device in rig["devices"]:
         if device["role"] in "xyz":
@@ -89,7 +89,7 @@ def near_home(path, rig, plate_mm=(60, 60)):
 
 
 PLATE_KG = 0.3
-START_RX_DEG = 2.0  # large enough to tell a sine from noise
+START_RX_DEG = 2.0  # large enough to distinguish a sine from noise
 
 
 def digital_rig(root, folder, framing, link):
@@ -110,7 +110,7 @@ def digital_rig(root, folder, framing, link):
 
 
 class ServedRig:
-    """weft-rig while the block runs. Its orders are answered on the console."""
+    """Runs weft-rig during the block and sends orders to its console."""
 
     def __init__(self, program, path, rig, seed=1):
         self.command = [str(pathlib.Path(program).resolve()), str(path), "--seed", str(seed)]

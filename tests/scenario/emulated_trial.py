@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""One trial of M1 over pseudo-terminals and one of M2 over TCP on the emulated bench: weft in one process, weft-rig in
-another, real time, the drivers of the simulated bench. The data are laid beside the virtual-time run of the same seed
-and patches; the test says how far apart they are, and fails beyond what scheduling explains.
+"""One trial of M1 over pseudo-terminals and one of M2 over TCP on the emulated bench: weft in one process, weft-rig in another, real time, the
+drivers of the simulated bench. The data are compared with the virtual-time run of the same seed and patches. The test prints the differences and
+fails if they exceed the effects of scheduling.
 
     emulated_trial.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -17,11 +17,11 @@ from cli_support import Checks
 from emulated_support import ServedRig, free_port, near_home, rig_file, tried
 
 SEED, FABRIC = 7, "denim"
-# What scheduling explains: commands and samples are up to a cycle (10 ms) later than in virtual time, 20 um of cloth at
-# 2 mm/s. Means over a phase are of other samples of the same ramp; the noise of the pads is drawn frame by frame.
-DURATION_S = 1.0       # of the whole run, of about 60 to 100 s
-FORCE_RMS_N = 0.02     # of the error of the force in phase M
-PRESS_SHARE = 0.02     # of the change of counts that pressing makes
+# Effects of scheduling: commands and samples are up to a cycle (10 ms) later than in virtual time, 20 um of fabric at 2 mm/s. Means over a phase come
+# from other samples of the same ramp; the noise of the taxels is drawn frame by frame.
+DURATION_S = 1.0       # for the whole run of about 60 to 100 s
+FORCE_RMS_N = 0.02     # for the error of the force in phase M
+PRESS_SHARE = 0.02     # of the change of counts by the press
 MEAN_COUNTS = 4.0      # each taxel's mean in phase M
 VARIANCE_SHARE = 0.10  # each taxel's variance in phase M
 
@@ -40,7 +40,7 @@ def run(t, d, recipe_name, rig, out):
 
 
 def emulated(t, d, weft_rig, recipe_name, path, rig, out):
-    """A run in real time that must come to its end, and the truth afterwards."""
+    """A run in real time that must complete, and the truth afterwards."""
     def once(attempt):
         folder = f"{out}{attempt}"
         with ServedRig(weft_rig, path, rig, seed=SEED) as served:
@@ -101,7 +101,7 @@ def trial(t, d, root, weft_rig, exploration, over_tcp):
     name = recipe(root, d, exploration)
     path, rig = rig_file(root, d, over_tcp)
     near_home(path, rig, plate_mm=(70, 70))
-    if over_tcp:  # units and calibration from the box's pages
+    if over_tcp:  # units and calibration come from the box's pages
         rig["devices"][5]["http"] = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
         path.write_text(json.dumps(rig))
     real, folder = emulated(t, d, weft_rig, name, path, rig, f"{exploration}-real")
@@ -116,7 +116,7 @@ def trial(t, d, root, weft_rig, exploration, over_tcp):
 def main():
     weft, weft_rig, root = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
     t = Checks(weft)
-    # Both benches at the same time: they wait more than they work.
+    # Both benches at the same time, because they mostly wait.
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor() as pool:
         trials = [pool.submit(trial, t, pathlib.Path(folder), root, weft_rig, exploration, over_tcp)
                   for exploration, over_tcp in (("M1", False), ("M2", True))]

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Files that other programs hold, and file systems that lack something (cases/bench, rows 5 and 6), on the simulated bench: a locked data set is in use and never damaged; a
-locked campaign file is waited for, by a campaign and by `weft verify`, and who holds it is named.
+"""Files locked by other programs, and file systems without some function (cases/bench, rows 5 and 6), on the simulated bench. A locked data set is
+reported as in use and never damaged. A campaign and `weft verify` wait for a locked campaign file and name the holder.
 
     files_in_use.py WEFT SOURCE_ROOT POOR_DISK_LIBRARY
 """
@@ -57,7 +57,7 @@ def campaign_in_use(t, d):
 
 
 def lock_while_running(t, d, root, held_s):
-    """The finished `weft run`, in whose middle another program held the write lock for so long."""
+    """The finished `weft run`; another program held the write lock for `held_s` seconds during the run."""
     out = f"held{int(held_s)}"
     run = subprocess.Popen([t.weft, "run", root / "recipes/library/khan2016.json", "--rig", root / "sim/rigs/bench17.json", "--out", out,
                             "--no-evaluate", "--no-error-check", "--json"], cwd=d, stdout=subprocess.PIPE,
@@ -89,7 +89,7 @@ def recording_waits(t, d, root):
 
 
 def poor_disk(t, d, root, library):
-    """What the file system cannot do is found out before anything is recorded."""
+    """Missing functions of the file system are found before anything is recorded."""
     for lacks in ("flock", "fcntl", "mmap", "fsync_folder"):
         ran = subprocess.run([t.weft, "run", root / "recipes/library/first.json", "--rig", root / "sim/rigs/bench17.json", "--out", lacks,
                               "--no-evaluate", "--json"], cwd=d, capture_output=True, text=True, timeout=300,

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""A file system of 100 MB that fills up under a run, and one that cannot be written to: `weft run`, and weftd. SIMULATED.
+"""A file system of 100 MB that fills up during a run, and one that is not writable: `weft run`, and weftd. SIMULATED.
 
-    full_disk.py WEFT WEFTD SOURCE_ROOT     exit 77 (skipped) where a file system of our own is not permitted
+    full_disk.py WEFT WEFTD SOURCE_ROOT     exit 77 (skipped) if mounting a file system is not permitted
 """
 import os
 import pathlib
@@ -16,7 +16,7 @@ from campaign_support import PATIENCE_S, RUN, begun, samples, wait_for, write_re
 from cli_support import Checks
 from weftd_support import Client, Daemon, command
 
-DISK = "SMALL_DISK"  # set where this script runs again as root of a user namespace, with a small file system at this place
+DISK = "SMALL_DISK"  # set when this script runs again as root of a user namespace, with a small file system at this path
 
 
 def fill(disk):
@@ -34,7 +34,7 @@ def mounted(disk, how):
 
 
 def of_weft_run(t, d, disk, rig, undisturbed):
-    """It ends with a sentence, what is complete is kept, and with room again it goes on."""
+    """It ends with a message, complete trials are kept, and with free space again the campaign is resumed."""
     recipe = str(d / "recipe.json")
     process = begun(t.weft, disk, rig, "out", 3, recipe)
     process.send_signal(signal.SIGSTOP)
@@ -61,8 +61,8 @@ def kinds(client):
 
 
 def of_weftd(t, weftd, root, d, disk, undisturbed):
-    """The daemon lives on and says what is wrong, as the run does; its trials are kept, and with room again `weft run` makes them whole. It
-    does not start where it cannot write."""
+    """The daemon continues and reports the problem, and so does the run. Its trials are kept, and with free space again `weft run` completes them.
+    The daemon does not start if it cannot write."""
     (disk / "recipes").mkdir()
     shutil.copy(d / "recipe.json", disk / "recipes" / "small.json")
     daemon = Daemon(weftd, root, disk)
@@ -84,7 +84,7 @@ def of_weftd(t, weftd, root, d, disk, undisturbed):
         t.expect("error" in begins and "space" in str(begins["error"]), f"weftd: nothing begins on a full disk: {begins}")
         os.remove(disk / "filler")
         end = time.monotonic() + PATIENCE_S
-        while "storage.io" in kinds(client) and time.monotonic() < end:  # it is tried again
+        while "storage.io" in kinds(client) and time.monotonic() < end:  # the daemon retries the write
             time.sleep(0.1)
         t.expect("storage.io" not in kinds(client), "weftd: with room again what it knows is written down")
         t.expect(daemon.end() == 0, "weftd: its end")

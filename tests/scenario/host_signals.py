@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Signals that are not a kill, and a monitor that is killed, while a campaign slides on the emulated bench (cases/bench, rows 2 and 7).
-Each time the program says so, the probe ends above the cloth, and the campaign can be resumed.
+"""Signals other than SIGKILL, and a killed monitor, during a stroke on the emulated bench (cases/bench, rows 2 and 7). Each time the program reports
+it, the probe ends above the fabric, and the campaign can be resumed.
 
     host_signals.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -49,7 +49,7 @@ class Host:
 
 
 def run(t, d, out, act):
-    """The finished host, to which `act` was done in its slide."""
+    """The finished host; `act` was called during its stroke."""
     host = Host(t, d, out)
     was_there = host.wait_for("M")
     if was_there:
@@ -65,7 +65,7 @@ def off_the_cloth(t, served, what):
 
 
 def suspended(t, d, served):
-    """Ctrl-Z is refused with a sentence and the slide goes on; then the terminal is closed, which ends the run tidily."""
+    """Ctrl-Z is refused with a message, and the stroke continues. Then the terminal is closed, which ends the run in an orderly way."""
     def act(host):
         host.process.send_signal(signal.SIGTSTP)
         host.process.send_signal(signal.SIGTTOU)
@@ -81,7 +81,7 @@ def suspended(t, d, served):
 
 
 def monitor_killed(t, d, served):
-    """A run without a monitor ends by a fault that names it, and lifts the probe itself."""
+    """A run without a monitor fails, names the monitor, and lifts the probe itself."""
     def act(host):
         subprocess.run(["kill", "-KILL", str(host.monitor())], check=True)
     ran = run(t, d, "unwatched", act)
@@ -92,14 +92,14 @@ def monitor_killed(t, d, served):
 
 
 def both_killed(t, d, served):
-    """Both processes are gone: the motions end by themselves, the slide at its end at the latest, and the force stays where it was."""
+    """Both processes are gone: the motions end by themselves, at the latest at the end of the stroke, and the force stays constant."""
     def act(host):
         monitor = host.monitor()
         subprocess.run(["kill", "-KILL", str(monitor)], check=True)
         host.process.kill()
     ran = run(t, d, "alone", act)
     t.expect(ran.returncode == -signal.SIGKILL, f"{ran.returncode}")
-    time.sleep(4)  # the slide takes 3 s
+    time.sleep(4)  # the stroke takes 3 s
     before = served.order(order="truth")
     time.sleep(1)
     after = served.order(order="truth")
@@ -107,7 +107,7 @@ def both_killed(t, d, served):
 
 
 def file_limit(t, d, root):
-    """A file that may not grow: the failed write ends the campaign tidily, in its middle or before it begins."""
+    """A limited file size: the failed write ends the campaign in an orderly way, during it or before its start."""
     def run(limit_bytes):
         def limited():
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))

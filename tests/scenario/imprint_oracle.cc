@@ -1,12 +1,13 @@
-// Our imprint module on images given as text, for imprint_oracle.py.
+// Runs our imprint module on images given as text, for imprint_oracle.py.
 //
 //   imprint_oracle features SIGMAS NOISE ORIENTATION < IMAGES
 //   imprint_oracle experiments SIGMAS RULE < IMAGES
 //
 // SIGMAS: 0,1,2.5; NOISE: gradient or literal; ORIENTATION: circular or linear. IMAGES: rows, cols
 // and their values, one image after the other. Prints one line of ten numbers a scale and image, 17
-// digits. For experiments each image comes after its class and object; per form and experiment one
-// line: columns, separable or not, experiment, whether it converged, rounds, correct, wrong rows.
+// digits. For experiments each image follows its class and object. Prints one line per form and
+// experiment: columns, separable or not, experiment, whether it converged, rounds, correct, wrong
+// rows.
 
 #include <algorithm>
 #include <cstdio>

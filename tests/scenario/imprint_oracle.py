@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Static imprints against the Python reference static002.py: ten features a scale, perceptron, four experiments.
+"""Compares imprints with the Python reference static002.py: ten features a scale, perceptron, four experiments.
 
-    imprint_oracle.py TOOL SHARED_DIR [all]      exit 77 (skipped) where the reference is absent
+    imprint_oracle.py TOOL SHARED_DIR [all]      exit 77 (skipped) without the reference
 
-The reference's synthetic imprints (three seeds) with both forms of noise and of orientation, then every fourth imprint of
-tactile22 (with `all`: every one). All figures agree to 1e-9 relative. The spread of orientations is compared by its square:
-the reference takes it from 1 - R, which knows small spreads only to the root of rounding.
-Where two neighbours are equal but for rounding, an extremum or a ridge is a matter of the order of a sum. An image and scale
-whose counts differ must have such a tie, to 1e-12 of its largest value, for each taxel that differs; these are counted.
+The reference's synthetic imprints (three seeds) with both forms of noise and of orientation, then every fourth imprint of tactile22 (with `all`:
+every one). All figures agree to 1e-9 relative. The spread of orientations is compared by its square: the reference computes it from 1 - R, so small
+spreads are accurate only to the root of the rounding error.
+If two neighbours differ only by rounding, an extremum or a ridge depends on the order of a sum. An image and scale with different counts must have
+such a tie, to 1e-12 of its largest value, for each taxel that differs; these are counted.
 
-The perceptron's experiments (convergence, longest training, right answers, rows that were wrong) are the same as the reference's, on raw and on
-z-scored features. Whether all imprints are linearly separable is compared with a linear program (scipy's HiGHS).
+The perceptron's experiments (convergence, longest training, right answers, wrong rows) equal the reference's, on raw and on z-scored features. The
+linear separability of all imprints is compared with a linear program (scipy's HiGHS).
 """
 import os
 import pathlib
@@ -32,7 +32,7 @@ def ours(tool, images, noise, orientation):
 
 
 def tied(oracle, image, sigma):
-    """Whether the reference's own decisions on this image hang on rounding: extrema, ridges or thresholds."""
+    """Whether the reference's own decisions on this image depend on rounding: extrema, ridges or thresholds."""
     import numpy as np
     z = oracle.smooth(image, sigma)
     slack = 1e-12 * max(1.0, np.abs(z).max())
