@@ -53,7 +53,7 @@ def begun(weft, d, rig, out, trials, recipe="recipe.json"):
 
 
 def samples(folder):
-    """Digest of the samples of all complete trials by stream, for a comparison."""
+    """Bytes of all samples of the complete trials: {(plan index, stream): bytes}."""
     database = read_only(folder)
     rows = database.execute("SELECT plan_index, stream, data FROM chunk JOIN trial ON trial.id = trial WHERE outcome = 'complete' "
                             "ORDER BY plan_index, stream, number").fetchall()

@@ -74,7 +74,7 @@ def compare(oracle, tool, what, images, noise="gradient", orientation="circular"
 
 
 def lp_separable(X, y):
-    """A linear program finds weights with w_own x - w_other x >= 1 for all, or says that there are none."""
+    """Whether a linear program finds weights with w_own x - w_other x >= 1 for all."""
     import numpy as np
     from scipy.optimize import linprog
     X = np.c_[(X - X.mean(0)) / np.where(X.std(0) > 0, X.std(0), 1), np.ones(len(X))]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A campaign of presses on the simulated imprint array: run, data set, hand-over to the experiments, evaluate. All SIMULATED.
+"""A campaign of presses on the simulated imprint array: run, data set, handover to the experiments, evaluate. All SIMULATED.
 
     imprint_run.py WEFT ROOT
 
@@ -53,7 +53,7 @@ def look_at_run(t, d):
 
 
 def scans(d):
-    """Counts of every scan on record: {(object, exploration): [(phase, counts)]}, from the campaign file (docs/dataset.md)."""
+    """Counts of every recorded scan: {(object, exploration): [(phase, counts)]}, from the campaign file (docs/dataset.md)."""
     out = {}
     with sqlite3.connect(d / "first/campaign.sqlite") as campaign:
         for label, exploration, rows, data in campaign.execute(
@@ -85,7 +85,7 @@ def look_at_scans(t, d):
 
 
 def look_at_report(t, d):
-    """The report stands alone: it names the page of imprints, which must be where it says."""
+    """The report names the page of imprints, and that page exists there."""
     page = (d / "first/report.html").read_text()
     t.expect("SIMULATED" in page, "the report does not say that it is simulated")
     t.expect("handover/imprints.html" in page and "handover/imprints.model" in page, "the report does not name the page of imprints and their model")
@@ -108,7 +108,7 @@ def look_at_hand_over(t, d, told):
         row = three_scales["experiments"][name]
         print(f"SIMULATED {name} at 1, 2, 4, 10 features: paper {row['paper']['correct']} of 24;",
               {rule: cell["correct"] for rule, cell in row.items() if rule != "paper"}, "of 8")
-        # teeth and planes have little in common
+        # teeth and planes differ strongly
         t.expect(row["perceptron-zscore"]["correct"] >= 7 and row["lda"]["correct"] >= 7, f"{name}: {row}")
     [model] = told["handover"]["models"]
     [headline] = json.loads((d / "first/report.json").read_text())["headline"]

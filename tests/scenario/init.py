@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`weft init`: rig files of the simulated shapes, and of devices that it finds behind weft-rig's ports, checked, examined and run.
+"""`weft init`: rig files of the simulated shapes, and of devices found behind weft-rig's ports; then check, doctor and run with them.
 
     init.py WEFT WEFT_RIG SOURCE_ROOT simulated|ports
 """
@@ -30,9 +30,9 @@ SHAPES = {
     "two-arrays": (THREE, "ati_netft", [(16, 37), (6, 50)]),
 }
 RUN_SHAPES = ("two-arrays", "no-force-sensor")  # other_rigs.py runs others
-# Near where the stages home, for time is real.
+# Near the home positions of the stages, because time is real.
 PLATE = {"surface_z_mm": 8, "plate_x_mm": 30, "plate_y_mm": 30, "clearance_mm": 4, "speed_mm_s": 20}
-# What a real bench has no default for.
+# Values without a default on a real bench.
 MEASURED = {"probe_mass_kg": 0.2, "force_cap_n": 6, "torque_cap_nm": 2}
 STAGES = {"x": "45000001", "y": "45000002", "z": "45000003", "rx": "27000004", "ry": "27000005"}
 
@@ -51,7 +51,7 @@ def short(recipe, folder):
 
 
 def simulated(t, folder):
-    """Each shape: as it is called, without problems; of two of them a campaign in virtual time."""
+    """Each shape has its description and no problems; two of them also run a campaign in virtual time."""
     for shape, (axes, wrench, arrays) in SHAPES.items():
         path, out = folder / f"{shape}.json", folder / f"out-{shape}"
         wrote = json.loads(t.run("init", path, "--simulated", shape, "--json", cwd=ROOT).stdout)
@@ -78,7 +78,7 @@ def simulated(t, folder):
 
 
 def recipe(folder):
-    """One trial, as short as it can be."""
+    """One trial, as short as possible."""
     phases = [{"phase": "S", "duration_s": 0.5}, {"phase": "P", "duration_s": 1, "force_N": 5},
               {"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 2}]}, {"phase": "E", "duration_s": 0.5}]
     (folder / "small.json").write_text(json.dumps({
@@ -100,7 +100,7 @@ def roles():
 
 
 def positions(rig):
-    """Of each stage, in counts, as it says itself: MOT_REQ_POSCOUNTER."""
+    """Position of each stage in counts, requested from the stage: MOT_REQ_POSCOUNTER."""
     out = {}
     for device in rig["devices"]:
         if device["role"] in FIVE:
@@ -115,7 +115,7 @@ def positions(rig):
 
 
 def offered(rig):
-    """Ports of weft-rig as options; the force sensor's is a box or a port."""
+    """Ports of weft-rig as options; the force sensor is a box or on a port."""
     words = []
     for link in (device["link"] for device in rig["devices"]):
         words += ["--netft", "{host}:{port}".format(**link)] if link["kind"] == "udp" else ["--port", link["path"]]
@@ -127,7 +127,7 @@ def console_of(rig):
 
 
 def found_right(t, path, wrench):
-    """Roles by serial number, rates as weft-rig's rig file has them."""
+    """Roles by serial number, rates as in weft-rig's rig file."""
     devices = devices_of(path)
     t.expect({role: str(devices[role]["config"]["serial"]) for role in STAGES} == STAGES, f"stages by serial number: {devices}")
     t.expect([devices[role]["config"]["stage"] for role in FIVE] == 3 * ["LTS150"] + 2 * ["PRM1-Z8"], f"stages: {devices}")
@@ -146,7 +146,7 @@ def looked_over(t, folder, path, small):
 
 
 def pressed(t, folder, out):
-    """The recorded campaign: whole, verified, and the press is in it."""
+    """The recorded campaign is complete and verified, and has the press."""
     t.succeeds("verify", out, cwd=folder)
     t.succeeds("features", out / "dataset.h5", "-o", folder / "features.csv", cwd=folder)
     rows = list(csv.DictReader((folder / "features.csv").open()))
@@ -154,7 +154,7 @@ def pressed(t, folder, out):
 
 
 def at_home(path, rig):
-    """The plate as PLATE has it, the stages a millimetre from where they home."""
+    """The plate as in PLATE, the stages a millimetre from home."""
     near_home(path, rig, (PLATE["plate_x_mm"], PLATE["plate_y_mm"]))
     rig["plate"]["surface_z_mm"] = PLATE["surface_z_mm"]
     for device in rig["devices"]:
@@ -164,7 +164,7 @@ def at_home(path, rig):
 
 
 def emulated(t, folder):
-    """The acceptance of it: weft-rig's ports are offered, and a campaign runs with the file that was written."""
+    """Acceptance: weft-rig's ports are offered, and a campaign runs with the file that was written."""
     path, rig = rig_file(ROOT, folder)
     at_home(path, rig)
     small, made = recipe(folder), folder / "made.json"
@@ -191,7 +191,7 @@ def emulated(t, folder):
 
 
 def in_use(t, folder, rig):
-    """A port that another program has is left alone, and its holder named."""
+    """A port of another program is not touched, and its holder is named."""
     held = next(device["link"]["path"] for device in rig["devices"] if device["role"] == "x")
     with open(held, "rb+", buffering=0) as port:
         fcntl.flock(port, fcntl.LOCK_EX)
@@ -203,7 +203,7 @@ def in_use(t, folder, rig):
 
 
 def without_one(t, folder, rig):
-    """A port that is in use is left out by its place: it is not touched, and what is left is said to be no rig."""
+    """A held port with the role "none" is not touched. A remaining rotary stage gets the role rx by a guess."""
     held = next(device["link"]["path"] for device in rig["devices"] if device["role"] == "rx")
     made = folder / "without.json"
     with open(held, "rb+", buffering=0) as port:
@@ -215,7 +215,7 @@ def without_one(t, folder, rig):
 
 
 def real_bench(t, folder, offers):
-    """No role by guess and no number that does harm; with all of it said the file is there, and z ends below the plate."""
+    """No guessed role and no dangerous number: without the values no file is written. With all values there is a file, and z ends below the plate."""
     real, command = folder / "real.json", ["--only-named", *offers, "--yes", "--json"]
     ran = t.run("init", real, *command, cwd=ROOT)
     problems = [problem["where"] for problem in json.loads(ran.stdout)["error"]["problems"]]
@@ -258,7 +258,7 @@ def tcp_offers(rig, first):
 
 
 def prompted(t, folder, rig, first):
-    """At a terminal: a wrong answer is asked for again, an empty one takes the default where there is one, a role can be exchanged."""
+    """At a terminal: an invalid answer is requested again, an empty one takes the default if there is one, a role can be exchanged."""
     made = folder / "prompted.json"
     master, slave = pty.openpty()
     command = [WEFT, "init", made, "--only-named", *tcp_offers(rig, first)]
@@ -278,7 +278,7 @@ def prompted(t, folder, rig, first):
             questions.append(question)
             answers = next((answers for words, answers in replies.items() if question.startswith(words)), [])
             os.write(master, (answers.pop(0) if answers else "").encode() + b"\n")
-    if len(questions) == 60:  # an answer that is never taken
+    if len(questions) == 60:  # an answer is never accepted
         process.kill()
     process.communicate(timeout=20)
     os.close(master)
@@ -290,7 +290,7 @@ def prompted(t, folder, rig, first):
 
 
 def held_ports(t, folder):
-    """Ports that another program has."""
+    """Ports held by another program."""
     (folder / "held").mkdir()
     path, rig = rig_file(ROOT, folder / "held")
     with ServedRig(WEFT_RIG, path, rig):
@@ -299,7 +299,7 @@ def held_ports(t, folder):
 
 
 def digital(t, folder):
-    """A Digital F/T sensor is found by Modbus, its records counted; its stream is ended. Answers come from a file."""
+    """A Digital F/T sensor is found by Modbus and its records are counted; its stream is ended. Answers come from a file."""
     (folder / "digital").mkdir()
     path, rig = digital_rig(ROOT, folder / "digital", "rtu",
                             {"kind": "serial", "path": str(folder / "digital/ports/ft"), "baud": 1250000})
@@ -321,7 +321,7 @@ def digital(t, folder):
 
 
 def other_sensors(t, folder):
-    """A card in a rack, whose stage is to be stated; an imprint array and a vibration sensor."""
+    """A card in a rack, which needs its stage stated; an imprint array and a vibration sensor."""
     (folder / "other").mkdir()
     path, rig = rig_file(ROOT, folder / "other", fidelity=str(ROOT / "sim/fidelity.json"))
     rig["simulation"]["fabrics"] = str(ROOT / "sim/objects.json")
@@ -349,7 +349,7 @@ def other_sensors(t, folder):
 
 
 def silent(t, folder):
-    """Nothing at a port: what is missing is said, all of it, and no file is written."""
+    """A port without a device: all missing devices are listed, and no file is written."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         place = f"tcp:127.0.0.1:{server.getsockname()[1]}"
         ran = t.run("init", folder / "none.json", "--only-named", "--port", place, "--yes", "--json", cwd=folder)
@@ -365,7 +365,7 @@ def silent(t, folder):
 
 class InitChecks(Checks):
     def succeeds_once(self, *arguments, cwd):
-        """The JSON object of a command that writes a new file, so that it is not run twice."""
+        """The JSON object of a command that writes a new file, and therefore runs only once."""
         ran = self.run(*arguments, cwd=cwd)
         self.expect(ran.returncode == 0, f"{arguments}: {ran.returncode} {ran.stderr}")
         return json.loads(ran.stdout) if ran.returncode == 0 else {}
@@ -378,7 +378,7 @@ def main():
         if sys.argv[4] == "simulated":
             simulated(t, folder)
         else:
-            emulated(t, folder)  # a run in real time: nothing beside it
+            emulated(t, folder)  # a run in real time: no other load beside it
             with ThreadPoolExecutor() as pool:
                 list(pool.map(lambda part: part(t, folder), (silent, over_tcp, held_ports, digital, other_sensors)))
     t.finish()

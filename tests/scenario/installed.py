@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""What `cmake --install` puts on a machine: programs that run from there, manual pages without a warning, completion that a shell
-takes, a unit that systemd accepts.
+"""Checks an installation by `cmake --install`: programs run, manual pages give no warning, a shell accepts the completion, systemd accepts the unit.
 
     installed.py BUILD_DIR
 """
@@ -18,7 +17,7 @@ def run(*command, **more):
 
 
 def completed(script, *words):
-    """What bash offers after these words; the last one is unfinished."""
+    """Completions of bash after these words; the last word is unfinished."""
     quoted = " ".join(f"'{w}'" for w in words)
     said = run("bash", "-euc", f"source {script}; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _weft; printf '%s\\n' \"${{COMPREPLY[@]}}\"")
     return set(said.stdout.split())
@@ -67,7 +66,7 @@ def main():
         assert completed(script, "weft", "--json", "run", "a.json", "--ri") == {"--rig"}
         share = root / "share/weft"
         run(root / "bin/weft", "check", share / "recipes/m1.json", "--rig", share / "sim/rigs/bench17.json", cwd="/")
-        # The cloth table is found without a name of it, elsewhere than in the source tree.
+        # The fabric table is found without naming it, outside the source tree.
         run(root / "bin/weft", "trade", "sim", "--quick", "--scenes", "none", "--timings", "1", "-o", root / "page.html", cwd="/")
         unit(root / "lib/systemd/system/weftd.service", root / "bin")
         for program in ("weft", "weftd", "weft-rig"):

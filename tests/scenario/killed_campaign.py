@@ -1,4 +1,4 @@
-"""What the file of a campaign says whose host was killed: attempts, phases, rows. It is opened as any other program would."""
+"""Reads the campaign file of a killed host (attempts, phases, rows) as any other program would."""
 import contextlib
 import hashlib
 import json
@@ -13,18 +13,18 @@ TAXELS, WRENCH, STAGES = 0, 1, 2
 
 class Attempt(typing.NamedTuple):
     outcome: str     # "" while it runs, and after its host was killed
-    digest: str      # of all that is on record of it
+    digest: str      # of all its records
 
 
 class Campaign:
     def __init__(self, path):
         self.path = path
-        self.shared = None  # connection of one_connection(), once the file is there
+        self.shared = None  # connection of one_connection(), after the file exists
         self.shares = False
 
     @contextlib.contextmanager
     def one_connection(self):
-        """asked() uses one connection in the block: opening one takes longer than a query, and eight benches that poll keep a machine busy."""
+        """Inside the block asked() uses one connection. Opening one takes longer than a query, and eight polling benches keep a machine busy."""
         self.shares = True
         try:
             yield
@@ -38,7 +38,7 @@ class Campaign:
         return sqlite3.connect(f"file:{self.path}?mode=ro", uri=True, timeout=10)
 
     def asked(self, sql, *values):
-        """Rows; none before the file and its tables are there."""
+        """Rows; empty before the file and its tables exist."""
         if not self.path.exists():
             return []
         if self.shares and not self.shared:
@@ -64,38 +64,38 @@ class Campaign:
         return found
 
     def utc_s(self, t_ns):
-        """World time of the newest run's clock."""
+        """UTC [s] of a time of the newest run's clock."""
         ((zero_ns, payload),) = self.asked("SELECT t_ns, payload_json FROM journal WHERE kind = 'clock' ORDER BY sequence DESC LIMIT 1")
         return (json.loads(payload)["utc_ns"] + t_ns - zero_ns) * 1e-9
 
     def open_rows(self, stream):
-        """Rows of the trial that has no outcome, first to last."""
+        """Rows of the trial without outcome, first to last."""
         return [data[at:at + len(data) // count]
                 for data, count in self.asked("SELECT data, rows FROM chunk JOIN trial ON trial.id = chunk.trial "
                                               "WHERE stream = ? AND outcome IS NULL ORDER BY number", stream)
                 for at in range(0, len(data), len(data) // count)]
 
     def newest_s(self):
-        """World time of the force sensor's newest row."""
+        """UTC [s] of the force sensor's newest row."""
         return self.utc_s(t_of(self.open_rows(WRENCH)[-1]))
 
     def newest_place(self):
-        """(World time, x, y, z in metres) of the newest row of the stages."""
+        """(UTC [s], x, y, z [m]) of the newest row of the stages."""
         row = self.open_rows(STAGES)[-1]
         axes = [name for (name,) in self.asked("SELECT name FROM axis ORDER BY position")]
         quanta = dict(zip(axes, struct.unpack_from(f"<{len(axes)}i", row, 8)))
         return self.utc_s(t_of(row)), *(quanta[axis] * 1e-9 for axis in "xyz")
 
     def begun_phase(self):
-        """The phase of the open trial's newest row, "" before there is one. Asked while it runs: of the newest chunk alone."""
+        """The phase of the open trial's newest row, "" before there is one. Reads only the newest chunk, because it is called during the run."""
         found = self.asked("SELECT data, rows FROM chunk JOIN trial ON trial.id = chunk.trial "
                            "WHERE stream = ? AND outcome IS NULL ORDER BY number DESC LIMIT 1", TAXELS)
         return "".join(chr(data[len(data) - len(data) // count + TAXEL_PHASE]) for data, count in found)
 
     def where(self, phase_s, lacking_s):
-        """("S", "P", "M" or "E", True) where that phase is under way, ("P", False) where it is over and the next has not begun, ("", False)
-        before the first. A phase is over when its rows are of the time that the recipe gives it, less what a kill may cost: what is lost
-        makes it shorter, so that no loss passes for the time between two phases, of which nothing is recorded."""
+        """("S", "P", "M" or "E", True) during that phase; ("P", False) after it and before the next one; ("", False) before the first. A phase is
+        over when its rows last as long as the recipe states, minus the possible loss by a kill. A loss makes it shorter, so it cannot look like the
+        unrecorded time between two phases."""
         rows = self.open_rows(TAXELS)
         if not rows:
             return "", False

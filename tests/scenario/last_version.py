@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What the last version wrote still opens: a campaign folder, its data set, models, and a daemon's memory (tests/golden/last_version, made by
-243037ce from its tiny.json; SIMULATED). The expected values are what that version said of them.
+"""Files of the last version still open: a campaign folder, its data set, models, and a daemon's database (tests/golden/last_version, made by 243037ce
+from its tiny.json; SIMULATED). The expected values are those of that version.
 
     last_version.py WEFT WEFTD SOURCE_ROOT
 """
@@ -34,7 +34,7 @@ def main():
             if learner == "pvalue":
                 t.expect(found["trials"][0]["probability"]["silk"] == SILK_BY_CORES, f"{model}: {found['trials'][0]}")
         (d / "sim/rigs").mkdir(parents=True)
-        shutil.move(d / "bench17.json", d / "sim/rigs")  # as it was
+        shutil.move(d / "bench17.json", d / "sim/rigs")  # its original place
         for table in ("fabrics.json", "fidelity.json"):
             shutil.copy(root / "sim" / table, d / "sim")
         resumed = t.run("run", "tiny.json", "--rig", "sim/rigs/bench17.json", "--out", "campaign", "--resume", "--no-evaluate", cwd=d)

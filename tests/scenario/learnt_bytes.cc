@@ -1,6 +1,6 @@
-// Prints one digest per learner: the features of made-up trials, and every bit of what is learnt
-// from them and answered. script/same-bytes builds it with several compilers and compares the
-// lines. No function of the C library makes the trials.
+// Prints one digest per learner: the features of made-up trials, and every bit of the trained model
+// and its predictions. script/same-bytes builds it with several compilers and compares the lines.
+// No function of the C library makes the trials.
 
 #include <string>
 
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t fabrics = 5, repetitions = 8, taxels = 6;
 
-/// Counts that wander, each fabric by steps of its own.
+/// Counts of a random walk; each fabric has its own step size.
 Trial made_trial(std::size_t fabric, std::size_t repetition, RandomEngine& engine) {
   Trial out;
   out.label = std::string("fabric ") + std::to_string(fabric);

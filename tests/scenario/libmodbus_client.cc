@@ -1,4 +1,4 @@
-// What a client of libmodbus sees of a Digital F/T sensor, as one JSON object:
+// Prints the readings of a Digital F/T sensor by a client of libmodbus as one JSON object:
 //   libmodbus_client rtu PATH | tcp HOST PORT
 // Reads status, calibration 1 and gauges; over RTU writes the gains, reads them back, and takes a
 // few records of the stream.
@@ -47,8 +47,8 @@ void print(const char* name, const std::vector<std::uint16_t>& values, const cha
   std::printf("]%s\n", end);
 }
 
-/// A vendor function: one byte each way (device-facts.md, Serial ports: libmodbus takes 5 bytes
-/// for a code that it does not know, and gives exceptions back as they are).
+/// A vendor function: one byte in each direction (device-facts.md, Serial ports: libmodbus expects
+/// 5 bytes for an unknown code, and returns exceptions unchanged).
 int vendor(modbus_t* line, std::uint8_t function, std::uint8_t data) {
   const std::array<std::uint8_t, 3> request{slave, function, data};
   std::array<std::uint8_t, MODBUS_MAX_ADU_LENGTH> reply{};
@@ -67,7 +67,7 @@ void write_gains(modbus_t* line, const std::vector<std::uint16_t>& calibration) 
   demand(holding(line, 0, 6) == gains, "gains as written");
 }
 
-/// Raw records behind the answer, then jamming traffic.
+/// Raw records after the answer, then jamming traffic.
 std::vector<std::uint16_t> stream(modbus_t* line) {
   demand(vendor(line, 0x46, 0x55) == 1, "start streaming");
   std::vector<std::uint16_t> bytes;
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   if (argc < 3) return std::fprintf(stderr, "libmodbus_client rtu PATH | tcp HOST PORT\n"), 2;
   const bool rtu = std::string(argv[1]) == "rtu";
   if (!rtu && argc < 4) return 2;
-  // No parity: a pseudo-terminal has none.
+  // No parity, because a pseudo-terminal has none.
   const Line line(rtu ? modbus_new_rtu(argv[2], 115200, 'N', 8, 1)
                       : modbus_new_tcp(argv[2], std::atoi(argv[3])));
   demand(line != nullptr && modbus_set_slave(line.get(), slave) == 0, "create");

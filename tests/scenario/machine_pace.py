@@ -1,4 +1,4 @@
-"""Whether this machine serves programs in time: what runs in real time needs that, and another process can take it away."""
+"""Whether this machine schedules programs in time. Real-time tests need that, and other processes can prevent it."""
 import collections
 import pathlib
 import threading
@@ -7,14 +7,14 @@ import time
 from cli_support import Checks
 
 WATCHED = ("weft", "weft-rig", "weftd")
-WINDOW_S = 0.3   # the longest that a sensor of the emulated bench may be silent
-LATE_S = 0.05    # of such a window; the force sensor may be silent for 100 ms, and its records pass through two processes
+WINDOW_S = 0.3   # longest silence of a sensor of the emulated bench
+LATE_S = 0.05    # in such a window; the force sensor may be silent for 100 ms, and its records pass through two processes
 PERIOD_S = 0.02
 TOO_SLOW = 77    # exit status: skipped
 
 
 def skip_as_too_slow(why):
-    """Ends the test as skipped, or as failed where a check has failed before: a late machine does not excuse that."""
+    """Ends the test as skipped, or as failed if a check has failed before: a late machine does not excuse that."""
     print(f"{'failed before, and then ' if Checks.any_failed else 'skipped: '}the machine is too slow for real time: {why}")
     raise SystemExit(1 if Checks.any_failed else TOO_SLOW)
 
@@ -25,7 +25,7 @@ def waited_s(task):
 
 
 class Lateness(threading.Thread):
-    """Watches how long the threads of Weft's programs wait for a processor, and how late it wakes up itself.
+    """Measures how long the threads of Weft's programs wait for a processor, and how late it wakes up itself.
 
     Use: `with Lateness() as late: ...; late.most_s()`."""
 
@@ -42,7 +42,7 @@ class Lateness(threading.Thread):
                 if (process / "comm").read_text().strip() in WATCHED:
                     yield from (process / "task").iterdir()
             except OSError:
-                pass  # it has ended
+                pass  # the thread has ended
 
     def look(self, tasks, now):
         for task in tasks:
@@ -86,7 +86,7 @@ class Lateness(threading.Thread):
 
 
 class TimedChecks(Checks):
-    """Checks of a program in real time. What only fails because the machine was late is told apart, and skips the test."""
+    """Checks of a program in real time. A failure caused by a late machine is recognised and skips the test."""
 
     def __init__(self, weft):
         super().__init__(weft)
@@ -94,7 +94,7 @@ class TimedChecks(Checks):
         self.too_slow = []
 
     def expect_in_time(self, fine, what, since):
-        """`since`: monotonic time from which on a late machine explains the failure."""
+        """`since`: start of the time in which a late machine explains the failure (monotonic)."""
         late_s = self.lateness.most_s(since)
         if fine or late_s <= LATE_S:
             self.expect(fine, what)

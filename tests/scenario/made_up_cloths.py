@@ -1,4 +1,4 @@
-"""Trials of three made-up cloths as CSV files, with their manifest."""
+"""Trials of three made-up fabrics as CSV files, with their manifest."""
 import csv
 import random
 
@@ -7,7 +7,7 @@ RATE_HZ = 50
 
 
 def write_trial(path, level, ripple, seed):
-    """0.4 s S, 0.6 s P, 3 s M, 0.4 s E; cloths differ in level and ripple during M."""
+    """0.4 s S, 0.6 s P, 3 s M, 0.4 s E; fabrics differ in level and ripple during M."""
     noise = random.Random(seed)
     with open(path, "w", newline="") as f:
         w = csv.writer(f)
@@ -20,7 +20,7 @@ def write_trial(path, level, ripple, seed):
 
 
 def write_set(folder, each=8, level=40, ripple=2):
-    """`level` and `ripple`: steps from cloth to cloth."""
+    """`level` and `ripple`: steps from fabric to fabric."""
     folder.mkdir()
     rows = []
     for c, label in enumerate(["cotton", "silk, raw", "wool"]):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Programs of others read the emulated Digital F/T sensor: mbpoll, pymodbus and a client of libmodbus, Modbus RTU on a
-pseudo-terminal and Modbus TCP. What they read is decoded here from the document alone and laid beside the truth. Then
-weft itself runs a trial on the pseudo-terminal at 1.25 Mbaud. pymodbus makes the golden vectors anew.
+"""Third-party programs read the emulated Digital F/T sensor: mbpoll, pymodbus and a client of libmodbus, Modbus RTU on a pseudo-terminal and Modbus
+TCP. Their readings are decoded here from the document only and compared with the truth. Then weft itself runs a trial on the pseudo-terminal at 1.25
+Mbaud. pymodbus also makes the golden vectors again.
 
     modbus_clients.py WEFT WEFT_RIG LIBMODBUS_CLIENT SOURCE_ROOT
 """
@@ -119,7 +119,7 @@ def over_tcp(t, d, programs, root):
 
 
 def over_transparent_tcp(t, d, programs, root):
-    """RTU frames over a TCP port, as a serial server passes them on."""
+    """RTU frames over a TCP port, as forwarded by a serial server."""
     link = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
     path, rig = digital_rig(root, d, "rtu", link)
     with ServedRig(programs["weft-rig"], path, rig):
@@ -127,7 +127,7 @@ def over_transparent_tcp(t, d, programs, root):
 
 
 def message(f):
-    """The message of a golden vector, as pymodbus has it."""
+    """The message of a golden vector, in pymodbus' form."""
     request, function = f["side"] == "request", f["function"]
     if "exception" in f:
         return pdu.ExceptionResponse(function, f["exception"])

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""A Net F/T client of its own: plain sockets, written from docs/reference/device-facts.md without a line
-of Weft, at the box that weft-rig serves. Its pages are asked for with curl too, and its stream with socat, where they
-are installed.
+"""A separate Net F/T client: plain sockets, written from docs/reference/device-facts.md without any code of Weft, for the box that weft-rig serves.
+curl also requests its pages, and socat its stream, if they are installed.
 
     netft_client.py WEFT_RIG SOURCE_ROOT
 """
@@ -45,7 +44,7 @@ class Client:
         return found
 
     def hears(self, seconds):
-        """How many records come in that time."""
+        """Number of records in that time."""
         end, count = time.monotonic() + seconds, 0
         while (left := end - time.monotonic()) > 0:
             self.socket.settimeout(left)
@@ -97,7 +96,7 @@ def buffered(client):
 
 
 def one_client(place):
-    """The latest start takes the stream; a bias or a stop of somebody else does not."""
+    """The client of the latest start gets the stream; a bias or a stop of another client changes nothing."""
     first, second = Client(place), Client(place)
     first.request(START)
     first.records(5)
@@ -145,7 +144,7 @@ def pages(url):
 
 
 def to_the_end(host, port, request):
-    """What a client hears that reads until the box closes: no other sign of the end is waited for."""
+    """Bytes received by a client that reads until the box closes, without another sign of the end."""
     with socket.create_connection((host, port), timeout=5) as s:
         s.sendall(request)
         heard = b""
@@ -155,7 +154,7 @@ def to_the_end(host, port, request):
 
 
 def connections_end(host, port):
-    """As with HTTP/1.0, whatever the request says; a form sends on to a page that is there."""
+    """Connections end as with HTTP/1.0, whatever the request contains; a form redirects to an existing page."""
     for head in (b"HTTP/1.0\r\n", b"HTTP/1.1\r\nHost: box\r\n", b"HTTP/1.1\r\nHost: box\r\nConnection: keep-alive\r\n", b"HTTP/1.0\n"):
         end = b"\n" if head.endswith(b"0\n") else b"\r\n"
         page = to_the_end(host, port, b"GET /netftapi2.xml " + head + end)
@@ -167,7 +166,7 @@ def connections_end(host, port):
 
 
 def box_settings(url):
-    """What the box's forms set, as its page tells it, and set back."""
+    """Settings of the box's forms, as shown by its page, and their restoration."""
     def told(name, page="/netftapi2.xml"):
         with urllib.request.urlopen(url + page, timeout=5) as reply:
             return xml.etree.ElementTree.fromstring(reply.read()).find(name).text
@@ -203,7 +202,7 @@ def read_exactly(connection, size):
 
 
 def command_port(place, client):
-    """TCP 49151: requests of 20 bytes. WRITETRANSFORM's answer is from memory, the rest is the document's."""
+    """TCP 49151: requests of 20 bytes. The answer of WRITETRANSFORM is from memory, the rest is from the document."""
     with socket.create_connection(place, timeout=5) as port:
         def ask(request, size):
             port.sendall(request)
@@ -247,7 +246,7 @@ def other_programs(url, place):
 
 
 def faults(served, client):
-    """At run time: a gap, a latch that a request resets, silence and its end."""
+    """Faults at run time: a gap, a latch that a request resets, silence and its end."""
     answer = served.order(order="fault", device="ft", fault="sequence_jump", amount=50)
     assert answer["ok"], answer
     client.request(START)
@@ -272,7 +271,7 @@ def faults(served, client):
 
 
 def cpm_gateway(place):
-    """The finger's datagrams: 16 words, to whoever asked last."""
+    """The finger's datagrams: 16 words, sent to the latest client."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as finger:
         finger.connect(place)
         finger.settimeout(2)

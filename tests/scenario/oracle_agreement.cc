@@ -1,5 +1,5 @@
-// Figures of our classifier on trials given in the Python reference's own CSV form, for
-// oracle_agreement.py and for trying real recordings.
+// Results of our classifier on trials in the Python reference's own CSV form, for
+// oracle_agreement.py and for tests with real recordings.
 //
 //   oracle_agreement features INDEX.csv            feature CSV, 17 digits: label, then Table I
 //   oracle_agreement pairs INDEX.csv               per pair and feature t and p, per delta the
@@ -96,7 +96,7 @@ std::vector<std::size_t> rows_of(const FeatureMatrix& matrix, const std::string&
   return out;
 }
 
-// One line a pair and figure: a,b,t,... then a,b,p,... and a,b,DELTA,subset
+// One line a pair and value: a,b,t,... then a,b,p,... and a,b,DELTA,subset
 void print_pair(const FeatureMatrix& matrix, const std::string& a, const std::string& b) {
   auto rows = rows_of(matrix, a);
   std::vector<int> sign(rows.size(), 1);
@@ -135,7 +135,7 @@ std::vector<Trial> windows_of(const std::vector<Trial>& trials, double window_s,
 }
 
 struct Setting {
-  std::string name;  // of a reduction or a learner
+  std::string name;  // a reduction or a learner
   TrainOptions options;
 };
 
@@ -151,7 +151,7 @@ Setting setting_of(std::string name) {
   return {std::move(name), options};
 }
 
-// Fold in which every row of the core validates, rows of class a first.
+// For every row of the core the fold in which it validates, rows of class a first.
 void print_folds(const PairProblem& problem) {
   std::vector<std::size_t> fold_of(problem.rows.size());
   for (std::size_t f = 0; f < problem.folds.size(); ++f)

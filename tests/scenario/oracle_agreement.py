@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Features, t, p and selected subsets on real and simulated trials: ours against the Python reference.
+"""Compares features, t, p and selected subsets with the Python reference, on real and simulated trials.
 
-    oracle_agreement.py TOOL SHARED_DIR WEFT SOURCE_ROOT      exit 77 (skipped) where the reference is absent
+    oracle_agreement.py TOOL SHARED_DIR WEFT SOURCE_ROOT      exit 77 (skipped) without the reference
 
-All fabricslide strokes (of different length; p down to 1e-114), all icub20 slides, and small campaigns on the simulated
-bench with all four phases. t and p are compared with scipy's own ttest_ind too.
-Exceptions to 1e-9 relative: a skewness or fifth moment that cancels is compared at the scale of its terms. Eleven of the 576 000
-figures of icub20 do, of the other sets none: more than CANCELLING of a set are no exception. Where p is compared far below 1e-100 at
-least one must lie there (LEAST_P).
+All fabricslide strokes (of different length; p down to 1e-114), all icub20 slides, and small campaigns on the simulated bench with all four phases. t
+and p are compared with scipy's own ttest_ind too.
+Exceptions to 1e-9 relative: a skewness or fifth moment that cancels is compared at the scale of its terms. This applies to eleven of the 576 000
+figures of icub20, and to none of the other sets; a share above CANCELLING of a set is a failure. If p is compared far below 1e-100, at least one must
+lie there (LEAST_P).
 """
 import csv
 import pathlib
@@ -17,18 +17,18 @@ import tempfile
 
 from oracle_agreement_data import need_reference, real_trials, rows_of, simulated_trials, skip
 
-CANCELLING = 5e-5  # share of a set's figures
+CANCELLING = 5e-5  # share of a set's values
 LEAST_P = {"fabricslide": 1e-100}
 
 def compare_command_line(weft, folder, names, F):
-    """`weft features` on the data set itself: the same figures without the detour over CSV."""
+    """`weft features` on the data set itself: the same values without the way through CSV."""
     subprocess.run([weft, "features", folder / "run/dataset.h5", "-o", folder / "f.csv"], check=True, capture_output=True)
     ours = rows_of(folder / "f.csv")
     compare_features([["label"] + ours[0][3:]] + [r[1:2] + r[3:] for r in sorted(ours[1:], key=lambda r: r[1])], names, F)
 
 
 def tolerance(name, row, names):
-    """Absolute slack for figures that are small differences of large terms."""
+    """Absolute tolerance for values that are small differences of large terms."""
     block, _, place = name.partition(".")
     if block == "skew":
         return 1e-11
@@ -58,7 +58,7 @@ def compare_features(ours, names, F):
 
 
 class Worst:
-    """Largest relative difference so far; too large a one ends the scenario."""
+    """Largest relative difference so far; a value above the tolerance ends the scenario."""
 
     def __init__(self):
         self.value = 0.0
@@ -66,7 +66,7 @@ class Worst:
     def add(self, got, want, absolute, what):
         import numpy as np
         difference, scale = np.abs(got - want), np.maximum(np.abs(got), np.abs(want))
-        bad = ~(difference <= np.maximum(1e-9 * scale, absolute))  # NaN too
+        bad = ~(difference <= np.maximum(1e-9 * scale, absolute))  # also true for NaN
         assert not bad.any(), f"{what}: {got[bad]} against {want[bad]}"
         self.value = max(self.value, np.max(difference / np.maximum(scale, 1e-300), initial=0.0))
 
@@ -88,7 +88,7 @@ def compare_pairs(oracle, ours, names, label, F):
         with np.errstate(invalid="ignore", divide="ignore"):
             scipy_t, scipy_p = oracle.stats.ttest_ind(X, Y)
         spread = np.sqrt((X.var(0, ddof=1) * (len(X) - 1) + Y.var(0, ddof=1) * (len(Y) - 1)) / df)
-        defined = spread > 1e-9 * np.maximum(np.abs(X.mean(0)), np.abs(Y.mean(0)))  # AMB-13: elsewhere scipy has nan or inf
+        defined = spread > 1e-9 * np.maximum(np.abs(X.mean(0)), np.abs(Y.mean(0)))  # AMB-13: otherwise scipy has nan or inf
         undefined += (~defined).sum()
         scipys[what].add(got[defined], (scipy_t if what == "t" else scipy_p)[defined], absolute, f"{a} {b} {what}, scipy")
         least_p = min(least_p, least_p if what == "t" else got.min())

@@ -1,23 +1,22 @@
 #!/usr/bin/env python3
-"""(C, gamma, delta) of every core and every prediction: ours against the Python reference, with the same folds.
+"""Compares (C, gamma, delta) of every core and every prediction with the Python reference, on the same folds.
 
     oracle_agreement_cores.py TOOL SHARED_DIR WEFT SOURCE_ROOT [--full] [--only PATTERN]
 
-Exit 77 (skipped) where the reference is absent. PATTERN chooses from SET/REDUCTION: "simulated m?/pca*".
+Exit 77 (skipped) without the reference. PATTERN selects from SET/REDUCTION: "simulated m?/pca*".
 
-Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (folds 0-2 train, 3 tests); features chosen once
-(the paper's wording) or in each fold, p-value, PCA and all features. The reference extracts the features itself. Without
---full three fabrics of each set and half their recordings (about a minute); with it everything (41 minutes).
+Simulated M1 and M2, fabricslide (repetition 0 trains, 1 tests) and icub20 (folds 0-2 train, 3 tests); features selected once (the paper's wording) or
+in each fold; p-value, PCA and all features. The reference extracts the features itself. Without --full three fabrics of each set and half their
+recordings (about a minute); with it everything (41 minutes).
 
-libsvm stops when no pair of multipliers violates the optimum by more than 1e-3, and the last digit of a kernel can decide
-after which step that is. So decisions that differ by more than rounding must be as near the reference's own solution at
-1e-9 (trained_at()), and a core may have another grid point only where both have equally few errors and losses that the
-tolerance does not tell apart (oracle_explains()); there the reference is trained at our point and must decide as we do. A held-out
-row whose decision is 0 but for rounding may count as an error or not: which, the last digit of a kernel decides. No
-prediction may differ, but for one thing: our exp is 0 below 2^-1021, numpy's goes down to 5e-324. A core to which a trial is that
-far from every support vector then says 0 here and, say, 8e-320 there, which is a vote of the other sign. Reference decisions
-below FLUSHED are taken as 0, and how many they are is printed. Of all cores compared at most OTHER_POINTS may have another grid point
-(2 of 2 415 have with --full, see classifier/README.md): a search that goes astray does not pass as many small differences.
+libsvm stops when no pair of multipliers violates the optimum by more than 1e-3, and the last digit of a kernel can change the number of its steps. So
+decisions that differ by more than rounding must be as near the reference's own solution at 1e-9 (trained_at()). A core may have another grid point
+only if both have equally few errors, and losses that differ by less than the tolerance (oracle_explains()). Then the reference is trained at our
+point and must decide as we do. A held-out row with a decision of 0 up to rounding may or may not count as an error, depending on the last digit of a
+kernel. No prediction may differ, with one exception: our exp is 0 below 2^-1021, numpy's goes down to 5e-324. For a trial that far from every support
+vector a core has the decision 0 here and for example 8e-320 there, which is a vote of the other sign. Reference decisions below FLUSHED count as 0,
+and their number is printed. At most OTHER_POINTS of all compared cores may have another grid point (2 of 2 415 have with --full, see
+classifier/README.md): a wrong search must not pass as many small differences.
 """
 import csv
 import fnmatch
@@ -31,7 +30,7 @@ from oracle_agreement_data import need_reference, real_trials, simulated_trials,
 ROUNDING = 1e-9
 FLUSHED = 1e-300
 OTHER_POINTS = 0.02
-SOLVER = 5e-3  # of a decision, and of the hinge loss of one held-out row: libsvm stops at a violation of 1e-3
+SOLVER = 5e-3  # for a decision, and for the hinge loss of one held-out row: libsvm stops at a violation of 1e-3
 REDUCTIONS = ("pvalue", "pvalue-paper", "pca", "pca-paper", "all")
 KINDS = {"pvalue": "pvalue", "pca": "pca", "all": "none"}
 
@@ -51,7 +50,7 @@ def folds_from(values):
 
 
 def score(oracle, core, X, y, folds, member, C, gamma, tol):
-    """Of one grid point, by the reference's own parts: errors, rows whose decision is 0 but for rounding, and hinge loss."""
+    """Scores of one grid point, by the reference's own code: errors, rows with a decision of 0 up to rounding, and hinge loss."""
     import numpy as np
     errors, doubtful, loss = 0, 0, 0.0
     for train, held in folds:
@@ -70,8 +69,8 @@ def members(cfg):
 
 
 def oracle_explains(oracle, core, X, y, folds, ours, our_errors, our_loss):
-    """Whether the reference scores both points alike, up to what the solvers are seen to be off, or would have taken ours had it
-    counted doubtful rows otherwise; prints the scores."""
+    """Whether the reference scores both points equally within the observed error of the solvers, or would have chosen ours with another count of the
+    doubtful rows. Prints the scores."""
     C, gamma, threshold = ours
     member = members(core.cfg).index(threshold)
     points = ((core.iview, core.C, core.gamma), (member, C, gamma))
@@ -79,7 +78,7 @@ def oracle_explains(oracle, core, X, y, folds, ours, our_errors, our_loss):
     (_, _, t1), (_, _, t2) = [score(oracle, core, X, y, folds, *p, 1e-9) for p in points]
     print(f"    theirs {points[0]}: {e1} errors, {d1} doubtful, loss {l1:.9g} (tolerance 1e-9: {t1:.9g}); "
           f"ours {points[1]}: {e2} errors, {d2} doubtful, loss {l2:.9g} (1e-9: {t2:.9g})")
-    # either side took the smaller of two losses that are off by so much each; ours at their point is not known: twice as much
+    # each side took the smaller of two losses with this error; the error of ours at their point is unknown: twice as much
     off = max(abs(l1 - t1), abs(l2 - t2), abs(our_loss - t2))
     if 4 * off > 4 * SOLVER * len(y) or not e2 <= our_errors <= e2 + d2:
         return False
@@ -97,8 +96,8 @@ def trained_at(oracle, cfg, point, tol, X, y, folds):
 
 
 def compare_core(oracle, core, X, y, folds, F, info, mine):
-    """What is to be said of a core: "equal", "stopped elsewhere", "another point" or "unexplained"; the difference of its
-    decisions on the test rows F; and the reference's decisions, at our point where the points differ for a reason."""
+    """Verdict on a core: "equal", "stopped elsewhere", "another point" or "unexplained"; the difference of its decisions on the test rows F; and the
+    reference's decisions, at our point if the difference of the points is explained."""
     import numpy as np
     *point, errors, loss, inputs = map(float, info)
     kind = "equal"
@@ -123,8 +122,8 @@ def compare_core(oracle, core, X, y, folds, F, info, mine):
 
 
 def compare_cores(oracle, tool, index, F, train, test, reduction):
-    """What is to be said of each core, and the number of unexplained differences. `F` features of the trials in the order of the
-    index; train and test: lists of groups."""
+    """Verdicts on the cores, and the number of unexplained differences. `F`: features of the trials in the order of the index; train and test: lists
+    of groups."""
     import numpy as np
     kind, _, paper = reduction.partition("-")
     cfg = dict(oracle.DEFAULT, reduce=KINDS[kind], nested=not paper)
@@ -164,7 +163,7 @@ def features_of(oracle, index):
 
 
 def sets(shared, weft, root, full):
-    """Name, and what writes an index into a folder, groups that train, groups that test."""
+    """Name, a function that writes an index into a folder, groups that train, groups that test."""
     def some(rows):
         labels = sorted({r[1] for r in rows})[:6:2]
         return [r for i, r in enumerate(rows) if full or (r[1] in labels and i // 2 % 2 == 0)]  # strokes come in pairs

@@ -21,7 +21,7 @@ def rows_of(path):
 
 
 def need_reference(shared):
-    """The reference as a module, on Debian's own Python; skips the scenario where either is absent."""
+    """The reference as a module, on Debian's own Python; skips the scenario if either is absent."""
     if not (shared / "oracle/fabric000.py").exists():
         skip("no reference in " + str(shared))
     if not os.path.exists(PYTHON) or subprocess.run([PYTHON, "-c", "import sklearn, scipy, h5py"], capture_output=True).returncode:
@@ -34,7 +34,7 @@ def need_reference(shared):
 
 
 def real_trials(kind, source, folder, chosen=lambda rows: rows, glob=()):
-    """An index of real_data.py, `chosen` of its rows, one label after the other: the reference numbers labels as met."""
+    """An index of real_data.py with the rows that `chosen` returns, sorted by label, because the reference numbers labels in the order of the rows."""
     subprocess.run([PYTHON, HERE / "real_data.py", kind, source, folder, *glob], check=True)
     index = folder / "index.csv"
     head, *rows = rows_of(index)
@@ -44,7 +44,7 @@ def real_trials(kind, source, folder, chosen=lambda rows: rows, glob=()):
 
 
 def simulated_trials(weft, root, folder, exploration, fabrics=("satin", "denim", "velvet"), repetitions=4):
-    """A campaign on the simulated bench, its HDF5 data set rewritten as the reference's CSV. Transfer rows are left out."""
+    """A campaign on the simulated bench, with its HDF5 data set rewritten as the reference's CSV, without transfer rows."""
     import h5py
     recipe = json.loads((root / f"recipes/library/{exploration}.json").read_text())
     recipe.update(repetitions=repetitions)
@@ -66,7 +66,7 @@ def simulated_trials(weft, root, folder, exploration, fabrics=("satin", "denim",
                 w.writerows([chr(phases[r]), *map(int, counts[r])] for r in rows if chr(phases[r]) in "SPME")
             index.append([name, trials["label"][i].decode(), str(int(trials["repetition"][i]) % 2)])
     with open(folder / "index.csv", "w", newline="") as f:
-        csv.writer(f).writerows([index[0]] + sorted(index[1:], key=lambda row: row[1]))  # the reference numbers labels as met
+        csv.writer(f).writerows([index[0]] + sorted(index[1:], key=lambda row: row[1]))  # the reference numbers labels in the order of the rows
     return folder / "index.csv"
 
 

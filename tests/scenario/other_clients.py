@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The examples for a shell and for MATLAB (run with GNU Octave) against weftd. Octave's is left out, with a message, where it is not installed.
+"""The examples for a shell and for MATLAB (run with GNU Octave) against weftd. Octave's is skipped with a message if it is not installed.
 
     other_clients.py WEFTD WEFT SOURCE_ROOT      all simulated
 """
@@ -15,7 +15,7 @@ import tempfile
 from python_client import write_recipes
 from weftd_support import PATIENCE_S, Client, Daemon, outlasted_its_lease, token_of
 
-LEASE_MS, OCTAVE_LEASE_MS = 2000, 5000  # of campaigns that take three times as long; each call of Octave begins programs, which takes a while
+LEASE_MS, OCTAVE_LEASE_MS = 2000, 5000  # for campaigns that take three times as long; each call of Octave starts programs, which takes time
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
 
 
@@ -26,7 +26,7 @@ def said_by(*words, status=0, **environment):
 
 
 def slow(daemon, lease_ms):
-    """The simulated bench takes its time: the small recipe lasts three leases and more."""
+    """Slows the simulated bench: the small recipe lasts at least three leases."""
     client = Client(daemon.socket)
     pace = client.call("recipe.check", recipe="small")["plan"]["eta_s"] / (3 * lease_ms / 1000)
     client.call("sim.clock", pace=pace)
@@ -67,7 +67,7 @@ def octave(daemon, token):
 
 
 def agrees(means, file):
-    """The same means by h5py, where that is installed."""
+    """h5py gives the same means, if it is installed."""
     try:
         import h5py
     except ImportError:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Rigs that differ from the 5-DoF bench, each on the emulated bench in real time: check, doctor, a small campaign by weftd
-with its live samples, verify, features. Each is a rig file of sim/rigs; all run side by side.
+"""Rigs that differ from the 5-DoF bench, each on the emulated bench in real time: check, doctor, a small campaign by weftd with its live samples,
+verify, features. Each is a rig file of sim/rigs; all run in parallel.
 
     other_rigs.py WEFT WEFTD WEFT_RIG SOURCE_ROOT [RIG ...]
 """
@@ -19,7 +19,7 @@ from weftd_support import Client, Daemon
 WEFT, WEFTD, WEFT_RIG, ROOT = sys.argv[1:4] + [pathlib.Path(sys.argv[4]).resolve()]
 TRIALS = 2
 SLIDE_MM = 6
-# Axes with a stage, where the others stand, taxels and their rate, how the page draws them, by depth or by force, where it slides.
+# Axes with a stage, positions of the others, taxels and their rate, their arrangement on the page, by depth or by force, place of the stroke.
 RIGS = {
     "emulated-xyz": {"axes": "xyz", "fixed": {"rx_rad": 0, "ry_rad": 0}, "taxels": 16, "rate_hz": 37, "shape": None, "wrench": False, "slide": "dy_mm"},
     "emulated-xz": {"axes": "xz", "fixed": {"y_m": 0.03, "rx_rad": 0, "ry_rad": 0}, "taxels": 16, "rate_hz": 37, "shape": None, "wrench": True, "slide": "dx_mm"},
@@ -30,7 +30,7 @@ RIGS = {
 
 
 def rig_in(folder, name):
-    """The rig file with free ports in the folder, its plate near where the stages home."""
+    """The rig file with free ports in the folder, its plate near the home positions of the stages."""
     rig = json.loads((ROOT / f"sim/rigs/{name}.json").read_text())
     rig["simulation"]["fabrics"] = str(ROOT / "sim/fabrics.json")
     rig["simulation"]["fidelity"] = str(ROOT / "sim/fidelity.json")
@@ -58,7 +58,7 @@ def recipe(of):
 
 
 def refused_recipe(of):
-    """What this rig cannot do, and where its check finds it."""
+    """A recipe that this rig cannot run, and the place that its check reports."""
     out = recipe(of)
     phases = out["explorations"]["M1"]["phases"]
     if not of["wrench"]:
@@ -78,7 +78,7 @@ def looked_over(t, folder, path, of):
     (folder / "refused.json").write_text(json.dumps(refused))
     ran = t.run("check", "refused.json", "--rig", path, cwd=folder)
     t.expect(ran.returncode != 0 and where in ran.stdout + ran.stderr, f"refused at {where}: {ran.stdout} {ran.stderr}")
-    for _ in range(3):  # a machine that is late for a moment sees another rate
+    for _ in range(3):  # a machine that is late for a moment measures another rate
         report = json.loads(t.run("doctor", "--rig", path, "--listen", 1, "--json", cwd=folder).stdout)
         taxels = next(device for device in report["devices"] if device["role"] == "taxels")
         if report["problems"] == 0 and abs(taxels["rate_hz"] / of["rate_hz"] - 1) < 0.05:
@@ -88,7 +88,7 @@ def looked_over(t, folder, path, of):
 
 
 def described(t, client, of):
-    """What the page draws the rig from."""
+    """The description from which the page draws the rig."""
     rig = client.call("rig.describe")
     travel = {key.rpartition("_")[0] for key in rig["travel"]}
     t.expect(travel == set(of["axes"]), f"axes: {rig['travel']}")
@@ -98,7 +98,7 @@ def described(t, client, of):
 
 
 def watched(client):
-    """A run to its end; returns how it ended, and its live samples by topic."""
+    """Follows a run to its end. Returns its end, and its live samples by topic."""
     topics = ["stream:force", "stream:stages", "stream:taxels"]
     lease = client.call("lease.acquire", ttl_ms=600000)["lease"]
     client.call("sub.open", topics=topics + ["run:*"], mode="every")
@@ -113,7 +113,7 @@ def watched(client):
 
 
 def sampled(t, told, of):
-    """What the page drew meanwhile."""
+    """The live samples, as the page draws them."""
     t.expect(bool(told["stream:force"]) == of["wrench"], f"force is told where it is measured: {len(told['stream:force'])}")
     t.expect(all(len(frame["counts"]) == of["taxels"] for frame in told["stream:taxels"]) and len(told["stream:taxels"]) > 50,
              f"frames of taxels: {len(told['stream:taxels'])}")
@@ -124,7 +124,7 @@ def sampled(t, told, of):
 
 
 def recorded(t, folder, run, of):
-    """The folder of the run: verified, and features of every taxel."""
+    """The folder of the run: verified, with features of every taxel."""
     place = folder / "data" / pathlib.Path(run["folder"]).name
     t.succeeds("verify", place, cwd=folder)
     features = folder / "features.csv"
@@ -138,7 +138,7 @@ def recorded(t, folder, run, of):
 
 
 class Ran:
-    """As tried() wants it."""
+    """The result in the form that tried() needs."""
 
     def __init__(self, run, told):
         self.run, self.told = run, told

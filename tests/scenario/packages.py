@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What cpack makes of the build tree: control fields, files, maintainer scripts, udev rules. script/try-packages installs them.
+"""Checks the packages that cpack makes of the build tree: control fields, files, maintainer scripts, udev rules. script/try-packages installs them.
 
     packages.py BUILD_DIR SOURCE_ROOT
 """
@@ -56,7 +56,7 @@ def control_fields(packages):
 
 
 def files(folder, packages):
-    """Every package has its files, and no file belongs to two of them."""
+    """Every package has its files, and no file belongs to two packages."""
     owners = {}
     for name, package in packages.items():
         root = folder / "files" / name
@@ -73,7 +73,7 @@ def files(folder, packages):
 
 
 def installed_sample(root):
-    """The sample rig names tables where package weft has them, and the unit the programs and the rig."""
+    """The sample rig names tables at their place in package weft, and the unit names the programs and the rig."""
     rig = json.loads((root / "weftd/usr/share/weft/sample-rig.json").read_text())
     for key in ("fabrics", "fidelity"):
         path = rig["simulation"][key]
@@ -102,7 +102,7 @@ def maintainer_scripts(folder, packages):
 
 
 def refuses_removal(folder, prerm):
-    """By what the daemon answers: a run that is active, or a rig that moves, keeps the package in place."""
+    """By the daemon's answer: an active run or a moving rig prevents the removal."""
     stubs = folder / "stubs"
     stubs.mkdir()
     (stubs / "deb-systemd-invoke").write_text("#!/bin/sh\n")
@@ -121,7 +121,7 @@ def refuses_removal(folder, prerm):
 
 
 def udev_rules(file):
-    """By udevadm where it can (systemd 254), else by the grammar of udev(7): keys, operators, and the jumps' labels."""
+    """Checks with udevadm if possible (systemd 254), else by the grammar of udev(7): keys, operators, and the jumps' labels."""
     if shutil.which("udevadm") and "verify" in run("udevadm", "--help"):
         run("udevadm", "verify", file)
     text = re.sub(r"\\\n", "", file.read_text())

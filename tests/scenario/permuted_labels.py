@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""The accuracy on simulated cloth comes from its physics: with the labels in random order nothing is left but chance.
+"""The accuracy on simulated fabric comes from its physics: with labels in random order only chance remains.
 
     permuted_labels.py WEFT SOURCE_ROOT
 
-Runs a campaign of six fabrics, ten repetitions each, on the simulated bench, then `weft evaluate --permute-labels`. For
-each way of reducing the features it asks that the answers given after training on shuffled labels are right as often as
-blind ones, within a bound that a method without a leak passes by chance once in 10 000 seeds, and that the true labels
-are far above it. The seeds are fixed: the outcome is the same every time.
+Runs a campaign of six fabrics, ten repetitions each, on the simulated bench, then `weft evaluate --permute-labels`. For each reduction of the
+features, the accuracy after training on shuffled labels must equal that of guessing, within a bound. A method without a leak exceeds the bound by
+chance once in 10 000 seeds. The accuracy with true labels must be far above it. The seeds are fixed, so the result is always the same.
 """
 import json
 import math
@@ -23,7 +22,7 @@ FALSE_ALARM = 1e-4  # for each of the reductions, both sides together
 
 
 def binomial_bound(n, p, false_alarm):
-    """Fewest and most successes of n such that either tail beyond holds at most half of `false_alarm`."""
+    """Fewest and most successes of n such that the tail beyond each has at most half of `false_alarm`."""
     log_p, log_q = math.log(p), math.log1p(-p)
     mass = [math.exp(math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1) + k * log_p + (n - k) * log_q)
             for k in range(n + 1)]
@@ -57,7 +56,7 @@ def judge(t, name, result):
 def main():
     t = Checks(sys.argv[1])
     root = pathlib.Path(sys.argv[2]).resolve()
-    # the bound itself against closed forms: a fair coin tossed three times, and no room at all
+    # checks the bound itself by closed forms: a fair coin tossed three times, and the widest bound
     t.expect(binomial_bound(3, 0.5, 0.2) == (0, 3) and binomial_bound(3, 0.5, 0.3) == (1, 2), "binomial bound")
     with tempfile.TemporaryDirectory(prefix="weft-permuted-") as folder:
         d = pathlib.Path(folder)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Drivers as shared objects, as a person meets them: the same data as the built-in ones, refusals with a sentence, and
-plugins at fault whose run ends with what was recorded and the rig at rest.
+"""Drivers as plugins, from a user's view: the same data as the built-in ones, refusals with a message, and faulty plugins. With a faulty plugin the
+run ends, its records are kept, and the rig is at rest.
 
     plugins.py WEFT SOURCE_ROOT BUILTIN_PLUGINS TEST_PLUGINS
 """
@@ -33,7 +33,7 @@ def recipe(root, d):
 
 
 def shipped_rig(root, name):
-    """A rig file of sim/rigs that can lie anywhere."""
+    """A rig file of sim/rigs that works in any folder."""
     r = json.loads((root / "sim/rigs" / name).read_text())
     for key in {"fabrics", "fidelity"} & r["simulation"].keys():
         r["simulation"][key] = str(root / "sim" / pathlib.Path(r["simulation"][key]).name)
@@ -53,7 +53,7 @@ def rig(root, d, name, driver=None, plugins=None, role="taxels", **config):
 
 
 def digital(root):
-    """bench17 with a Digital F/T sensor in the place of the Net F/T box."""
+    """bench17 with a Digital F/T sensor instead of the Net F/T box."""
     r = shipped_rig(root, "bench17.json")
     ft = next(device for device in r["devices"] if device["role"] == "wrench")
     ft.update(driver="ati_digital", config={"rate_hz": 100},
@@ -62,7 +62,7 @@ def digital(root):
 
 
 def recorded(folder):
-    """Digest of every sample of a campaign, stream by stream. Where one chunk ends and the next begins is the wall clock's."""
+    """Digest of every sample of a campaign, stream by stream. The ends of chunks depend on the wall clock and are ignored."""
     streams = {}
     with sqlite3.connect(folder / "campaign.sqlite") as campaign:
         for trial, stream, rows, lost, data in campaign.execute(
@@ -75,7 +75,7 @@ def recorded(folder):
 
 
 def same_data(t, d, root, builtin):
-    """Every driver from a shared object, on a rig that has it: not one bit of what is recorded changes."""
+    """Every driver as a plugin, on a rig that uses it: no recorded bit changes."""
     driven = set()
     for name, document, told in (("plain", shipped_rig(root, "bench17.json"), RECIPE), ("digital", digital(root), RECIPE),
                                  ("vibro", shipped_rig(root, "vibro17.json"), RECIPE),
@@ -124,7 +124,7 @@ def refusals(t, d, root, test_plugins):
 
 
 def places(t, d, root, test_plugins):
-    """The three ways to say where plugins are."""
+    """The three ways to name the place of plugins."""
     plain = rig(root, d, "harmless.json", "taxel_array_misbehaving", trouble="none")
     listed = rig(root, d, "listed.json", "taxel_array_misbehaving", [os.path.relpath(test_plugins, d)], trouble="none")
     t.expect(t.run("check", RECIPE, "--rig", plain, "--plugins", test_plugins, cwd=d).returncode == 0, "--plugins")
@@ -156,7 +156,7 @@ def faults(t, d, root, test_plugins):
         t.expect(summary["rig"] == "safe" and summary["cleanup"] == "done", f"{trouble}: {summary}")
     ran = run("received", "early", samples=3)
     t.expect(ran.returncode == 1 and "one sample too many" in ran.stdout, f"while the bench comes up: {ran.stdout}")
-    # A stage at fault is stopped and left alone. The probe cannot be taken off the cloth without z: the rig says so.
+    # A faulty stage is stopped and no longer used. Without z the probe cannot leave the fabric: the rig reports it.
     for role, samples, rig_fact in (("x", 300, "safe"), ("z", 3000, "unknown")):
         ran = run("received", f"stage-{role}", samples, role, "thorlabs_apt_misbehaving")
         summary = json.loads(ran.stdout)

@@ -1,5 +1,5 @@
-// A file system that cannot do one thing, as some network shares: preloaded, it refuses the call
-// that POOR_DISK names.
+// A file system without one function, like some network shares: preloaded, it refuses the call that
+// POOR_DISK names.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -11,8 +11,8 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
-/// What the program would have called; POSIX lets an object pointer be a function's, ISO C does
-/// not.
+/// The function that the program would have called. POSIX allows a conversion of an object pointer
+/// to a function pointer, ISO C does not.
 #define NEXT(function, name) *(void**)(&(function)) = dlsym(RTLD_NEXT, name)
 
 static int refuses(const char* what) {

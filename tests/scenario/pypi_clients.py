@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Programs of others, from PyPI at pinned versions (pypi_clients.txt) and unmodified, drive the emulated bench: pylablib and
-thorlabs-apt-device two stages each at the same time, NetFT the force sensor, pymodbus a Digital F/T sensor. What they read is
-laid beside weft-rig's own truth and the document's figures.
+"""Third-party programs, from PyPI at pinned versions (pypi_clients.txt) and unmodified, drive the emulated bench: pylablib and thorlabs-apt-device
+two stages each at the same time, NetFT the force sensor, pymodbus a Digital F/T sensor. Their readings are compared with weft-rig's own truth and the
+document's figures.
 
-    pypi_clients.py WEFT_RIG SOURCE_ROOT FOLDER      FOLDER holds their virtual environment and is made where there is none
+    pypi_clients.py WEFT_RIG SOURCE_ROOT FOLDER      FOLDER has their virtual environment, and is made if it does not exist
 
-Exit 77 (skipped) where PyPI cannot be reached or is too slow.
+Exit 77 (skipped) if PyPI cannot be reached or is too slow.
 """
 import concurrent.futures
 import json
@@ -32,12 +32,12 @@ from emulated_support import PLATE_KG, ServedRig, free_port, near_home, rig_file
 from pypi_registers import digital
 from pypi_stages import ARRIVED_S, LTS, PRM, Place, Pylablib, ThorlabsAptDevice, kdc, lts, pylablib_motor, until
 
-FORCE_N, ONE_N = 0.02, 0.1  # of the mean of 100 readings, and of one
+FORCE_N, ONE_N = 0.02, 0.1  # for the mean of 100 readings, and for one
 SURFACE_MM, PRESS_N = 16, 3
 
 
 def mean(sensor, count, per_n, per_nm):
-    """Of so many records, in N and N m."""
+    """Mean of `count` records, in N and N m."""
     sums = [0] * 6
     sensor.getMeasurements(count)
     for _ in range(count):
@@ -46,7 +46,7 @@ def mean(sensor, count, per_n, per_nm):
 
 
 def force_sensor(t, served, place, page, z_port, angle_deg):
-    """Its page's units, one reading, a stream, a press of the z stage's, and bias. The plate hangs at `angle_deg`."""
+    """Its page's units, one reading, a stream, a press by the z stage, and bias. The plate is tilted by `angle_deg`."""
     with urllib.request.urlopen(f"http://127.0.0.1:{page}/netftapi2.xml", timeout=5) as reply:
         told = xml.etree.ElementTree.fromstring(reply.read())
     units = [int(told.find(tag).text) for tag in ("cfgcpf", "cfgcpt")]
@@ -66,9 +66,9 @@ def force_sensor(t, served, place, page, z_port, angle_deg):
     sensor.thread.join(6)
     drain(sensor)
     press(t, served, sensor, units, z_port, expected)
-    sensor.send(0x42)  # bias: the box's, where tare() is this program's own
+    sensor.send(0x42)  # the bias of the box; tare() below is this program's own
     time.sleep(0.1)
-    zero = mean(sensor, 100, *units)  # from one reading's noise
+    zero = mean(sensor, 100, *units)  # the bias comes from one reading with its noise
     t.expect(all(abs(v) < ONE_N for v in zero[:3]) and all(abs(v) < ONE_N / 50 for v in zero[3:]), f"NetFT: biased {zero}")
     sensor.tare(100)
     tared = mean(sensor, 100, *units)
@@ -86,7 +86,7 @@ def drain(sensor):
 
 
 def press(t, served, sensor, units, z_port, unloaded):
-    """pylablib lowers the z stage onto a patch of denim; what NetFT reads is what touches in truth."""
+    """pylablib lowers the z stage onto a patch of denim; NetFT must read the true contact force."""
     assert served.order(order="mount", fabric="denim", patch_seed=7)["ok"]
     motor = pylablib_motor(z_port, LTS)
     motor.home(timeout=ARRIVED_S)
@@ -96,7 +96,7 @@ def press(t, served, sensor, units, z_port, unloaded):
         motor.move_to(mm)
         motor.wait_move(timeout=ARRIVED_S)
         truth_n = served.order(order="truth")["contact_force_n"]
-    time.sleep(0.5)  # the cloth relaxes: what touches falls while it is read
+    time.sleep(0.5)  # the fabric relaxes: the contact force falls during the reading
     before_n = served.order(order="truth")["contact_force_n"]
     read_n = mean(sensor, 100, *units)[2] - unloaded[2]
     after_n = served.order(order="truth")["contact_force_n"]
@@ -110,8 +110,8 @@ def press(t, served, sensor, units, z_port, unloaded):
 
 
 def bench(root, folder):
-    """emulated17 near its homes, its denim 16 mm from that of z, with TCP beside the terminals, and a box at an address of its own:
-    NetFT takes no other port than a box's."""
+    """emulated17 near its home positions, its denim 16 mm from that of z, with TCP beside the terminals, and a box at its own address, because NetFT
+    uses only a box's port."""
     path, rig = rig_file(root, folder)
     near_home(path, rig)
     devices = {device["name"]: device for device in rig["devices"]}

@@ -10,7 +10,7 @@ import sys
 import tempfile
 
 SKIPPED = 77
-LIMIT_S = 150  # for all packages; they come in 10 to 70 s
+LIMIT_S = 150  # for all packages, which take 10 to 70 s
 PINNED_FOR = ("CPython", "3.11", "Linux", "x86_64")
 
 
@@ -25,7 +25,7 @@ def pip(python, *arguments, limit_s):
 
 
 def reachable(python):
-    """Whether the index that pip is set to (PyPI or a mirror) gives anything at all: pip itself, of any version."""
+    """Whether pip's index (PyPI or a mirror) delivers anything: pip itself, of any version."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             return pip(python, "download", "-q", "--no-deps", "--no-cache-dir", "--retries", 1, "--timeout", 10, "-d", folder, "pip",
@@ -35,7 +35,7 @@ def reachable(python):
 
 
 def install(python, pins):
-    """The pinned wheels, each with its digest. Skips where PyPI cannot be reached or is too slow; any other failure is one."""
+    """Installs the pinned wheels, each with its digest. Skips if PyPI cannot be reached or is too slow; any other failure is an error."""
     try:
         said = pip(python, "install", "-q", "--no-deps", "--only-binary", ":all:", "--require-hashes", "--retries", 1, "--timeout", 15,
                    "-r", pins, limit_s=LIMIT_S)
@@ -49,7 +49,7 @@ def install(python, pins):
 
 
 def made(folder, pins):
-    """Python of the environment in `folder`, made anew where it is not complete or has other packages than `pins`."""
+    """Python of the environment in `folder`, which is made again if it is incomplete or has other packages than `pins`."""
     found = (platform.python_implementation(), "{}.{}".format(*sys.version_info), platform.system(), platform.machine())
     if found != PINNED_FOR:
         skip(f"the wheels of {pins.name} are for {' '.join(PINNED_FOR)}, this is {' '.join(found)}")
@@ -67,7 +67,7 @@ def made(folder, pins):
 
 
 def enter(folder, pins):
-    """Goes on with this program in the environment's Python."""
+    """Continues this program in the environment's Python."""
     if pathlib.Path(sys.prefix).resolve() == pathlib.Path(folder).resolve():
         return
     python = made(pathlib.Path(folder), pathlib.Path(pins))

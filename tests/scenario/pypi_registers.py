@@ -1,4 +1,4 @@
-"""pymodbus as PyPI has it reads and writes the registers of the emulated Digital F/T sensor."""
+"""pymodbus from PyPI reads and writes the registers of the emulated Digital F/T sensor."""
 import json
 import pathlib
 import socket
@@ -15,7 +15,7 @@ from pypi_stages import until
 
 
 class Answer(ModbusPDU):
-    """One byte of data, as the vendor's functions take and give it."""
+    """One byte of data, as in requests and answers of the vendor's functions."""
 
     rtu_frame_size = 5
     data = 0

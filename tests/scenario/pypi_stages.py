@@ -1,5 +1,5 @@
-"""Two stage programs of others, pylablib and thorlabs-apt-device, at one emulated stage each: from before its homing to a reconnection.
-What they say is laid beside weft-rig's truth and the document's figures (docs/reference/device-facts.md)."""
+"""Two third-party stage programs, pylablib and thorlabs-apt-device, at one emulated stage each: from before its homing to a reconnection. Their
+output is compared with weft-rig's truth and the document's figures (docs/reference/device-facts.md)."""
 import time
 
 from pylablib.devices import Thorlabs
@@ -7,13 +7,13 @@ from thorlabs_apt_device import KDC101
 from thorlabs_apt_device.devices.aptdevice_motor import APTDevice_Motor
 from thorlabs_apt_device.enums import EndPoint
 
-# Counts per unit, and per unit/s and unit/s^2 as the controllers take them: mm and degrees.
+# Counts per unit, and per unit/s and unit/s^2 in the controllers' scale; units are mm and degrees.
 LTS = (409600, 409600 * 53.68, 409600 * 53.68 * 204.94e-6)
 PRM = (1919.6418578623391, *(1919.6418578623391 * 65536 * (2048 / 6e6) ** power for power in (1, 2)))
 SPEED, ACCELERATION, STEP = 2, 8, 0.1
-JOGGED = (0.2, 4)  # units that 0.3 s at most go on a machine that may be late
+JOGGED = (0.2, 4)  # distance in units of 0.3 s of motion, on a machine that may be late
 ARRIVED_S = 20
-TRUTH_MM = 1.5e-3  # the emulated stage stands on multiples of 1 um
+TRUTH_MM = 1.5e-3  # the emulated stage moves in multiples of 1 um
 
 
 def until(found, what, limit_s=ARRIVED_S):
@@ -24,7 +24,7 @@ def until(found, what, limit_s=ARRIVED_S):
 
 
 class Place:
-    """Where a stage stands in truth: x and y by the point of cloth under the probe. Of the tilts nothing tells it here: axis None."""
+    """True position of a stage: for x and y by the point of fabric under the probe. The true tilts are not available here: axis None."""
 
     def __init__(self, t, served, axis):
         self.t, self.served, self.axis = t, served, axis
@@ -40,9 +40,9 @@ def pylablib_motor(port, scale):
 
 
 class Pylablib:
-    """`jog_sign`: which way "+" goes on this model, which is direction 2 of the messages."""
+    """`jog_sign`: direction of "+" on this model, which is direction 2 of the messages."""
 
-    LAST = 4  # units: where it leaves the stage
+    LAST = 4  # units: its final position of the stage
 
     def __init__(self, t, place, port, identity, scale, jog_sign):
         self.t, self.place, self.identity, self.scale, self.jog_sign = t, place, identity, scale, jog_sign
@@ -72,7 +72,7 @@ class Pylablib:
         given = self.moves()
         self.jogs()
         self.motor.move_to(self.LAST)
-        self.motor.close()  # in the middle of a move: the stage goes on
+        self.motor.close()  # during a move, which continues
         self.motor = self.connect()
         self.at(self.LAST)
         self.expect(self.motor.is_homed() and self.motor.get_velocity_parameters() == given, "what was set is lost with the connection")
@@ -118,7 +118,7 @@ class Pylablib:
 
 
 def lts(path, home):
-    """The library has no class for an LTS; this is its general one, told that it is a unit with one channel."""
+    """The library has no class for an LTS; this is its general one, set to a unit with one channel."""
     return APTDevice_Motor(serial_port=path, home=home, controller=EndPoint.USB, bays=(EndPoint.USB,), status_updates="polled")
 
 
@@ -127,7 +127,7 @@ def kdc(path, home):
 
 
 class ThorlabsAptDevice:
-    """Its orders are queued and its status is asked for every 10 ms in another thread. On both models "forward" is to count up."""
+    """Its orders are queued, and another thread polls its status every 10 ms. On both models "forward" counts up."""
 
     LAST = 1
 
@@ -148,7 +148,7 @@ class ThorlabsAptDevice:
         until(found, f"{self.who}: {what}")
 
     def rest(self):
-        """Where the stage stands: no motion, and the same place for 0.2 s."""
+        """Position of the stage at rest: no motion, and the same position for 0.2 s."""
         def stands():
             before = self.seen["position"]
             time.sleep(0.2)
@@ -193,7 +193,7 @@ class ThorlabsAptDevice:
     def moves(self, unit):
         self.device.move_absolute(2 * unit)
         self.at(2 * unit)
-        self.device.move_absolute(unit, now=False)  # its place as a parameter, and the message without one
+        self.device.move_absolute(unit, now=False)  # the position as a parameter, and then the message without one
         self.device.move_absolute()
         self.at(unit)
         self.device.move_relative(unit // 2)

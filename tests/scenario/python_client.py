@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""clients/python installed by pip into clean virtual environments, without a registry: its scene against weftd, and the notebook's cells as a script.
+"""Installs clients/python with pip into clean virtual environments, without a registry; then runs its scene against weftd, and the notebook's cells
+as a script.
 
     python_client.py WEFTD WEFT SOURCE_ROOT      all simulated
 """
@@ -34,7 +35,7 @@ def missing():
 
 
 def environment(folder, name, *options):
-    """A virtual environment with the client in it, as `pip install clients/python` makes it; its Python."""
+    """Makes a virtual environment with the client, as `pip install clients/python` does. Returns its Python."""
     run(sys.executable, "-m", "venv", *options, folder / name)
     python = folder / name / "bin/python"
     offline = {**os.environ, "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(WHEELS), "PIP_DISABLE_PIP_VERSION_CHECK": "1"}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""clients/python/src/weft_client/_methods.py is what the daemon's OpenRPC document makes of it.
+"""clients/python/src/weft_client/_methods.py must equal the generator's output for the daemon's OpenRPC document.
 
-    python_client_methods.py WEFTD SOURCE_ROOT [--write]      --write: make the file
+    python_client_methods.py WEFTD SOURCE_ROOT [--write]      --write: write the file
 """
 import pathlib
 import sys

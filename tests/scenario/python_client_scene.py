@@ -1,6 +1,6 @@
-"""What the Python client does with a daemon on the simulated bench, by the client that is installed. Run by python_client.py.
+"""Uses the installed Python client with a daemon on the simulated bench. Run by python_client.py.
 
-    python_client_scene.py SCENE.json      where the daemons are, tokens and certificates
+    python_client_scene.py SCENE.json      places of the daemons, tokens and certificates
 """
 import asyncio
 import hashlib
@@ -32,7 +32,7 @@ def until(watch, state):
 
 
 def held(client, lease, **how):
-    """A run that is under way and waits to go on."""
+    """A run that is paused."""
     run = client.start("long", lease, **how)
     with run.watch(mode="every") as watch:
         until(watch, "running")
@@ -90,7 +90,7 @@ def people(client, lease):
 
 
 async def side_by_side(client, lease):
-    """Two watches on one event loop, while a run goes from one end to the other."""
+    """Two watches on one event loop during a whole run."""
     run = client.start("small", lease)
 
     async def states(**how):
@@ -117,7 +117,7 @@ def halt(client, scene, lease):
     recipes = pathlib.Path(scene["folder"]) / "recipes"
     (recipes / "gone.json").write_text((recipes / "small.json").read_text())
     waits = client.start("gone", lease)
-    (recipes / "gone.json").unlink()  # before it begins
+    (recipes / "gone.json").unlink()  # before the run begins
     client.reset("and again")
     client.api.queue.start(lease=lease.name)
     end = waits.wait()
@@ -141,7 +141,7 @@ def leases(client, scene):
         with connect(scene["tcp"], token=scene["operator"]) as other:
             refused(WeftError, other.lease)
             with other.watch("lease:*") as watch:
-                while lease.expires_us < expires + 1_000_000:  # two renewals at least
+                while lease.expires_us < expires + 1_000_000:  # at least two renewals
                     watch.next(0.1)
         client.api.lease.break_(lease=lease.name, reason="a test")
         assert lost.wait(PATIENCE_S) and isinstance(lease.lost, WeftError), lease.lost
@@ -182,13 +182,13 @@ def fetched(run, folder):
     run.download("certificate.json", folder / "mine.json")
     refused(RequestError, run.download, "tokens.json", folder)
     assert sorted(p.name for p in folder.iterdir()) == ["dataset.h5", "mine.json"]
-    for name in ("dataset.h5", "certificate.json"):  # a folder that is not there yet
+    for name in ("dataset.h5", "certificate.json"):  # a folder that does not exist yet
         run.download(name, f"{folder}/there/")
     assert sorted(p.name for p in (folder / "there").iterdir()) == ["certificate.json", "dataset.h5"]
 
 
 def altered(run, folder):
-    """A file that somebody wrote to is not handed out as what was recorded."""
+    """A file that was changed is refused as a download."""
     file = run.folder() / "dataset.h5"
     whole = file.read_bytes()
     file.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A rig file that says "real": nothing in it is of an emulator, and a person mounts the cloth. Behind the ports is weft-rig all the same,
-so what comes out is SIMULATED whatever it says; the cloth is mounted by this script, in the person's place.
+"""A "real" rig file: it has no emulator, and a person mounts the fabric. Behind the ports is weft-rig, so the data are SIMULATED in spite of their
+bench kind. This script mounts the fabric instead of the person.
 
     real_bench.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -28,7 +28,7 @@ def recipe(root, d):
 
 
 def real(d, rig):
-    """The rig as it would be written for the devices themselves."""
+    """The rig as a user would write it for the devices themselves."""
     rig = json.loads(json.dumps(rig))
     rig["bench"] = "real"
     del rig["simulation"]

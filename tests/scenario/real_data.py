@@ -4,8 +4,8 @@
     real_data.py fabricslide SRC OUT [GLOB]     group = repetition; GLOB such as '*V*10mmps_*'
     real_data.py icub20 SRC OUT                 group = fold
 
-For oracle_agreement and the Python reference: index.csv and files of phase and channels, all of phase M. icub20 as filed:
-`weft dataset import` puts the steps of its slides in the order of time.
+For oracle_agreement and the Python reference: index.csv and files of phase and channels, all of phase M. icub20 as filed: `weft dataset import` puts
+the steps of its slides in the order of time.
 """
 import csv
 import pathlib

@@ -1,8 +1,7 @@
-/* Preloaded into a program: each pseudo-terminal /dev/pts/N is the serial port /dev/ttyPTSN, with
- * modem lines and a device behind it in /sys, so that libserialport opens it
- * (docs/reference/device-facts.md, Serial ports).
- * Each port that is opened so, and each change of its RTS line, is a line of the file
- * WEFT_REAL_PORT_LOG. */
+/* Preloaded into a program: each pseudo-terminal /dev/pts/N becomes the serial port /dev/ttyPTSN,
+ * with modem lines and a device behind it in /sys, so that libserialport opens it
+ * (docs/reference/device-facts.md, Serial ports). Each port opened this way, and each change of its
+ * RTS line, adds a line to the file WEFT_REAL_PORT_LOG. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -52,7 +51,7 @@ struct Name {
   char text[PATH_MAX];
 };
 
-/* What the kernel calls it. */
+/* The kernel's name of the port. */
 static struct Name kernels(const char* path) {
   struct Name name;
   if (begins(path, port))

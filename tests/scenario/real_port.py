@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What a real serial port takes: the lines of the emulated bench opened by libserialport, which opens no pseudo-terminal by itself, through a
-preloaded shim that makes one of each (real_port.c; docs/reference/device-facts.md, Serial ports). The bench is looked over with unmodified
-drivers; then a port that is in use, one that is none and one that is not there.
+"""Tests real serial ports: libserialport opens the lines of the emulated bench. It opens no pseudo-terminal, so a preloaded shim makes each look like
+a serial port (real_port.c; docs/reference/device-facts.md, Serial ports). weft doctor checks the bench with unmodified drivers; then a port in use, a
+file that is not a port, and a missing one.
 
     real_port.py WEFT WEFT_RIG SOURCE_ROOT SHIM
 """
@@ -21,7 +21,7 @@ SERIAL = [*STAGES, "taxels"]
 
 
 class Ports:
-    """`weft` with the shim before it."""
+    """`weft` with the preloaded shim."""
 
     def __init__(self, t, d, shim):
         self.t, self.d, self.log = t, d, d / "ports.log"

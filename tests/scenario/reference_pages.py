@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""docs/reference/{recipe,rig,cli,errors}.md are what schemas, programs and sources say of themselves.
+"""docs/reference/{recipe,rig,cli,errors}.md must match the descriptions in schemas, programs and sources.
 
-    reference_pages.py WEFT WEFTD WEFT_RIG SOURCE_ROOT [--write]      --write: make the pages
+    reference_pages.py WEFT WEFTD WEFT_RIG SOURCE_ROOT [--write]      --write: write the pages
 """
 import json
 import pathlib
@@ -20,7 +20,7 @@ def number(value):
 
 
 def bounds(schema):
-    """What a value may be, in a few words."""
+    """The range of a value in a few words."""
     low = f"from {number(schema['minimum'])}" if "minimum" in schema else f"above {number(schema['exclusiveMinimum'])}" if "exclusiveMinimum" in schema else ""
     high = f"to {number(schema['maximum'])}" if "maximum" in schema else ""
     return " ".join(x for x in (low, high) if x)
@@ -52,7 +52,7 @@ def shape(schema):
 
 
 def alternatives(schema):
-    """An object that is one of several, each with a name and a list of its own, as a table."""
+    """A table for an object that is one of several, each with a name and its own list."""
     yield "| name | each of its values | bounds | |\n|---|---|---|---|"
     for each in schema["oneOf"]:
         name, values = each["properties"]["name"], each["properties"]["values"]
@@ -61,7 +61,7 @@ def alternatives(schema):
 
 
 def rows(schema, definitions=None):
-    """The keys of an object, as a table."""
+    """A table of the keys of an object."""
     if "oneOf" in schema and "properties" not in schema:
         yield from alternatives(schema)
         return
@@ -78,14 +78,14 @@ def rows(schema, definitions=None):
 
 
 def objects(schema):
-    """Objects that stand in their place, without a name of their own among the definitions."""
+    """Objects defined in place, without a name among the definitions."""
     for key, value in schema.get("properties", {}).items():
         if "object" in value.get("type", "") and "properties" in value:
             yield key, value
 
 
 def without_references(schema):
-    """A value may be a reference to a parameter nearly everywhere: the page says so once."""
+    """Removes the alternative "reference to a parameter", which exists nearly everywhere: the page states it once."""
     if isinstance(schema, list):
         return [without_references(part) for part in schema]
     if not isinstance(schema, dict):

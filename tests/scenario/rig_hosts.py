@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Hosts of weft-rig as strangers write them, with the standard library alone, from the protocols' documents: one that goes without a
-word, one that reads nothing, one that asks for all that a controller lists, messages that no document has, Modbus clients side by side.
+"""Unusual hosts of weft-rig, with the standard library only, written from the protocols' documents: one that leaves silently, one that reads nothing,
+one that requests everything a controller lists, messages that no document has, Modbus clients in parallel.
 
     rig_hosts.py WEFT_RIG SOURCE_ROOT
 """
@@ -18,8 +18,8 @@ import time
 from emulated_support import ServedRig, digital_rig, free_port, rig_file
 
 COMPLETED, UPDATE, MOVING, JOGGING, HOMING = 0x0464, 0x0491, 0x30, 0xC0, 0x200
-# REQ, GET and the bytes of data (none: a header alone): "Messages applicable to" TDC001 and KDC101, and to LTS150, in Thorlabs' issue of
-# December 2025, with the REQ and GET of the triples of which it lists the SET alone.
+# REQ, GET and the bytes of data (none: only a header): "Messages applicable to" TDC001 and KDC101, and to LTS150, in Thorlabs' issue of December
+# 2025; also the REQ and GET of triples of which it lists only the SET.
 BOTH = [(0x0005, 0x0006, 84), (0x0211, 0x0212, 0), (0x0414, 0x0415, 14), (0x0417, 0x0418, 22), (0x043B, 0x043C, 6),
         (0x0446, 0x0447, 6), (0x0451, 0x0452, 6), (0x0441, 0x0442, 14), (0x0424, 0x0425, 16), (0x04B7, 0x04B8, 16),
         (0x0429, 0x042A, 6), (0x0411, 0x0412, 6)]
@@ -29,7 +29,7 @@ STAGE = BOTH + [(0x04F5, 0x04F6, 4), (0x0480, 0x0481, 14)]
 
 
 class Terminal:
-    """The port opened as a file, nothing set on it."""
+    """The port opened as a file, without settings."""
 
     def __init__(self, path):
         self.port = os.open(path, os.O_RDWR | os.O_NOCTTY)
@@ -57,7 +57,7 @@ class Terminal:
         return data
 
     def message(self, seconds=10):
-        """Its id and its data, or the two parameters."""
+        """Its id, and its data or the two parameters."""
         number, length, to, source = struct.unpack("<HHBB", self.exactly(6, seconds))
         assert (to & 0x7F, source) == (0x01, 0x50), (hex(number), to, source)
         return number, self.exactly(length) if to & 0x80 else length.to_bytes(2, "little")
@@ -68,7 +68,7 @@ class Terminal:
 
 
 def a_second_one(weft_rig, file, rig):
-    """Another weft-rig on the same rig file is refused before it has touched a port of the first."""
+    """Another weft-rig on the same rig file is refused before it touches a port of the first."""
     places = [pathlib.Path(device["link"]["path"]) for device in rig["devices"] if device["link"]["kind"] == "serial"]
     before = [os.readlink(place) for place in places]
     second = subprocess.run([weft_rig, str(file)], capture_output=True, text=True, timeout=60)
@@ -81,7 +81,7 @@ def gone_without_a_word(path):
         rude.send(0x0011)
         for _ in range(50):
             assert rude.message(2)[0] == UPDATE
-        rude.silent(0.5)  # nobody has acknowledged fifty
+        rude.silent(0.5)  # after fifty messages without an acknowledgement
         os.write(rude.port, bytes.fromhex("53040600D0010100"))  # four bytes of a position are missing
     time.sleep(0.7)
     with Terminal(path) as polite:
@@ -109,7 +109,7 @@ def reads_nothing(path):
         time.sleep(0.5)
     time.sleep(0.1)
     with Terminal(path) as other:
-        other.silent(0.3)  # what the one before left unread is not the next one's
+        other.silent(0.3)  # unread bytes of the earlier host must not reach the next one
         other.send(0x0211, 1)
         assert other.message() == (0x0212, b"\1\1")
 
@@ -117,9 +117,9 @@ def reads_nothing(path):
 def asks_everything(path, listed):
     with Terminal(path) as host:
         for request, reply, size in listed:
-            host.send(0x0FFF, 1)  # no such message, short and long, its data full of what looks like requests
+            host.send(0x0FFF, 1)  # unknown messages, short and long, with data that looks like requests
             host.send_data(0x0FFE, bytes.fromhex("050000005001") * 5)
-            host.send_data(0x0413, bytes.fromhex("050000005001") * 5)  # one that there is, of a length that it has not
+            host.send_data(0x0413, bytes.fromhex("050000005001") * 5)  # a known message with a wrong length
             host.send(request, 1)
             number, data = host.message(2)
             assert number == reply and len(data) == (size or 2), (hex(request), hex(number), len(data))
@@ -127,7 +127,7 @@ def asks_everything(path, listed):
 
 
 def says_what_it_does(path):
-    """Homing and jogging are told from moving, and moving is told in all of them."""
+    """The status distinguishes homing and jogging from moving, and shows moving in all of them."""
     with Terminal(path) as host:
         def bits():
             host.send(0x0429, 1)

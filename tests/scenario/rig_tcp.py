@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""weft-rig --tcp: every device on TCP beside its own port, and the box's pages, for programs that open no pseudo-terminal. Hosts that
-come, half-close, and go in the middle of a message.
+"""weft-rig --tcp: every device on TCP beside its own port, and the box's pages, for programs that open no pseudo-terminal. Also hosts that connect,
+half-close, and leave in the middle of a message.
 
     rig_tcp.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -63,7 +63,7 @@ def main():
             with urllib.request.urlopen(f"http://127.0.0.1:{page[1]}/netftapi2.xml", timeout=5) as reply:
                 t.expect(b"<cfgcpf>1000000</cfgcpf>" in reply.read(), "the box's page")
 
-            with host(ports["stage.y"]) as s:  # as nc -N does: all that is asked is answered, and the end is clean
+            with host(ports["stage.y"]) as s:  # like nc -N: all requests are answered, and the end is clean
                 s.sendall(ASK_INFO)
                 s.shutdown(socket.SHUT_WR)
                 t.expect(len(all_of(s)) == 90, "90 bytes and an end, no reset")

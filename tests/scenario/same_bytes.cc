@@ -1,5 +1,5 @@
-// Prints one digest per part of the simulation: every bit of what the plant computes at each level.
-// script/same-bytes builds it with several compilers and compares the lines.
+// Prints one digest per part of the simulation, over every bit that the plant computes at each
+// level. script/same-bytes builds it with several compilers and compares the lines.
 
 #include <cmath>
 #include <cstdio>
@@ -32,7 +32,8 @@ void add(Digest& digest, const ContactState& contact) {
   for (const double velocity : contact.velocity_mps) digest.add(velocity);
 }
 
-/// Lowered to the cloth, pressed, dragged along both axes, lifted; a plant steps and pads convert.
+/// Lowers the probe onto the fabric, presses, drags it along both axes and lifts it; the plant
+/// steps and the pads convert.
 void plant_run(const char* what, const PlantParams& params, const FabricLibrary& table) {
   Digest digest;
   for (const char* name : {"corduroy", "silk", "terry"}) {
@@ -66,7 +67,7 @@ void plant_run(const char* what, const PlantParams& params, const FabricLibrary&
   digest.print(what);
 }
 
-/// A sensor and a table of cloths with all that is off where nobody calibrated.
+/// A sensor and a fabric table with all effects that are off without a calibration.
 PadParams busy_pads() {
   PadParams pads;
   pads.noise_per_count = 0.02;
@@ -85,7 +86,8 @@ FabricLibrary worn_and_covered(FabricLibrary table) {
   return table;
 }
 
-/// Eight touches of one piece, put on anew after four: each begins with what the last one left.
+/// Eight trials of one piece, mounted again after four: each begins in the state that the last one
+/// left.
 void touch_run(const char* what, PlantParams params, const FabricLibrary& table) {
   Digest digest;
   params.pads = busy_pads();

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The checklist of docs/add-a-device.md, tried: the SDK is installed somewhere, the sample driver built against it out of
-tree, by another compiler where there is one, and a device that speaks its lines is found on an emulated rig.
+"""Tests the checklist of docs/add-a-device.md: installs the SDK, builds the sample driver against it out of tree (with another compiler if there is
+one), and finds a device of its protocol on an emulated rig.
 
     sample_driver.py WEFT WEFT_RIG SOURCE_ROOT BUILD
 """
@@ -20,7 +20,7 @@ from emulated_support import ServedRig, rig_file
 
 MOST_LINES = 100
 RATE_HZ = 37
-LOST_FRAME = 20  # every so many frames one number is left out
+LOST_FRAME = 20  # interval of frames after which one number is left out
 
 
 class LineTaxels:
@@ -29,7 +29,7 @@ class LineTaxels:
     def __init__(self, path):
         self.master, slave = pty.openpty()
         tty.setraw(slave)
-        self.slave = slave  # kept open, so that the port survives a host that goes
+        self.slave = slave  # kept open, so that the port survives a host that leaves
         path.parent.mkdir(parents=True, exist_ok=True)
         path.symlink_to(os.ttyname(slave))
         self.over = threading.Event()
@@ -47,7 +47,7 @@ class LineTaxels:
         while not self.over.wait(1 / RATE_HZ):
             number += 2 if number % LOST_FRAME == 0 else 1
             line = ",".join(str(n) for n in [number, *range(1000, 1016)]) + "\n"
-            os.write(self.master, line[:7].encode())  # in two pieces, as serial lines come
+            os.write(self.master, line[:7].encode())  # in two pieces, as on serial lines
             os.write(self.master, line[7:].encode())
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A stage of another maker: docs/sample_driver/line_stage.cpp, built against the installed SDK out of tree, drives a stage that
-takes lines of text in the place of x, in a short campaign on the emulated bench; one that is silent ends the campaign by name.
+"""A stage of another maker: docs/sample_driver/line_stage.cpp, built out of tree against the installed SDK, drives a stage with text commands as x,
+in a short campaign on the emulated bench. A silent stage ends the campaign, which names it.
 
     sample_stage.py WEFT WEFT_RIG SOURCE_ROOT BUILD
 """
@@ -26,7 +26,7 @@ class LineStage:
     """The stage on a pseudo-terminal: written from the description at the head of the driver."""
 
     def __init__(self, path):
-        self.master, self.slave = pty.openpty()  # the slave is kept open, so that the port survives a host that goes
+        self.master, self.slave = pty.openpty()  # the slave is kept open, so that the port survives a host that leaves
         tty.setraw(self.slave)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
@@ -51,7 +51,7 @@ class LineStage:
                 os.write(self.master, b"Example,LS-150,SN0042,1.3\n")
             case ["STAT?"]:
                 line = f"STAT {here:.6f} {int(here != self.target)} {int(self.homed)} 0 0\n".encode()
-                os.write(self.master, line[:9])  # in two pieces, as serial lines come
+                os.write(self.master, line[:9])  # in two pieces, as on serial lines
                 os.write(self.master, line[9:])
             case ["EN", value]:
                 self.enabled = value == "1"
@@ -94,7 +94,7 @@ def own_rig(root, d):
 
 
 def campaign(t, d, weft_rig, path, rig, prepare=lambda stage: None):
-    """A run, and the stage that was driven in it."""
+    """A run, and the stage that it drove."""
     def once(attempt):
         stage = LineStage(d / "own/x")
         prepare(stage)

@@ -1,4 +1,4 @@
-# Tests that run a program of ours against another program or a whole scene. Exit status 77 means skipped.
+# Tests that run one of our programs against another program or in a whole scene. Exit status 77 means skipped.
 
 add_executable(oracle_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.cc)
 target_link_libraries(oracle_agreement PRIVATE weft_classifier)
@@ -11,7 +11,7 @@ add_test(NAME scenario_oracle_agreement_cores
 set_tests_properties(scenario_oracle_agreement scenario_oracle_agreement_cores
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Static imprints: features, learning rules and tables.
+# Imprints: features, learning rules and tables.
 add_executable(imprint_oracle ${CMAKE_CURRENT_SOURCE_DIR}/scenario/imprint_oracle.cc)
 target_link_libraries(imprint_oracle PRIVATE weft_classifier)
 add_test(NAME scenario_imprint_oracle
@@ -34,14 +34,14 @@ target_link_libraries(vibro_learners PRIVATE weft_classifier weft_bench_figures)
 add_test(NAME scenario_vibro_learners
          COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_learners.py
                  $<TARGET_FILE:vibro_learners> $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
-# Skipped where there is no librosa (PyPI), which nothing else needs.
+# Skipped without librosa (PyPI), which no other test needs.
 add_test(NAME scenario_vibro_librosa
          COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/vibro_librosa.py
                  $<TARGET_FILE:vibro_agreement> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_vibro_agreement scenario_vibro_learners scenario_vibro_librosa
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# The command line as a person meets it.
+# The command line from a user's view.
 set(cli_tests ${CMAKE_CURRENT_SOURCE_DIR}/scenario)
 add_test(NAME scenario_cli_data COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_data.py $<TARGET_FILE:weft>)
 add_test(NAME scenario_cli_audit COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_audit.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/../shared)
@@ -66,14 +66,14 @@ add_test(NAME scenario_cli_watched
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_watched.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_resume
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-# A file system of its own that fills up; of the daemon too.
+# A small file system that fills up; also for the daemon.
 add_test(NAME scenario_full_disk COMMAND ${WEFT_PYTHON} ${cli_tests}/full_disk.py $<TARGET_FILE:weft>
          $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_full_disk PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME scenario_cli_real_fabrics
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_data scenario_cli_calibrate scenario_cli_few_trials scenario_cli_own_recordings scenario_cli_own_vibrations scenario_cli_edges scenario_cli_output scenario_cli_check scenario_cli_run scenario_cli_interrupt scenario_cli_watched scenario_cli_resume PROPERTIES TIMEOUT 300)
-# What takes minutes of it runs in the nightly preset alone.
+# The parts that take minutes run only in the nightly preset.
 add_test(NAME nightly_cli_real_fabrics CONFIGURATIONS Nightly
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_real_fabrics.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared --longer)
 set_tests_properties(scenario_cli_real_fabrics nightly_cli_real_fabrics PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900)
@@ -86,23 +86,23 @@ add_test(NAME scenario_cli_recordings
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_recordings.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_cli_recordings PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Twelve textures heard on the simulated bench, from recipe to report.
+# Twelve textures recorded on the simulated bench, from recipe to report.
 add_test(NAME scenario_cli_vibrotactile
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_vibrotactile.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_cli_vibrotactile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# What is left of the accuracy on simulated data when the labels are in random order.
+# Accuracy on simulated data with the labels in random order.
 add_test(NAME scenario_permuted_labels
          COMMAND ${WEFT_PYTHON} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_permuted_labels PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# LDA and SVC of the evaluator beside scikit-learn.
+# LDA and SVC of the evaluator compared with scikit-learn.
 add_test(NAME scenario_baselines_sklearn
          COMMAND ${WEFT_PYTHON} ${cli_tests}/baselines_sklearn.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}/../shared)
 set_tests_properties(scenario_baselines_sklearn PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
                      ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Training shared by the ranks of an MPI job; skipped where MPI is not installed.
+# Training shared by the ranks of an MPI job; skipped if MPI is not installed.
 set(train_mpi "not built")
 if(TARGET weft-train-mpi)
   set(train_mpi $<TARGET_FILE:weft-train-mpi>)
@@ -111,7 +111,7 @@ add_test(NAME scenario_train_mpi
          COMMAND ${WEFT_PYTHON} ${cli_tests}/train_mpi.py $<TARGET_FILE:weft> ${train_mpi})
 set_tests_properties(scenario_train_mpi PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Accuracy against time: fronts worked out again from the JSON.
+# Accuracy against time: fronts computed again from the JSON.
 add_test(NAME scenario_cli_trade
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_trade.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_report
@@ -126,29 +126,30 @@ set_tests_properties(scenario_cli_design PROPERTIES TIMEOUT 300 ENVIRONMENT PYTH
 # Every bit of the plant at each level, as digests: built with several compilers and compared by script/same-bytes.
 add_executable(same_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/same_bytes.cc)
 target_link_libraries(same_bytes PRIVATE weft_sim_plant)
-# So of what the classifier learns.
+# The same for the training of the classifier.
 add_executable(learnt_bytes EXCLUDE_FROM_ALL ${CMAKE_CURRENT_SOURCE_DIR}/scenario/learnt_bytes.cc)
 target_link_libraries(learnt_bytes PRIVATE weft_classifier)
 
-# The emulated bench: two programs, real ports, real time; nearly all of it is waiting, so it starts first.
+# The emulated bench: two programs, real ports, real time. It mostly waits, so it starts first.
 add_test(NAME nightly_emulated_trial CONFIGURATIONS Nightly
          COMMAND ${WEFT_PYTHON} ${cli_tests}/emulated_trial.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(nightly_emulated_trial PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Drivers as shared objects: the same data, refusals, plugins at fault (one of them hangs for five seconds).
+# Drivers as plugins: the same data, refusals, faulty plugins (one of them hangs for five seconds).
 add_test(NAME scenario_plugins
          COMMAND ${WEFT_PYTHON} ${cli_tests}/plugins.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
                  ${PROJECT_BINARY_DIR}/plugins ${CMAKE_CURRENT_BINARY_DIR}/plugins)
 set_tests_properties(scenario_plugins PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# A rig looked over: simulated, emulated, broken, without hardware. A vibration sensor on a port in real time. And the sample driver of docs/, built out of tree.
+# weft doctor on rigs: simulated, emulated, broken, without hardware. A vibration sensor on a port in real time. The sample driver of docs/, built out
+# of tree.
 add_test(NAME scenario_doctor
          COMMAND ${WEFT_PYTHON} ${cli_tests}/doctor.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_box_pages
          COMMAND ${WEFT_PYTHON} ${cli_tests}/box_pages.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_echo_line
          COMMAND ${WEFT_PYTHON} ${cli_tests}/echo_line.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
-# libserialport, which opens no pseudo-terminal, at the same ports.
+# libserialport, which opens no pseudo-terminal, on the same ports.
 add_library(weft_real_port MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/real_port.c)
 target_link_libraries(weft_real_port PRIVATE ${CMAKE_DL_LIBS})
 add_test(NAME scenario_real_port COMMAND ${WEFT_PYTHON} ${cli_tests}/real_port.py $<TARGET_FILE:weft>
@@ -164,7 +165,7 @@ add_test(NAME scenario_sample_stage
 set_tests_properties(scenario_doctor scenario_box_pages scenario_echo_line scenario_sample_stage scenario_real_port scenario_vibro_ports scenario_sample_driver
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Clients that were written from the protocols' documents alone, at the ports that weft-rig serves.
+# Clients written from the protocols' documents only, on the ports that weft-rig serves.
 foreach(client apt netft)
   add_test(NAME scenario_${client}_client
            COMMAND ${WEFT_PYTHON} ${cli_tests}/${client}_client.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
@@ -172,10 +173,10 @@ foreach(client apt netft)
                        ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endforeach()
 
-# The same bench loses its host: killed in the slide; in the nightly preset also elsewhere, and hung until the monitor ends it.
-# What holds a force in real time has no computing program beside it; a machine that is too slow for it is told apart from a fault
-# (machine_pace.py). So these share one test, and wait nearly all of the time: the host killed; a rig file that says "real", with
-# weft-rig behind its ports; rigs with other stages and sensors; a rig file of devices that weft init found.
+# The same bench loses its host: killed in the stroke; in the nightly preset also at other times, and hung until the monitor ends it. Tests that
+# regulate a force in real time must not run beside a computing program; a machine that is too slow is distinguished from a fault (machine_pace.py).
+# So these share one test, and mostly wait: the killed host; a "real" rig file with weft-rig behind its ports; rigs with other stages and sensors; a
+# rig file of devices that weft init found.
 set(on_ports $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set(emulated_kill ${WEFT_PYTHON} ${cli_tests}/emulated_kill.py ${on_ports})
 add_test(NAME scenario_real_time
@@ -196,12 +197,12 @@ add_test(NAME scenario_rig_tcp
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_tcp PROPERTIES TIMEOUT 120 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# One program at a time has a device, and the doctor examines what a run would.
+# Only one program at a time has a device, and the doctor checks the same things as a run.
 add_test(NAME scenario_device_locks
          COMMAND ${WEFT_PYTHON} ${cli_tests}/device_locks.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_device_locks PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Signals that are not a kill, a monitor that is killed, a limit of a file's size; files that other programs hold.
+# Signals other than SIGKILL, a killed monitor, a limited file size; files locked by other programs.
 add_test(NAME scenario_host_signals
          COMMAND ${WEFT_PYTHON} ${cli_tests}/host_signals.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_library(weft_poor_disk MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/poor_disk.c)
@@ -211,12 +212,12 @@ add_test(NAME scenario_files_in_use COMMAND ${WEFT_PYTHON} ${cli_tests}/files_in
 set_tests_properties(scenario_host_signals scenario_files_in_use
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Hosts as nobody should write them: gone without a word, reading nothing, asking everything, two at once.
+# Badly written hosts: leaving silently, reading nothing, requesting everything, two at once.
 add_test(NAME scenario_rig_hosts
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_hosts.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_hosts PROPERTIES TIMEOUT 180 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Other people's Modbus programs against the emulated Digital F/T sensor.
+# Third-party Modbus programs against the emulated Digital F/T sensor.
 pkg_check_modules(MODBUS IMPORTED_TARGET libmodbus)
 if(MODBUS_FOUND)
   add_executable(libmodbus_client ${CMAKE_CURRENT_SOURCE_DIR}/scenario/libmodbus_client.cc)
@@ -235,25 +236,25 @@ add_test(NAME scenario_pypi_clients
          COMMAND ${WEFT_PYTHON} ${cli_tests}/pypi_clients.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/pypi_clients)
 set_tests_properties(scenario_pypi_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# The daemon over its socket: a run started, paused, resumed, halted, killed, with the standard library alone.
+# The daemon over its socket: a run is started, paused, resumed, halted and killed, with the standard library only.
 add_test(NAME scenario_weftd_runs
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_http
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_http.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-# What people are asked between trials, and what they answer.
+# Operator steps between trials, and their confirmation.
 add_test(NAME scenario_weftd_people
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_people.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-# The runs that wait, and what becomes of those that the daemon died under.
+# Waiting runs, and runs interrupted by the daemon's death.
 add_test(NAME scenario_weftd_queue
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_queue.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-# What happens around an end: nothing moves before a person says so.
+# Ends of runs: nothing moves before a person allows it.
 add_test(NAME scenario_weftd_stops
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_stops.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_samples
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_samples.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_faults COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_faults.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft>
          ${PROJECT_SOURCE_DIR})
-# What becomes of what is under way where the daemon is told to end.
+# Work in progress when the daemon gets the signal to end.
 add_test(NAME scenario_weftd_end COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_end.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_motion
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_motion.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
@@ -262,22 +263,22 @@ add_test(NAME scenario_weftd_process
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_process.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_process PROPERTIES SKIP_RETURN_CODE 77)
 set_tests_properties(scenario_weftd_people scenario_weftd_queue scenario_weftd_stops scenario_weftd_samples scenario_weftd_faults scenario_weftd_end scenario_weftd_motion scenario_weftd_process PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-# Votes while a slide goes on, and slides that end with them.
+# Live votes during a stroke, and strokes that end with them.
 add_test(NAME scenario_weftd_live
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_live.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_live PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-# A complete campaign goes to the classifier by itself.
+# The handover of a complete campaign starts by itself.
 add_test(NAME scenario_weftd_handover
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_handover.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 # Plans, differences of recipes, and a data set's files over HTTP.
 add_test(NAME scenario_weftd_data
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_data.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
-# Results that people find: accuracy, report, tables of samples, trials, tags and notes.
+# Results for people: accuracy, report, tables of samples, trials, tags and notes.
 add_test(NAME scenario_weftd_trials
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_trials.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_handover scenario_weftd_data scenario_weftd_trials PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# The list of runs damaged, lost and made again; many runs one after the other, thousands of them in the nightly preset.
+# The list of runs damaged, lost and rebuilt; many runs one after the other, thousands of them in the nightly preset.
 add_test(NAME scenario_weftd_catalogue
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_catalogue.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set(weftd_soak ${WEFT_PYTHON} ${cli_tests}/weftd_soak.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
@@ -289,19 +290,19 @@ set_tests_properties(nightly_weftd_soak PROPERTIES TIMEOUT 7200 ENVIRONMENT PYTH
 add_test(NAME scenario_weftd_other_systems
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_other_systems.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_other_systems PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-# Whom it calls, by a webhook and a broker, and what Prometheus reads.
+# Notifications by a webhook and a broker, and the metrics for Prometheus.
 set(notify_test ${WEFT_PYTHON} ${cli_tests}/weftd_notify.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_weftd_notify COMMAND ${notify_test})
 add_test(NAME nightly_weftd_promtool CONFIGURATIONS Nightly COMMAND ${notify_test} --promtool)
 set_tests_properties(scenario_weftd_notify nightly_weftd_promtool
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-# Its machine's wall clock set forward and back.
+# The machine's wall clock set forward and back.
 add_library(weft_shifted_clock MODULE ${CMAKE_CURRENT_SOURCE_DIR}/scenario/shifted_clock.c)
 add_test(NAME scenario_weftd_clock
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_clock.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
                  $<TARGET_FILE:weft_shifted_clock>)
 set_tests_properties(scenario_weftd_clock PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-# TLS, with a certificate made for it.
+# TLS, with a generated certificate.
 add_test(NAME scenario_weftd_access
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_access.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_access PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
@@ -315,7 +316,8 @@ add_test(NAME scenario_api_document
 set_tests_properties(scenario_api_document PROPERTIES SKIP_RETURN_CODE 77)
 set_tests_properties(scenario_weftd_runs scenario_weftd_http scenario_api_document PROPERTIES TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# The Python client: its units, its types, its generated part against the daemon's document; installed by pip and used, its notebook too. The examples of other languages.
+# The Python client: its units, its types, its generated part against the daemon's document; installed by pip and used, with its notebook. The
+# examples of other languages.
 set(python_client ${PROJECT_SOURCE_DIR}/clients/python)
 add_test(NAME unit_python_client COMMAND ${WEFT_PYTHON} -m unittest discover -s ${python_client}/tests -t ${python_client}/tests)
 set_tests_properties(unit_python_client PROPERTIES TIMEOUT 120 ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${python_client}/src")
@@ -330,14 +332,14 @@ set_tests_properties(scenario_python_client_methods scenario_python_client scena
 add_test(NAME lint_python_client_types COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/lint/python_types.py ${PROJECT_SOURCE_DIR})
 set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 
-# Pages for people: every command in them is run; the reference is what schemas and programs say.
+# Pages for people: every command in them is run; the reference must match the schemas and programs.
 add_test(NAME scenario_docs_commands COMMAND ${WEFT_PYTHON} ${cli_tests}/docs_commands.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_reference_pages
          COMMAND ${WEFT_PYTHON} ${cli_tests}/reference_pages.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> $<TARGET_FILE:weft-rig>
                  ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_docs_commands scenario_reference_pages PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# The plate's tilt found by touching and levelled: simulated, on ports in real time, and where it has to give up.
+# The plate's tilt is measured by contact and compensated: simulated, on ports in real time, and in cases that must fail.
 add_test(NAME scenario_align
          COMMAND ${WEFT_PYTHON} ${cli_tests}/align.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 add_test(NAME nightly_align_on_ports CONFIGURATIONS Nightly
@@ -350,7 +352,7 @@ add_test(NAME scenario_weftd_hostile
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_hostile.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_hostile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# What is installed on a machine at a bench.
+# The installation on the machine of a bench.
 add_test(NAME scenario_installed COMMAND ${WEFT_PYTHON} ${cli_tests}/installed.py ${PROJECT_BINARY_DIR})
 add_test(NAME scenario_packages COMMAND ${WEFT_PYTHON} ${cli_tests}/packages.py ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_ci_check COMMAND ${WEFT_PYTHON} ${cli_tests}/ci_check.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
@@ -364,14 +366,14 @@ add_test(NAME scenario_configure_elsewhere
          COMMAND ${WEFT_PYTHON} ${cli_tests}/configure_elsewhere.py ${CMAKE_COMMAND} ${PROJECT_SOURCE_DIR} ${CMAKE_MAKE_PROGRAM})
 set_tests_properties(scenario_configure_elsewhere PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# What the last version wrote still opens.
+# Files of the last version still open.
 add_test(NAME scenario_last_version
          COMMAND ${WEFT_PYTHON} ${cli_tests}/last_version.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_last_version PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes one.
-# Those wait in four lanes, one at a time in each, so that one that computes always has room beside them: else ctest would fill each
-# slot that gets free with another that waits.
+# script/test has three slots for each processor and one more: a test that computes takes three, one that mostly waits takes one. The waiting tests
+# run in four lanes, one at a time in each, so that a computing test always has room beside them. Otherwise ctest would fill each free slot with
+# another waiting test.
 get_property(all_tests DIRECTORY PROPERTY TESTS)
 set_tests_properties(${all_tests} PROPERTIES PROCESSORS 3 COST 500)
 set_tests_properties(unit_daemon_service unit_daemon_campaign scenario_cli_real_fabrics PROPERTIES COST 600)

@@ -1,5 +1,6 @@
-/* Preloaded into a program: its wall clock is the machine's, shifted by the whole seconds in the file that WEFT_SHIFTED_CLOCK names, its
- * monotonic clock likewise by those of WEFT_SHIFTED_STEADY. Where WEFT_LOCK_HANGS is set, who locks a folder waits for good. */
+/* Preloaded into a program: its wall clock is the machine's, shifted by the whole seconds in the
+ * file WEFT_SHIFTED_CLOCK; its monotonic clock is shifted by those in WEFT_SHIFTED_STEADY. If
+ * WEFT_LOCK_HANGS is set, a lock of a folder waits forever. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/file.h>

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Runs scenarios at the same time: for those that wait nearly all of the time and may have no other program beside them.
+"""Runs scenarios in parallel: for those that mostly wait and must not run beside other programs.
 
     side_by_side.py COMMAND ... [-- COMMAND ...] ...
 
-Ends as failed (1) where one failed, else as skipped (77) where one was skipped.
+Exit status: 1 if one failed, else 77 (skipped) if one was skipped.
 """
 import itertools
 import subprocess

@@ -1,8 +1,8 @@
-"""`weft-train-mpi` under mpirun: the same model file as `weft train`, byte for byte, and nothing when a rank dies.
+"""`weft-train-mpi` under mpirun: the same model file as `weft train`, byte for byte, and no file if a rank dies.
 
-    train_mpi.py WEFT WEFT_TRAIN_MPI     exit status 77 where there is no MPI
+    train_mpi.py WEFT WEFT_TRAIN_MPI     exit status 77 without MPI
 
-Where Slurm's controller answers, the same bytes under srun too; elsewhere that part says that it was skipped.
+If Slurm's controller answers, also under srun; otherwise that part prints that it was skipped.
 """
 import json
 import math
@@ -25,13 +25,13 @@ def level_rows(noise, label):
 
 
 def tail_rows(noise, label):
-    """Deviations of two taxels, log-normal over the trials, of which one grows with the label."""
+    """Deviations of two taxels, log-normal over the trials; one of them grows with the label."""
     deviation, other = math.exp(noise.gauss(0, 0.5) + 0.5 * label), math.exp(noise.gauss(0, 0.5))
     return [(round(1e5 + 1000 * deviation * noise.gauss(0, 1)), round(1e5 + 1000 * other * noise.gauss(0, 1))) for _ in range(40)]
 
 
 def make_dataset(checks, folder, labels, trials, rows_of=level_rows):
-    """A made-up data set of two taxels, of a fixed seed."""
+    """A made-up data set of two taxels, from a fixed seed."""
     noise = random.Random(5)
     lines = ["file,label,group"]
     for label in range(labels):
@@ -62,7 +62,7 @@ def same_bytes(checks, program, folder):
 
 
 def compare(checks, folder, options, command):
-    """What `command` writes to `shared` is what `weft train` writes alone."""
+    """`command` writes to `shared` the same bytes as a single `weft train`."""
     alone = checks.run("train", "set.h5", "-o", "alone", *options, cwd=folder)
     checks.expect(alone.returncode == 0, f"train: {alone.stderr}")
     shared = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
