@@ -74,7 +74,7 @@ def compare(checks, folder, options, command):
 
 
 def normal_scores_win(checks, program, folder):
-    """The last view of the features and all rows reach other ranks as such."""
+    """The last view of the features, and all rows, reach the other ranks."""
     alone = checks.run("train", "set.h5", "-o", "alone", "--learner", "cores-best", "--json", cwd=folder)
     checks.expect(alone.returncode == 0 and json.loads(alone.stdout)["view"] == "normal-scores", f"normal scores do not win: {alone.stdout} {alone.stderr}")
     options = ["--learner", "cores-best"]
@@ -113,7 +113,7 @@ def refusals(checks, program, folder):
 
 
 def busy_rank(rank, folder, cpu_s):
-    """The number of the process of a rank that has computed for `cpu_s`, and so is at its share; None until then."""
+    """Process number of a rank that has computed for `cpu_s` seconds and so works on its share; None until then."""
     for process in pathlib.Path("/proc").glob("[0-9]*"):
         try:
             ours = os.readlink(process / "cwd") == str(folder)
@@ -128,7 +128,7 @@ def busy_rank(rank, folder, cpu_s):
 
 
 def death_of_a_rank(checks, program, folder, rank, *says):
-    """The launcher names the rank that was killed; the model that was there before is there still, and nothing beside it."""
+    """The launcher names the killed rank; the earlier model is unchanged, and no other file remains."""
     (folder / "model").write_text("an older model")
     before = contents(folder)
     job = subprocess.Popen(launch(2, program, "set.h5", "-o", "model", "--threads", "1"), cwd=folder,
@@ -162,7 +162,7 @@ def main():
         normal_scores_win(checks, program, pathlib.Path(tails))
         make_dataset(checks, pathlib.Path(large), labels=80, trials=6)
         death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 1, "no model was written")
-        death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 0)  # who would say so
+        death_of_a_rank(checks, program, pathlib.Path(large).resolve(), 0)  # no rank remains that could print the message
     checks.finish()
 
 

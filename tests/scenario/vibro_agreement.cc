@@ -1,7 +1,7 @@
-// Features of windows given as bytes, for vibro_agreement.py.
+// Computes the features of windows given as bytes, for vibro_agreement.py.
 //
 //   vibro_agreement < WINDOWS    per window: uint64 samples, double rate_hz, the samples as doubles
-//                                (native byte order); a line of the ten figures and FFT, 17 digits
+//                                (native byte order); a line of the ten features and FFT, 17 digits
 
 #include <cstdint>
 #include <cstdio>

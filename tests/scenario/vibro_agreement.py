@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Features of sound and vibration on synthetic and real recordings: ours against the Python reference.
+"""Compares the features of sound and vibration with the Python reference, on synthetic and real recordings.
 
-    vibro_agreement.py TOOL SHARED_DIR      exit 77 (skipped) where the reference is absent
+    vibro_agreement.py TOOL SHARED_DIR      exit 77 (skipped) without the reference
 
-Windows of 1 s and 2 s (and of 0.37 s: a frame of its own, a length with large prime factors) at places spread over every
-recording. All to 1e-9 relative, but the mean: it cancels, and is compared to 1e-13 of the RMS.
+Windows of 1 s and 2 s (and of 0.37 s: a frame of its own, a length with large prime factors) at places spread over every recording. All to 1e-9
+relative, except the mean: it cancels, and is compared to 1e-13 of the RMS.
 """
 import pathlib
 import subprocess
@@ -44,7 +44,7 @@ def compare(tool, oracle, what, cut):
         slack = 1e-9 * np.maximum(np.abs(row), np.abs(want))
         slack[0] = max(slack[0], 1e-13 * np.sqrt(np.mean(samples ** 2)))
         difference = np.abs(row - want)
-        bad = ~(difference <= slack)  # NaN too
+        bad = ~(difference <= slack)  # also true for NaN
         assert not bad.any(), f"{name}: {[(NAMES[k], row[k], want[k]) for k in np.flatnonzero(bad)]}"
         for k, column in enumerate(NAMES):
             if want[k]:

@@ -7,7 +7,7 @@ from oracle_agreement_data import PYTHON, need_reference
 
 
 def need_sound_reference(shared):
-    """The reference of the 2023 paper as a module; skips the scenario where it cannot run."""
+    """The reference of the 2023 paper as a module; skips the scenario if it cannot run."""
     need_reference(shared)
     import sound001
     return sound001
@@ -52,7 +52,7 @@ def hapmat(data):
 
 
 def real(data):
-    """(set, recordings) of those that are present."""
+    """(set, recordings) of the sets that exist."""
     for kind in (vibtac12, lmt_sound, hapmat):
         if (data / kind.__name__).is_dir():
             yield kind.__name__, kind(data)
@@ -61,7 +61,7 @@ def real(data):
 
 
 def splits(label, count):
-    """[count x rows], 1 where a row trains: four fifths of each label, at random."""
+    """[count x rows], 1 for training rows: a random four fifths of each label."""
     import numpy as np
     rng = np.random.default_rng(2)
     out = np.zeros((count, len(label)), np.uint8)

@@ -4,8 +4,9 @@
 //
 // ROWS: uint64 rows, features, classes; the values as doubles, row by row; the classes as uint64;
 // then for every seed a byte per row: 1 trains, 0 tests (native byte order). Prints a line for
-// every seed: the accuracy; with `timed`, on one thread, then the processor seconds of the training
-// and of one answer (the median of the test rows') and the class of every test row.
+// every seed: the accuracy. With `timed` it uses one thread and then prints the processor seconds
+// of the training and of one answer (the median over the test rows), and the class of every test
+// row.
 
 #include <algorithm>
 #include <cstdint>
@@ -22,7 +23,7 @@ namespace {
 using namespace weft;
 using namespace weft::classifier;
 
-constexpr unsigned long first_class = 1'000'000;  // labels in the order of the classes
+constexpr unsigned long first_class = 1'000'000;  // keeps labels in the order of the classes
 
 template <class T>
 std::vector<T> read(std::size_t count) {
@@ -42,7 +43,7 @@ T or_exit(Result<T>&& result) {
   return std::move(*result);
 }
 
-// Answers of the rows, each timed by itself.
+// Answers for the rows, each with its own time.
 struct Answers {
   std::vector<std::string> labels;
   std::vector<double> seconds;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""The learners of classifier/vibro beside scikit-learn's: the same accuracy over 30 splits.
+"""Compares the learners of classifier/vibro with scikit-learn's: the same accuracy over 30 splits.
 
     vibro_learners.py TOOL FEATURES_TOOL SHARED_DIR [--full]     exit 77 (skipped) without scikit-learn or the reference
 
-SMMRPFFT (mean over channels) of 1 s windows of the reference's SYNTHETIC recordings, three principal components, 80 % of each
-class trains, as the paper has it. The mean difference of accuracy over the 30 splits must be within one standard error of
-scikit-learn's mean. Without --full the costly ones have less to learn (fewer trees, fewer splits) and MLP2 is left out.
-With it they are whole: 13 minutes. XGBoost is compared where python3-xgboost is installed.
+SMMRPFFT (mean over channels) of 1 s windows of the reference's SYNTHETIC recordings, three principal components, 80 % of each class trains, as in the
+paper. The mean difference of accuracy over the 30 splits must be within one standard error of scikit-learn's mean. Without --full the costly learners
+have fewer trees and fewer splits, and MLP2 is left out. With --full all are complete: 13 minutes. XGBoost is compared if python3-xgboost is
+installed.
 """
 import pathlib
 import subprocess
@@ -19,7 +19,7 @@ SPLITS, PER_CLASS, FIVE = 30, 40, [0, 1, 2, 3, 8]
 
 
 def features(tool, shared):
-    """[windows x 9] and the classes: the five figures, mean over S, X, Y, Z, then the four FFT."""
+    """[windows x 9] and the classes: the five features, mean over S, X, Y, Z, then the four FFT."""
     import numpy as np
     rng = np.random.default_rng(1)
     with tempfile.TemporaryDirectory() as folder:

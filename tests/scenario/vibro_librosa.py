@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Features of sound and vibration beside the real librosa's (PyPI) on the same windows.
+"""Compares the features of sound and vibration with those of the real librosa (PyPI) on the same windows.
 
-    vibro_librosa.py TOOL SHARED_DIR      exit 77 (skipped) where no librosa is found
+    vibro_librosa.py TOOL SHARED_DIR      exit 77 (skipped) without librosa
 
-librosa is taken from the virtual environment WEFT_PEERS names, else from build/peers (`script/bench vibro_current` makes it), else from
-this Python. Windows are MADE UP, and REAL where SHARED_DIR has recordings.
+librosa comes from the virtual environment WEFT_PEERS, else from build/peers (made by `script/bench vibro_current`), else from this Python. Windows
+are MADE UP, and REAL if SHARED_DIR has recordings.
 
-Tolerance: 1e-9 of the larger value. Both compute in doubles (librosa's RMS and its chroma filters are told to, they would take single
-precision: 6e-8), and sums of 1e5 terms lose about 1e-12. MEAN cancels: 1e-13 of the RMS. A share of zero crossings and a roll-off take
-steps: they are equal or a whole step apart. MAD is scipy's, MEAN, STD and FFT numpy's. BANDS has no peer; of MFCC Weft has none.
+Tolerance: 1e-9 of the larger value. Both compute in doubles; librosa's RMS and its chroma filters need an option for that, because their single
+precision has errors of 6e-8. Sums of 1e5 terms lose about 1e-12. MEAN cancels: 1e-13 of the RMS. A share of zero crossings and a roll-off have steps:
+they are equal or a whole step apart. MAD is scipy's, MEAN, STD and FFT numpy's. BANDS has no peer; Weft has no MFCC.
 """
 import os
 import pathlib
@@ -20,7 +20,7 @@ TOLERANCE = 1e-9
 
 
 def with_librosa():
-    """Goes on in the Python that has librosa; skips where none has."""
+    """Continues in a Python that has librosa; skips if none has."""
     for python in (pathlib.Path(os.environ.get("WEFT_PEERS", HERE.parents[1] / "build/peers")) / "bin/python", pathlib.Path(sys.executable)):
         if python.exists() and subprocess.run([python, "-c", "import librosa"], capture_output=True).returncode == 0:
             if os.environ.get("WEFT_IN_PEERS") != "1":
@@ -31,7 +31,7 @@ def with_librosa():
 
 
 def theirs(y, rate):
-    """The ten figures and FFT by librosa, scipy and numpy: frames as the window allows, means over frames."""
+    """The ten features and FFT by librosa, scipy and numpy: frames as the window allows, means over frames."""
     import librosa
     import numpy as np
     from scipy.stats import median_abs_deviation

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""An emulated vibration sensor on a pseudo-terminal in real time: read by a client of its own, written from protocols/vibro/README.md
-with the standard library, and by Weft's unmodified driver; its plug pulled and put in again.
+"""An emulated vibration sensor on a pseudo-terminal in real time. It is read by a separate client, written from protocols/vibro/README.md with the
+standard library, and by Weft's unmodified driver. Then its plug is pulled and put in again.
 
     vibro_ports.py WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -25,7 +25,7 @@ HEAD = 14
 
 
 def frames(data):
-    """(kind, sequence, device time, body) of each frame in the bytes, from the first sync on; the last one may be cut."""
+    """(kind, sequence, device time, body) of each frame in the bytes, from the first sync on; the last one may be incomplete."""
     found, at = [], data.find(b"\xd6\x6d")
     while 0 <= at and at + HEAD <= len(data):
         version, kind, size, sequence, clock_us, check = struct.unpack_from("<BBHHIH", data, at + 2)
@@ -41,7 +41,7 @@ def frames(data):
 
 
 def read_port(path, seconds):
-    """What comes in that time, and whether the port hung up."""
+    """Bytes received in that time, and whether the port hung up."""
     port, data, end = os.open(path, os.O_RDWR | os.O_NOCTTY), b"", time.monotonic() + seconds
     try:
         tty.setraw(port)
@@ -78,7 +78,7 @@ def by_document(t, path):
 
 
 def by_driver(t, d, path):
-    # tried again for whichever device was kept waiting: the doctor's status is of them all
+    # tried again if any device was late: the doctor's status covers all of them
     ran = tried(lambda _: t.run("doctor", "--rig", path, "--listen", 1, "--json", cwd=d))
     t.expect(ran.returncode == 0, f"doctor: {ran.stdout} {ran.stderr}")
     sensor = next(device for device in json.loads(ran.stdout)["devices"] if device["name"] == "vibro")

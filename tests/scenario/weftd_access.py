@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tokens that end, are removed and are added while weftd runs; keys of changes over its death; what a run of an earlier start is known by.
+"""Tokens that expire, are removed or are added while weftd runs; idempotency keys over its death; the identity of runs of an earlier start.
 
     weftd_access.py WEFTD WEFT SOURCE_ROOT      all simulated
 """
@@ -24,7 +24,7 @@ WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 
 
 def write_tokens(file, *entries):
-    """Each a name, a role, a token and seconds from now; the file as the daemon wants it, replaced as a whole."""
+    """Replaces the whole file, in the daemon's format; each entry is a name, a role, a token and its time to live [s]."""
     made = [{"name": name, "role": role, "sha256": hashlib.sha256(token.encode()).hexdigest(), "expires_us": int((time.time() + left_s) * 1e6)}
             for name, role, token, left_s in entries]
     new = file.with_suffix(".new")
@@ -46,7 +46,7 @@ def introduced(port, token):
 
 
 def last_words(client):
-    """What a connection is told before it is closed."""
+    """Messages to a connection before it is closed."""
     told = []
     for line in client.lines:
         told.append(json.loads(line))
@@ -65,7 +65,7 @@ def held_run(client, lease):
 
 
 def a_token_ends(folder, ports, local, lease):
-    """On the socket, in a stream and in a call that waits: at its moment, with a word, and nothing after it."""
+    """A token expires on the socket, in a stream and in a waiting call: at its time, with a message, and without anything after it."""
     tcp, web = ports
     short, other = secrets.token_hex(32), secrets.token_hex(32)
     left_s = 4.0
@@ -100,7 +100,7 @@ def a_token_ends(folder, ports, local, lease):
 
 
 def whose_tokens(file, secret):
-    """Names, roles and until when, for people and programs; nothing that a token could be made of."""
+    """Names, roles and expiry, for people and programs, but no part of a token."""
     write_tokens(file, ("third", "observer", secret, 3600), ("late", "admin", "gone by", -3600))
     asked = [WEFT, "token", "list", "--tokens", file]
     lines = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
@@ -115,7 +115,7 @@ def whose_tokens(file, secret):
 
 
 def tokens_come_and_go(folder, ports, local, staying, other):
-    """What weft token add wrote is good at once; what is no more in the file ends within a second or so."""
+    """A token of weft token add is valid at once; one removed from the file ends within about a second."""
     tcp, web = ports
     added = token_of(WEFT, folder / "tokens.json", "added", "observer")
     assert introduced(tcp, added).call("session.whoami")["user"] == "token:added"
@@ -125,11 +125,11 @@ def tokens_come_and_go(folder, ports, local, staying, other):
     error, _ = last_words(staying)
     assert error["data"]["kind"] == "access.token", error
     assert ask(web, other).status == 401 and ask(web, third).status == 200
-    (folder / "tokens.json").chmod(0o644)  # for everybody to read: it is not taken, and what was known stays good
+    (folder / "tokens.json").chmod(0o644)  # readable by all users: the daemon ignores the file, and known tokens stay valid
     assert ask(web, third).status == 200
     assert "tokens.unreadable" in [b["kind"] for b in local.call("system.ready")["blockers"]], "nobody is told"
     while not local.call("log.query", kind="tokens.unreadable")["lines"]:
-        time.sleep(0.1)  # the daemon looks once a second
+        time.sleep(0.1)  # the daemon checks once a second
     (folder / "tokens.json").chmod(0o600)
     whose_tokens(folder / "tokens.json", third)
     removed = introduced(tcp, third)
@@ -139,7 +139,7 @@ def tokens_come_and_go(folder, ports, local, staying, other):
 
 
 def a_namesake(folder, ports, local, lease):
-    """A token of a machine user's name is not that user: neither his lease nor his keys are its owner's."""
+    """A token with the name of a machine user is not that user: its owner has neither that user's lease nor keys."""
     who = local.call("session.whoami")["user"]
     namesake = introduced(ports[0], token_of(WEFT, folder / "tokens.json", who, "operator"))
     assert namesake.call("session.whoami")["user"] == f"token:{who}"
@@ -152,7 +152,7 @@ def a_namesake(folder, ports, local, lease):
 
 
 def no_token_makes_another_of_its_own(folder):
-    """It would outlive the one that its maker came with, also through the Unix socket."""
+    """The new token would outlive the one that made it, also through the Unix socket."""
     there = Client(folder / "data/weftd.sock", introduce=False)
     token = token_of(WEFT, folder / "tokens.json", "chief", "admin")
     assert there.call("session.open", client="there", token=token)["user"] == "token:chief"
@@ -161,7 +161,7 @@ def no_token_makes_another_of_its_own(folder):
 
 
 def files_of_tokens(folder):
-    """For their owner alone whatever is masked, and none lost where many are added at once."""
+    """Only their owner can read them, whatever the umask; parallel additions lose none."""
     for mask in 0o000, 0o777:
         file = folder / f"mask-{mask:o}" / "tokens.json"
         file.parent.mkdir()
@@ -186,7 +186,7 @@ def before_its_death(client, lease):
 
 
 def after_its_death(folder, daemon, client, first, lease_of_then):
-    """The same answers to the same keys, and nothing is done twice; what a run of then was, it still is. A lease ended with the daemon."""
+    """The same keys get the same answers, and nothing is done twice. Earlier runs keep their identity. The lease ended with the daemon."""
     lease = client.call("lease.acquire", ttl_ms=600_000, idem="lease")["lease"]
     assert lease != lease_of_then and [one["lease"] for one in client.call("lease.list")["leases"]] == [lease], "of the past"
     known = [r["run"] for r in client.call("run.list")["runs"]]

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The catalogue of weftd's runs is damaged or lost: the daemon says what to do and changes nothing by itself; --rebuild-catalogue reads the
-runs back from their folders, and no number is given twice. A folder of `weft run` is imported. Runs are listed page by page. All simulated.
+"""The database of weftd's runs is damaged or lost: the daemon reports what to do and changes nothing by itself. --rebuild-catalogue reads the runs
+back from their folders, and no number is used twice. A folder of `weft run` is imported. Runs are listed page by page. All simulated.
 
     weftd_catalogue.py WEFTD WEFT SOURCE_ROOT
 """
@@ -36,7 +36,7 @@ def data_import(client, out):
 
 
 def imported(client, folder):
-    """Once, where it is; not what is no campaign."""
+    """A campaign folder is imported once, in its place; other folders are refused."""
     out = folder / "by-hand"
     weft_run(folder, out)
     done = data_import(client, out)
@@ -55,7 +55,7 @@ def imported(client, folder):
 
 
 def pages(client):
-    """Either order, by state, a few at a time."""
+    """Lists runs in both orders, by state, and in small pages."""
     ids = ["R-000001", "R-000002", "R-000003"]
     listed = lambda **params: [run["run"] for run in client.call("run.list", **params)["runs"]]
     assert listed() == ids and listed(order="newest") == ids[::-1] and listed(order="newest", most=1) == ids[2:]
@@ -77,7 +77,7 @@ def rebuilt(folder):
 
 
 def damaged(folder, runs):
-    """Cut short: nothing starts, nothing is changed; then every run of the data folder is back."""
+    """A truncated file: no daemon starts and nothing changes. After the rebuild every run of the data folder is back."""
     file = folder / "data/weftd.sqlite"
     file.write_bytes(file.read_bytes()[:-4096])
     before = file.read_bytes()
@@ -102,7 +102,7 @@ def damaged(folder, runs):
 
 
 def lost(folder):
-    """The file is gone, and a daemon starts without a rebuild: no number of a folder is given again, and the rig is not taken for safe."""
+    """The file is gone, and a daemon starts without a rebuild: it does not reuse a number of a folder, and does not assume that the rig is safe."""
     (folder / "data/weftd.sqlite").unlink()
     shutil.copytree(folder / "by-hand", folder / "data/by-hand")
     daemon = Daemon(WEFTD, ROOT, folder)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""weftd while its machine's wall clock is set forward and back: a token that has expired stays so, and the journal's times rise. And with
-time made to pass: one that is told to end does so also where its run does not answer.
+"""weftd while its machine's wall clock is set forward and back: an expired token stays expired, and the journal's times rise. With a shifted
+monotonic clock: the daemon also ends on request if its run does not answer.
 
     weftd_clock.py WEFTD WEFT SOURCE_ROOT SHIFTED_CLOCK_LIBRARY
 """
@@ -29,7 +29,7 @@ class Clock:
     def set(self, shift_s):
         new = self.file.with_suffix(".new")
         new.write_text(f"{shift_s}\n")
-        new.replace(self.file)  # whole at every moment
+        new.replace(self.file)  # replaced atomically
 
 
 def daemon_by(clock, folder, *arguments):
@@ -47,13 +47,13 @@ def refused(port, token):
 
 
 def journal_us(client):
-    client.call("rig.halt")  # a line of its own
+    client.call("rig.halt")  # writes a line of the journal
     client.call("rig.reset", reason="the clock is looked at")
     return [line["t_us"] for line in client.call("log.tail", most=100)["lines"]]
 
 
 def asked_us(client, run):
-    """When the run asks for somebody, or has asked, as its newest event has it."""
+    """Time of the run's next or pending operator step, from its newest event [us]."""
     while True:
         event = client.event()
         if event["topic"] == f"run:{run}" and event["delta"].get("next_attention_us"):
@@ -61,7 +61,7 @@ def asked_us(client, run):
 
 
 def times_ahead(client, clock):
-    """What people compare with the clock on their wall goes by that clock, also when somebody has set it back while the run waits."""
+    """Times for people follow the wall clock, also when it is set back while the run waits."""
     client.call("sub.open", topics=["run:*"], mode="every")
     lease = client.call("lease.acquire")["lease"]
     run = client.call("run.start", recipe="people", lease=lease)["run"]
@@ -77,7 +77,7 @@ def times_ahead(client, clock):
 
 
 def does_not_answer(folder):
-    """A run that waits for the disk for good is given up by its deadlines, and one SIGTERM is enough."""
+    """A run that waits forever for a lock is given up after its deadlines, and one SIGTERM is enough."""
     clock = Clock(folder, "STEADY")
     clock.environment["WEFT_LOCK_HANGS"] = "1"
     daemon = daemon_by(clock, folder)
@@ -111,7 +111,7 @@ def main():
         people = json.loads((ROOT / "recipes/library/m1.json").read_text())
         people.update(fabrics=["denim"], repetitions=1, operator_steps=[{"before": "fabric", "text": "Mount {fabric}.", "people_s": 60}])
         (folder / "recipes/people.json").write_text(json.dumps(people))
-        token = token_of(WEFT, folder / "data" / "tokens.json", "ada", "operator")  # good for 30 days
+        token = token_of(WEFT, folder / "data" / "tokens.json", "ada", "operator")  # valid for 30 days
         clock = Clock(folder)
         daemon = daemon_by(clock, folder, "--port", "0")
         try:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a recipe will do and what differs from another one; the files of a data set over HTTP, by the byte. All simulated.
+"""The plan of a recipe and its differences from another one; the files of a data set over HTTP, by the byte. All simulated.
 
     weftd_data.py WEFTD WEFT SOURCE_ROOT
 """
@@ -32,7 +32,7 @@ def recipes(folder):
 
 
 def schema(client):
-    """Draft 2020-12, by a validator that knows it; the unit tests' own knows draft 7."""
+    """Draft 2020-12, checked by a validator for it; the validator of the unit tests supports draft 7."""
     told = client.call("recipe.schema")
     assert told["$schema"].endswith("/2020-12/schema") and told["properties"]["approach"]["properties"]["speed_mps"]["x-unit"] == "m/s"
     try:
@@ -75,7 +75,7 @@ def differences(client, folder, run):
                      "/description": ("removed", json.loads((folder / "recipes/small.json").read_text())["description"], None)}, found
     assert (told["same"], told["same_campaign"], told["count"]) == (False, False, 3), told
     assert client.call("recipe.diff", recipe="small", other="small")["same"]
-    # what somebody did to the recipe since that run
+    # changes of the recipe since that run
     file = folder / "recipes/small.json"
     text = file.read_text()
     assert client.call("recipe.diff", recipe=run, other="small") == {"same": True, "same_campaign": True, "count": 0, "differences": []}
@@ -110,7 +110,7 @@ class Web:
 
 
 def roles(web, run):
-    """An observer reads all of it, and starts and ends nothing."""
+    """An observer can read everything, and can start and end nothing."""
     for method in ("data.list", "recipe.schema"):
         assert "result" in web.post(method), method
     assert "result" in web.post("data.get", run=run) and "result" in web.post("recipe.plan", recipe=run)
@@ -147,7 +147,7 @@ def fetched(web, client, folder, run):
 
 
 def devices(client):
-    """Every device of the rig with the schema that its driver's configuration is held against."""
+    """Every device of the rig with the schema of its driver's configuration."""
     told = client.call("device.list")
     assert told["bench"] == "simulated" and [d["role"] for d in told["devices"]] == ["x", "y", "z", "rx", "ry", "wrench", "taxels"], told
     for device in told["devices"]:
@@ -190,7 +190,7 @@ def notes_and_figures(web, client, run):
 
 
 def exports(web, client, folder, run):
-    """The same data set once more; a table of its features; each is fetched as what it was said to be, and the certificate still holds."""
+    """The same data set again; a table of its features. Each download has its stated type, and the certificate still holds."""
     first = client.call("data.export", run=run, idem="x1")
     assert client.call("data.export", run=run, idem="x1") == first
     assert (first["name"], first["trials"], first["bench"]) == ("export/dataset.h5", 8, "simulated"), first
@@ -213,7 +213,7 @@ def exports(web, client, folder, run):
 
 
 def partial_export(web, client, lease):
-    """Of a run that was aborted on the way: the trials that are complete, and how many were planned."""
+    """Export of an aborted run: the complete trials, and the planned number."""
     client.call("sim.clock", pace=30)
     client.call("sub.open", topics=["run:*"], mode="every")
     client.call("lease.renew", lease=lease)
@@ -232,7 +232,8 @@ def partial_export(web, client, lease):
 
 
 def completed_elsewhere(client, folder, run):
-    """`weft run --resume` in the folder of a run that was aborted: what it holds by now is told, and the run stays told as it ended."""
+    """`weft run --resume` in the folder of an aborted run: the daemon reports the present contents of the folder, and still lists the run as it
+    ended."""
     before = client.call("run.get", run=run)
     out = pathlib.Path(before["folder"])
     recipe = [folder / "recipes/slower.json", "--rig", ROOT / "sim/rigs/bench17.json"]
@@ -262,7 +263,7 @@ def nothing_else(web, run, data):
 
 
 def beside_others(web, client, folder, data):
-    """One that asks for a file and reads nothing holds nobody up; one whose file is not what its list says is told so."""
+    """A client that requests a file and reads nothing blocks no other client. A file that differs from its list is refused."""
     lazy = socket.create_connection(("127.0.0.1", web.port), PATIENCE_S)
     lazy.sendall(f"GET {data['path']} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {web.token}\r\n\r\n".encode())
     for _ in range(50):
@@ -274,11 +275,11 @@ def beside_others(web, client, folder, data):
     file.write_bytes(whole[:-1])
     assert web.get(data["path"])[0] == 409
     altered = bytearray(whole)
-    altered[len(whole) // 2] ^= 1  # as long as it was
+    altered[len(whole) // 2] ^= 1  # the length stays
     file.write_bytes(altered)
     for query, headers in ("", {}), ("?sha256=" + data["sha256"], {}), ("", {"If_None_Match": f'"{data["sha256"]}"'}), ("", {"Range": "bytes=0-0"}):
         status, _, body = web.get(data["path"] + query, **headers)
-        wanted = 412 if query else 409  # who names the content that he wants is told that this is another
+        wanted = 412 if query else 409  # 412 for a request that names the digest
         assert status == wanted and b"data.altered" in body, (query, headers, status, body[:200])
     assert web.get(data["path"], If_Match=f'"{data["sha256"]}"')[0] == 412
     run = data["path"].split("/")[2]
@@ -288,7 +289,7 @@ def beside_others(web, client, folder, data):
     assert web.get(data["path"])[0] == 200
     seen = web.post("data.verify", run=run)["result"]
     assert seen["holds"] and seen["certified"] and seen["trials_complete"] == 8 and not seen["findings"], seen
-    # a folder that leads elsewhere, with the very files that are listed
+    # a link to another folder with exactly the listed files
     elsewhere, place = folder / "elsewhere", file.parent / "handover"
     place.rename(elsewhere)
     place.symlink_to(elsewhere)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""weftd that is told to end while something is under way: a run is cut, and interrupted; one that had been stopped has ended; a run that is
-being discarded is discarded. What comes meanwhile is refused with the reason. All simulated.
+"""weftd gets the signal to end while work is in progress: a run becomes interrupted; a stopped run has ended; a run that is being discarded is
+discarded. New requests are refused with the reason. All simulated.
 
     weftd_end.py WEFTD SOURCE_ROOT
 """
@@ -16,7 +16,7 @@ WEFTD, ROOT = sys.argv[1], pathlib.Path(sys.argv[2])
 
 
 def in_a_trial(folder):
-    """A daemon, its client, the rig's lease and a run that presses its probe on the cloth, slow enough to be told to end in the middle."""
+    """A daemon, its client, the lease and a run that presses on the fabric, slow enough to get the signal during the trial."""
     daemon = Daemon(WEFTD, ROOT, folder, "--pace", "4")
     client = Client(daemon.socket)
     client.call("sub.open", topics=["run:*"], mode="every")

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""Faults that somebody lets befall a simulated bench over weftd's socket, an emergency stop, sessions, calls that are given up, credit, recipes that
-are put. All simulated.
+"""Fault injection on a simulated bench over weftd's socket, an e-stop, sessions, cancelled calls, credit, uploaded recipes. All simulated.
 
     weftd_faults.py WEFTD WEFT SOURCE_ROOT
 """
@@ -29,7 +28,7 @@ def refused(client, method, kind, where=None, **params):
 
 
 def faults(client, operator, lease):
-    """One that is refused changes nothing; one that befalls ends the run, and is told in its journal and the daemon's."""
+    """A refused fault changes nothing. An injected fault ends the run, and the journals of the run and of the daemon have it."""
     refused(client, "sim.inject", "state.conflict", "/rig", device="ft", fault="silent")
     refused(operator, "sim.inject", "access.role", device="ft", fault="silent")
     client.call("sim.clock", pace=2)
@@ -60,7 +59,7 @@ def faults(client, operator, lease):
 
 
 def emergency_stop(daemon, client, operator, lease):
-    """By a stranger's raw line; it stays one after a halt, and only an engineer releases it."""
+    """An e-stop by the raw line of an unknown client. It remains after a halt, and only an engineer can reset it."""
     client.call("sim.clock", pace=2)
     run = client.call("run.start", recipe="long", lease=lease)["run"]
     client.until(run, "running")
@@ -120,10 +119,10 @@ def sessions(daemon, client, token):
 
 
 def given_up(client, lease):
-    """A call that waits is answered at once; what comes later is said to nobody; a change is not taken back by it."""
+    """A cancelled call is answered at once, and nothing is sent later. Cancelling does not undo a change."""
     client.call("sim.clock", pace=2)
     run = client.call("run.start", recipe="long", lease=lease)["run"]
-    client.until(run, "running")  # one that is aborted while its bench comes up leaves the rig unknown
+    client.until(run, "running")  # an abort while the bench is arming would leave the rig unknown
     client.send(json.dumps({"jsonrpc": "2.0", "id": "w", "method": "run.wait", "params": {"run": run}}))
     client.send(json.dumps({"jsonrpc": "2.0", "id": 9000, "method": "$/cancel", "params": {"id": "w"}}))
     told = {}
@@ -143,7 +142,7 @@ def given_up(client, lease):
 
 
 def credit(daemon, client):
-    """No event more than was granted; those that wait follow with the next grant."""
+    """At most as many events as granted; waiting events follow with the next grant."""
     listener = Client(daemon.socket)
     sub = listener.call("sub.open", topics=["lease:*"], mode="every", credit=2)["sub"]
     for _ in range(3):
@@ -167,7 +166,7 @@ def credit(daemon, client):
 
 
 def put(client, operator, lease):
-    """A recipe that would be refused is not written; one that is there is replaced by who knows what it is; none under a run that waits."""
+    """An invalid recipe is not written. An existing one is replaced only with its present digest, and never while a run waits for it."""
     refused(operator, "recipe.put", "access.role", recipe="new", content=recipe())
     for name in "../up", "", ".hidden", "a b", "-rf", "--force.json":
         refused(client, "recipe.put", "request.invalid", "/params/recipe", recipe=name, content=recipe())

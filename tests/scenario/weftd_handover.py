@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A complete campaign goes to the classifier by itself: over weftd's socket, with the next run beside it, cancelled, killed, too slow; and
-the same by `weft run`. All simulated.
+"""The handover of a complete campaign starts by itself: over weftd's socket, beside the next run, cancelled, killed, too slow; and by `weft run`. All
+simulated.
 
     weftd_handover.py WEFTD WEFT SOURCE_ROOT
 """
@@ -33,7 +33,7 @@ def recipe(fabrics, repetitions, hand_over):
 
 
 def of_pieces(text):
-    """Each repetition on another piece, which takes long to learn."""
+    """Each repetition on another piece, which makes the training slow."""
     return text | {"repetition": {"piece": "each_label_split", "pieces": text["repetitions"]}}
 
 
@@ -76,7 +76,7 @@ def until_hand_over(client, run, state):
 
 
 def handed_over(folder, client):
-    """Trained and evaluated with nobody asking, told as it goes on, listed with its digests; the model answers on another campaign."""
+    """Trained and evaluated without a request, with progress events and digests; the model classifies another campaign."""
     report = client.call("recipe.check", recipe="hopeless")
     assert not report["ok"] and report["problems"][0]["where"] == "/hand_over", report
     sub = client.call("sub.open", topics=["run:*"], mode="every")["sub"]
@@ -109,7 +109,7 @@ def same_without_a_daemon(folder, done):
     out = folder / "by-hand"
     told = weft("run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--out", out, "--repeats", "2")
     assert told["handover"]["state"] == "done" and told["handover"]["models"] == done["handover"]["models"], told["handover"]
-    other = folder / "other"  # trials that the model has not seen
+    other = folder / "other"  # trials that the model was not trained on
     weft("run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--out", other, "--seed", "77", "--no-evaluate")
     assert not (other / "handover").exists(), "--no-evaluate"
     answers = weft("classify", pathlib.Path(done["folder"]) / "handover/M1.model", other / "dataset.h5")["trials"]
@@ -123,7 +123,7 @@ def nothing_partial(client):
         client.event()
     client.call("run.stop", run=run)
     stopped = client.call("run.wait", run=run, hand_over=True)
-    if stopped["outcome"] != "complete":  # it may have been at its last trial
+    if stopped["outcome"] != "complete":  # the stop may have come during its last trial
         assert "handover" not in stopped and not (pathlib.Path(stopped["folder"]) / "handover").exists(), stopped
         assert client.refused("handover.start", run=run)["data"]["kind"] == "not_found"
     plain = client.call("run.wait", run=start(client, "plain"), hand_over=True)
@@ -133,7 +133,7 @@ def nothing_partial(client):
 
 
 def beside_others(daemon, client):
-    """While one is trained requests are answered, the next run comes to its end, halt is heard; then somebody cancels it."""
+    """During a handover requests are answered, the next run completes, and a halt works; then the handover is cancelled."""
     client.call("sub.open", topics=["run:*"], mode="every")
     slow = start(client, "slow")
     until_hand_over(client, slow, "running")
@@ -162,7 +162,7 @@ def beside_others(daemon, client):
 
 
 def too_slow(client):
-    """What fails is told with a sentence, and the run is what it was."""
+    """A failed handover has an error message and does not change the run."""
     late = client.call("run.wait", run=start(client, "late"), hand_over=True)
     assert late["outcome"] == "complete" and late["dataset_sha256"], late
     assert late["handover"]["state"] == "failed" and "took longer" in late["handover"]["error"], late["handover"]
@@ -171,7 +171,7 @@ def too_slow(client):
 
 
 def over_restarts(folder, daemon, client, slow, done):
-    """kill -9 under one: the next start does it again. What was done, or cancelled, is not."""
+    """After kill -9 the next start repeats the handover. A completed or cancelled one is not repeated."""
     model = pathlib.Path(done["folder"]) / done["handover"]["models"][0]["model"]
     written = model.stat().st_mtime_ns
     client.call("sub.open", topics=[f"run:{slow}"], mode="every")
@@ -191,7 +191,7 @@ def over_restarts(folder, daemon, client, slow, done):
     client = Client(daemon.socket)
     assert client.call("run.get", run=slow)["handover"]["state"] == "cancelled"
     assert model.stat().st_mtime_ns == written, "done twice"
-    # a damaged model is made again, and is the same
+    # a damaged model is made again, with the same bytes
     model.write_bytes(model.read_bytes()[:-2])
     client.call("handover.start", run=done["run"])
     again = client.call("run.wait", run=done["run"], hand_over=True)
@@ -202,7 +202,7 @@ def over_restarts(folder, daemon, client, slow, done):
 
 
 def given_up(folder, daemon, client, slow):
-    """One that takes the daemon down twice is not begun a third time by itself."""
+    """A handover during which the daemon died twice is not started again automatically."""
     for attempt in range(2):
         while client.call("run.get", run=slow)["handover"]["state"] != "running":
             time.sleep(0.02)
@@ -217,11 +217,11 @@ def given_up(folder, daemon, client, slow):
 
 
 def ended_in_its_last_retreat(folder):
-    """SIGTERM while the probe goes up after the last trial: the run was aborted, with all of its trials, and the next daemon hands them over."""
+    """SIGTERM while the probe is lifted after the last trial: the run is aborted with all of its trials, and the next daemon starts the handover."""
     daemon = Daemon(WEFTD, ROOT, folder, data="last")
     client = Client(daemon.socket)
     client.call("sub.open", topics=["run:*"], mode="every")
-    client.call("sim.clock", pace=40)  # slow enough to be slowed down in time
+    client.call("sim.clock", pace=40)  # slow enough for a further slowdown in time
     run, trials = start(client, "quick"), len(FABRICS[:2]) * 6
     while client.event()["delta"].get("trials_done", 0) < trials - 2:
         pass
@@ -242,7 +242,7 @@ def ended_in_its_last_retreat(folder):
 
 
 def made_up(folder):
-    """`weft run` whose hand-over is killed, or left out: verify says that it is missing, --resume makes it up."""
+    """`weft run` with a killed or skipped handover: verify reports that it is missing, --resume completes it."""
     command = [WEFT, "run", folder / "recipes/quick.json", "--rig", ROOT / "sim/rigs/bench17.json", "--repeats", "2", "--out"]
     killed = folder / "killed"
     ran = subprocess.Popen([*command, killed], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -250,7 +250,7 @@ def made_up(folder):
         assert ran.poll() is None, "it has ended before its hand-over began"
     ran.kill()
     ran.communicate()
-    shutil.rmtree(killed / "handover", ignore_errors=True)  # where it was quicker than the signal
+    shutil.rmtree(killed / "handover", ignore_errors=True)  # in case it finished before the signal
     left_out = folder / "left-out"
     said = subprocess.run([*command, left_out, "--no-evaluate"], capture_output=True, text=True, check=True).stderr
     assert "was not handed over" in said and "--no-evaluate" in said, said

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""weftd over HTTP: curl's way with Python's standard library. Requests, tokens, foreign pages, events with replay, and
-clients that mean no good: slow, endless, gone, too many.
+"""weftd over HTTP like curl, with Python's standard library. Requests, tokens, foreign pages, events with replay, and malicious clients: slow,
+endless, gone, too many.
 
     weftd_http.py WEFTD WEFT SOURCE_ROOT        all simulated
 """
@@ -47,7 +47,7 @@ class Web:
         return said["result"] if "result" in said else said["error"]
 
     def open(self, first_line, *headers, token=True, body=b""):
-        """A connection on which this much of a request was sent, byte for byte."""
+        """A connection with this much of a request sent, byte for byte."""
         wire = socket.create_connection(("127.0.0.1", self.port), PATIENCE_S)
         headers = ["Host: 127.0.0.1", "Content-Type: application/json", *headers]
         if token:
@@ -56,7 +56,7 @@ class Web:
         return wire
 
     def wait_for(self, run):
-        """A call of run.wait that is under way."""
+        """A call of run.wait in progress."""
         body = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "run.wait", "params": {"run": run}}).encode()
         return self.open("POST /rpc", f"Content-Length: {len(body)}", body=body)
 
@@ -111,7 +111,7 @@ def refusals(web):
     assert web.ask("GET", "/nothing").status == 404
     assert web.ask("GET", "/rpc").status == 405
     assert web.ask("OPTIONS", "/rpc", Origin="http://bench.example").headers["Access-Control-Allow-Origin"] is None
-    # by the head alone: no byte of these bodies is sent
+    # refused by the head only: no byte of these bodies is sent
     for status, headers in (411, ["Transfer-Encoding: chunked"]), (411, []), (413, [f"Content-Length: {1 << 40}"]):
         assert answer_of(web.open("POST /rpc", *headers))[0] == status, headers
     assert answer_of(web.open("POST /rpc", "Content-Length: 9", token=False))[0] == 401
@@ -121,7 +121,7 @@ def refusals(web):
 
 
 def tokens(web, viewer, folder):
-    """One that the daemon makes is good at once, and so is what weft token add wrote since the start; neither file nor journal has it."""
+    """A token of the daemon is valid at once, and so is one that weft token add wrote after the start. Neither file nor journal contains it."""
     assert viewer.call("token.add", name="mine")["data"]["kind"] == "access.role"
     beside = Web(web.port, token_of(WEFT, folder / "tokens.json", "beside", "observer"))
     assert beside.call("session.whoami")["role"] == "observer", "written since the daemon began"
@@ -137,7 +137,7 @@ def tokens(web, viewer, folder):
 
 
 def paused(web, lease, pause):
-    """A run that `pause` has paused: it takes that once it is under way, and is slow enough to be caught."""
+    """A run paused by `pause`, which is called when the run moves; the run is slow enough for that."""
     web.call("sim.clock", pace=20)
     run = web.call("run.start", recipe="small", lease=lease)["run"]
     while web.call("run.get", run=run)["state"] == "arming":
@@ -155,7 +155,7 @@ def at_the_bench(folder, *words):
 
 
 def pages(web, folder):
-    """Who makes a link for himself is one user at page and terminal: what one holds the other steers. A link for somebody else is not he."""
+    """A page link for oneself gives one user at page and terminal, with shared leases. A link for another name is another user."""
     def at_link(*words):
         link = at_the_bench(folder, "page", *words)
         assert re.fullmatch(rf"http://127\.0\.0\.1:{web.port}/#token=wft_[0-9a-f]{{64}}", link), link
@@ -184,7 +184,7 @@ def pages(web, folder):
 
 
 def unusual(web):
-    """A client that waits to be told to go on, and one that says that it has no more to say."""
+    """A client with "Expect: 100-continue", and one that half-closes its connection after the request."""
     good = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "system.ready"}).encode()
     wire = web.open("POST /rpc", f"Content-Length: {len(good)}", "Expect: 100-continue")
     assert wire.recv(100).startswith(b"HTTP/1.1 100 ")
@@ -197,7 +197,7 @@ def unusual(web):
 
 
 def events(web):
-    """Two leases come and go; who was cut off in between has what it missed."""
+    """Two leases come and go; a reconnected client gets the events that it missed."""
     stream = Events(web, "?topics=lease:*&mode=every")
     kind, _, snapshot = stream.next()
     assert kind == "snapshot" and "snapshot" in snapshot, snapshot
@@ -216,7 +216,7 @@ def events(web):
 
 
 def order(web, folder):
-    """While much happens: a snapshot, then every event that came after it."""
+    """Under many events: a snapshot, then every later event."""
     with socket.socket(socket.AF_UNIX) as halting:
         halting.connect(str(folder / "data/weftd.sock"))
         for _ in range(4):
@@ -231,7 +231,7 @@ def order(web, folder):
 
 
 def endless(web, daemon):
-    """Requests without an end, and without a token, are not kept."""
+    """Endless requests, and those without a token, are not kept."""
     def send(first_line, header, piece):
         wire = web.open(first_line, header, token=False)
         with contextlib.suppress(ConnectionError):
@@ -252,7 +252,7 @@ def peak_kib(process):
 
 
 class Drip:
-    """Clients without a token that never end their requests, a byte a second each."""
+    """Clients without a token that never complete their requests and send a byte a second each."""
     def __init__(self, web, count):
         self.wires = [socket.create_connection(("127.0.0.1", web.port)) for _ in range(count)]
         for wire in self.wires:
@@ -275,7 +275,7 @@ class Drip:
 
 
 def slow(web):
-    """Nobody waits for clients that drip, be they many; they have 10 s, to whom the daemon says so."""
+    """Even many slow clients delay no other client. They get 10 s and then an error."""
     dripping = Drip(web, 200)
     quick = Web(web.port, web.token, patience_s=8)
     quick.call("rig.halt")
@@ -285,13 +285,13 @@ def slow(web):
 
 
 def out_of_descriptors(web, daemon, folder):
-    """Connections take all that the daemon may open: HTTP makes room, and nothing spins."""
+    """Connections use up the daemon's descriptors: HTTP frees some, and the daemon does not spin."""
     opened = len(list(pathlib.Path(f"/proc/{daemon.pid}/fd").iterdir()))
     _, hard = resource.prlimit(daemon.pid, resource.RLIMIT_NOFILE)
     resource.prlimit(daemon.pid, resource.RLIMIT_NOFILE, (opened + 10, hard))
     idle = [socket.create_connection(("127.0.0.1", web.port)) for _ in range(30)]
     Web(web.port, web.token, patience_s=8).call("rig.state")
-    for _ in range(30):  # of these none makes room for another
+    for _ in range(30):  # Unix-socket clients are not closed for others
         idle.append(socket.socket(socket.AF_UNIX))
         idle[-1].connect(str(folder / "data/weftd.sock"))
     web.call("rig.state")
@@ -309,7 +309,7 @@ def cpu_s(process):
 
 
 def too_many(web):
-    """Streams and waiting calls have seats; who has gone leaves his."""
+    """Streams and waiting calls are limited in number; a client that has gone frees its place."""
     held = [web.ask("GET", "/events") for _ in range(36)]
     statuses = [response.status for response in held]
     assert statuses == 32 * [200] + 4 * [503], statuses
@@ -370,15 +370,15 @@ def one_port(web, folder):
 
 
 def end(web, daemon):
-    """Neither streams, nor calls that wait, nor clients that drip keep the daemon from ending."""
+    """Streams, waiting calls and slow clients do not prevent the daemon from ending."""
     lease = web.call("lease.acquire")["lease"]
     run = paused(web, lease, lambda run: web.call("run.pause", run=run, at="now"))
     stream, waiting, dripping = Events(web), web.wait_for(run), Drip(web, 3)
     assert stream.next()[0] == "snapshot"
-    web.call("system.ready")  # what came before it has been heard
+    web.call("system.ready")  # earlier requests have been received
     daemon.terminate()
     assert daemon.wait(30) == 0
-    status, said = answer_of(waiting)  # the run ends first, and who waits for that is told
+    status, said = answer_of(waiting)  # the run ends first, and the waiting call gets its result
     assert (status, json.loads(said)["result"]["state"]) == (200, "interrupted"), (status, said)
     stream.response.close()
     dripping.end()

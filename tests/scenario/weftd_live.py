@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Votes while a slide goes on, over weftd's socket: a model is trained on one small campaign, the next asks it and ends its slides once
-it is sure. All simulated.
+"""Live votes over weftd's socket: a small campaign trains a model; the next campaign uses it and ends its strokes when the prediction is certain. All
+simulated.
 
     weftd_live.py WEFTD WEFT SOURCE_ROOT
 """
@@ -59,9 +59,9 @@ def votes(folder, client):
     share = {one["label"]: one["probability"] for one in newest["probability"]}
     assert abs(sum(share.values()) - 1) < 1e-6 and share[newest["winner"]] >= 0.8, newest
     assert newest["model_bench"] == "simulated", newest
-    client.call("session.whoami")  # what was published before its answer has come
+    client.call("session.whoami")  # all events published before this answer have arrived
     told = [e["delta"] for e in client.events if e["topic"] == "vote:" + run]
-    # a delta has what changed: from the last of a trial to the first of the next the length goes back
+    # a delta has the changes: from the end of a trial to the start of the next one the length decreases
     assert len(told) >= 8 and all("slide_s" in delta for delta in told), told
     assert client.refused("classify.live", run="R-999999")["data"]["kind"] == "not_found"
     return pathlib.Path(ended["folder"]), ended

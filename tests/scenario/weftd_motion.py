@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Motion outside a run over weftd's socket: retract after a halt on the cloth, park, jog; what is refused, what stops it, what a crash leaves.
-All simulated; the last part on the emulated bench of weft-rig in real time.
+"""Motion outside a run over weftd's socket: retract after a halt on the fabric, park, jog; refusals, interruptions, and the state after a crash. All
+simulated; the last part on the emulated bench of weft-rig in real time.
 
     weftd_motion.py WEFTD WEFT WEFT_RIG SOURCE_ROOT
 """
@@ -33,7 +33,7 @@ def watched(daemon, ttl_ms=600_000):
 
 
 def halted_on_the_cloth(client, lease):
-    """A run that slides its probe over the cloth, and is halted there."""
+    """A run that is halted while its probe slides over the fabric."""
     run = client.call("run.start", recipe="small", lease=lease)["run"]
     while (client.event()["delta"].get("at") or {}).get("step") != "sliding":
         pass
@@ -43,7 +43,7 @@ def halted_on_the_cloth(client, lease):
 
 
 def begun(client, method, **params):
-    """A motion under way, whose answer is still to come: the id of the call. The stages have begun to move when it returns."""
+    """Starts a motion and returns the id of its call. The answer has not come yet. The stages have begun to move."""
     client.last = call = client.last + 1
     client.events.clear()
     client.send(json.dumps({"jsonrpc": "2.0", "id": call, "method": method, "params": params}))
@@ -99,7 +99,7 @@ def jogs(daemon, client, lease):
 
 
 def is_halted(client, lease):
-    """A halt stops a park; nothing begins meanwhile."""
+    """A halt stops a park; meanwhile no other motion starts."""
     client.call("sim.clock", pace=1)
     call = begun(client, "rig.park", lease=lease)
     state = client.call("rig.state")
@@ -119,7 +119,7 @@ def is_halted(client, lease):
 
 
 def ends_with_the_daemon(folder, daemon, client, lease):
-    """SIGTERM aborts a motion and writes its end; after SIGKILL nobody knows where the rig is."""
+    """SIGTERM aborts a motion and records its end; after SIGKILL the rig is unknown."""
     halted_on_the_cloth(client, lease)
     client.call("rig.reset", reason="looked at")
     client.call("sim.clock", pace=1)
@@ -130,7 +130,7 @@ def ends_with_the_daemon(folder, daemon, client, lease):
     last = maintenance(client)[-1]
     assert (last["state"], last["outcome"], last["rig"]) == ("ended", "aborted", "holding"), last
     assert client.call("rig.state")["rig"] != "unknown"
-    begun(client, "rig.retract", lease=lease)  # of stages that a new process has switched on: by 8 mm, slowly
+    begun(client, "rig.retract", lease=lease)  # stages that a new process has switched on move by 8 mm, slowly
     assert daemon.end(signal.SIGKILL) == -signal.SIGKILL
     daemon = Daemon(WEFTD, ROOT, folder)
     client, lease = watched(daemon)
@@ -152,7 +152,7 @@ def simulated(folder):
 
 
 def emulated(folder):
-    """The truth of another process: the probe leaves the cloth, and the monitor stops a jog whose daemon was killed."""
+    """True positions from another process: the probe leaves the fabric, and the monitor stops a jog after its daemon was killed."""
     path, rig = rig_file(ROOT, folder)
     near_home(path, rig, (18, 24))
     with ServedRig(WEFT_RIG, path, rig) as served, contextlib.ExitStack() as ending:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Whom weftd calls and what Prometheus reads: events to a real HTTP server and a real mosquitto, and GET /metrics. All simulated.
+"""Notifications of weftd and metrics for Prometheus: events to a real HTTP server and a real mosquitto, and GET /metrics. All simulated.
 
     weftd_notify.py WEFTD WEFT SOURCE_ROOT [--promtool]
 
-The HTTP server refuses the first event twice; mosquitto speaks TLS with a password, is stopped and started again, and sends the last will
-after kill -9. Without mosquitto the test is skipped (77). promtool checks the metrics where it is there; --promtool: it is fetched.
+The HTTP server refuses the first event twice. mosquitto uses TLS with a password, is stopped and started again, and sends the last will after kill
+-9. Without mosquitto the test is skipped (77). promtool checks the metrics if it is installed; --promtool downloads it.
 """
 import http.client
 import http.server
@@ -30,7 +30,7 @@ TOPIC = "lab/bench17"
 
 
 class Receiver:
-    """An HTTP server. `statuses`: of the next answers, then 200. `posts`: (headers, body) of what was answered with 200."""
+    """An HTTP server. `statuses`: of the next answers, then 200. `posts`: (headers, body) of requests answered with 200."""
 
     def __init__(self):
         self.statuses, self.refused, self.posts = [], 0, queue.Queue()
@@ -94,7 +94,7 @@ class Broker:
 
 
 def lease_of(client):
-    """A lease for a minute, or the one that is there."""
+    """The present lease, or a new one of a minute."""
     held = client.call("lease.list")["leases"]
     return held[0]["lease"] if held else client.call("lease.acquire", ttl_ms=60_000)["lease"]
 
@@ -133,7 +133,7 @@ class Subscriber:
                 return kind[0], self.stream.read(length)
 
     def next(self, name, wanted=lambda payload: True):
-        """The next message of TOPIC/name that is wanted: (payload, retained). Messages of other topics wait for their turn."""
+        """The next message of TOPIC/name for which `wanted` is true: (payload, retained). Other messages stay queued."""
         skipped = []
         while True:
             kind, payload = message = self.waiting.pop(0) if self.waiting else self.read()
@@ -176,7 +176,7 @@ def prepare(folder, receiver, broker):
 
 
 def refused_secret(folder, settings):
-    """A secret that others may read ends the daemon before it serves."""
+    """The daemon ends before it serves if other users can read its secret."""
     (folder / "webhook.token").chmod(0o644)
     ran = subprocess.run(command(WEFTD, ROOT, folder, "--notify", settings), capture_output=True, text=True, timeout=PATIENCE_S)
     assert ran.returncode == 1 and "webhook.token" in ran.stderr and "tk_secret" not in ran.stderr, ran
@@ -184,7 +184,7 @@ def refused_secret(folder, settings):
 
 
 def expect(receiver, subscriber, event, **facts):
-    """The same event at both receivers, in order."""
+    """Expects the same event at both receivers, in order."""
     headers, posted = receiver.next()
     published, retained = subscriber.next("event")
     assert not retained and posted["event"] == published["event"] == event, (event, posted, published)
@@ -212,16 +212,16 @@ def runs(client, receiver, subscriber):
     expect(receiver, subscriber, "operator.needed", run=failing)
     prompt = client.call("run.get", run=failing)["attention"]["step"]
     client.call("sim.inject", device="ft", fault="silent")
-    client.answer("run.confirm", run=failing, step=prompt)  # it may have failed already
+    client.answer("run.confirm", run=failing, step=prompt)  # the run may have failed already
     ended = client.call("run.wait", run=failing)
     assert ended["outcome"] == "failed", ended
     expect(receiver, subscriber, "run.failed", run=failing, outcome="failed", error=ended["error"], priority=5)
     expect(receiver, subscriber, "queue.empty")
-    client.answer("rig.reset", reason="looked at")  # needed only where the run left it otherwise than safe
+    client.answer("rig.reset", reason="looked at")  # needed only if the run did not leave the rig safe
 
 
 def latched_and_lost(client, receiver, subscriber):
-    """An answer of 404 is final: it is counted, and the journal has a line."""
+    """An answer of 404 is final: it is counted and journalled."""
     client.call("rig.halt", reason="smoke")
     expect(receiver, subscriber, "rig.latched", rig="latched", priority=5)
     client.call("rig.halt", reason="smoke")  # changes nothing
@@ -248,7 +248,7 @@ SAMPLE = re.compile(rf'({NAME})(\{{{NAME}="(?:[^"\\\n]|\\[\\n"])*"(?:,{NAME}="(?
 
 
 def parse(text, is_open):
-    """Strictly: {sample with labels: value}; each family has TYPE and HELP once, before its samples, which stand together."""
+    """Strict parser: {sample with labels: value}; each family has TYPE and HELP once, before its samples, which are contiguous."""
     lines, types, helped, values = text.split("\n"), {}, set(), {}
     assert lines[-2:] == ["# EOF", ""], lines[-3:]
     family = None
@@ -275,7 +275,7 @@ def parse(text, is_open):
 
 
 def dashboard_names():
-    """All metrics that the dashboard asks for."""
+    """All metrics that the dashboard uses."""
     board = json.loads((ROOT / "packaging/grafana-dashboard.json").read_text())
     asked = [target["expr"] for panel in board["panels"] for target in panel.get("targets", [])]
     assert asked and len({panel["id"] for panel in board["panels"]}) == len(board["panels"])
@@ -308,7 +308,7 @@ def metrics(daemon, client, token, served_before):
 
 
 def find_promtool(folder):
-    """Debian's package has 96 MB that nothing here needs but this one program: it is unpacked, not installed."""
+    """Debian's package has 96 MB, of which only this program is needed: it is unpacked, not installed."""
     if "--promtool" in sys.argv and shutil.which("promtool") is None:
         subprocess.run(["apt-get", "download", "-qq", "prometheus"], check=True, cwd=folder, capture_output=True)
         (package,) = folder.glob("prometheus_*.deb")
@@ -328,7 +328,7 @@ def promtool(text):
 
 
 def metrics_of_a_run(daemon, client, token, receiver, subscriber):
-    """While a run waits for a person: its figures are there, and the newest trial's once it has one."""
+    """Metrics of a run that waits for a person; those of the newest trial exist after it."""
     run = client.call("run.start", lease=lease_of(client), recipe="two")["run"]
     expect(receiver, subscriber, "operator.needed", run=run)
     client.call("run.confirm", run=run, step=client.call("run.get", run=run)["attention"]["step"])
@@ -349,7 +349,7 @@ def metrics_of_a_run(daemon, client, token, receiver, subscriber):
 
 
 def broker_comes_back(client, broker, receiver):
-    """What happened meanwhile is sent once there is a broker again, and the state with it."""
+    """Events during the outage, and the state, are sent when the broker is back."""
     broker.stop()
     client.call("rig.halt", reason="no broker")
     assert receiver.next()[1]["event"] == "rig.latched"

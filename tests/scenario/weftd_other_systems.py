@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""weftd on the rigs of the other two systems: slides that are heard and presses that are scanned, from the socket to the hand-over. All SIMULATED.
+"""weftd on the rigs of the other two systems, vibration and imprints, from the socket to the handover. All SIMULATED.
 
     weftd_other_systems.py WEFTD WEFT SOURCE_ROOT
 
-The shipped recipes with fewer objects, shorter and fewer slides; what came out is asked for over the socket and read from the folder.
+The shipped recipes with fewer objects, and with fewer and shorter strokes. The results are requested over the socket and read from the folder.
 """
 import json
 import pathlib
@@ -40,7 +40,7 @@ def presses():
 
 
 def level_z():
-    """The rig of the presses with the array's quicker level."""
+    """The rig of the presses with the array's faster level."""
     rig = json.loads((ROOT / "sim/rigs/imprint12.json").read_text())
     for key in ("fidelity", "fabrics"):
         rig["simulation"][key] = str(ROOT / "sim" / pathlib.Path(rig["simulation"][key]).name)
@@ -51,7 +51,7 @@ def level_z():
 
 
 def done_by(client, name, trials):
-    """Checked, run and handed over through the socket; the end as run.wait tells it."""
+    """Checks, runs and hands over through the socket. Returns the end from run.wait."""
     report = client.call("recipe.check", recipe=name)
     assert report["ok"], report
     lease = client.call("lease.acquire")["lease"]

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Operator steps on the simulated bench: what people are asked between trials, over weftd's socket and at a terminal.
+"""Operator steps on the simulated bench, over weftd's socket and at a terminal.
 
     weftd_people.py WEFTD WEFT SOURCE_ROOT
 
-People's time in the plan, the next human action in status and events, confirmations that are right, stale, by the wrong role or against
-a lease, pause and kill -9 while a person is awaited, weft confirm; weft run at a terminal, without one, and with --yes. All simulated.
+Operator time in the plan; the next operator step in status and events; confirmations that are valid, stale, by the wrong role or against a lease;
+pause and kill -9 during a pending step; weft confirm; weft run at a terminal, without one, and with --yes. All simulated.
 """
 import json
 import os
@@ -47,7 +47,7 @@ def plans(client, recipe):
 
 
 def asked(client, run):
-    """What is asked, once it is."""
+    """The operator prompt, when it is pending."""
     while True:
         event = client.event()
         if event["topic"] == f"run:{run}" and event["delta"].get("state") == "awaiting_operator":
@@ -94,7 +94,7 @@ def a_run(client, daemon, token):
     assert again["text"] == second["text"] and again["step"] != second["step"], (again, second)
     client.call("run.confirm", run=run, step=again["step"])
     seen = False
-    while True:  # between the two, the next action is told before it is asked
+    while True:  # between two prompts the next one is announced before it is pending
         event = client.event()
         delta = event["delta"]
         if delta.get("state") == "awaiting_operator":
@@ -116,7 +116,8 @@ def a_run(client, daemon, token):
 
 
 def is_forecast(client):
-    """The end and the next human action: told from the plan, at another pace at once, and kept while the run is held."""
+    """The end and the next operator step are computed from the plan, follow a change of the simulation speed at once, and stay known while the run is
+    held."""
     plan = client.call("recipe.check", recipe="people")["plan"]
     machine_s = plan["eta_s"] - plan["people_s"]
     lease = client.call("lease.acquire")["lease"]
@@ -151,7 +152,7 @@ def weft(daemon, *words, status=0):
 
 
 def dies_waiting(folder, client, daemon, undisturbed):
-    """kill -9 while satin is to be mounted: asked again, and the data are those of a run that nobody touched."""
+    """kill -9 before satin is mounted: the prompt is repeated, and the data equal those of an undisturbed run."""
     lease = client.call("lease.acquire")["lease"]
     run = client.call("run.start", recipe="people", lease=lease)["run"]
     for _ in range(2):
@@ -179,7 +180,7 @@ def run_command(recipe, out, *more):
 
 
 def at_a_terminal(recipe, folder):
-    """Enter confirms, and what was typed before anything was asked does not."""
+    """Enter confirms; input typed before the prompt does not."""
     master, slave = pty.openpty()
     process = subprocess.Popen(run_command(recipe, folder / "terminal"), stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     os.close(slave)
@@ -193,7 +194,7 @@ def at_a_terminal(recipe, folder):
 
 
 def hangs_up(recipe, folder):
-    """A terminal that goes away while something is asked ends the run tidily."""
+    """A terminal that closes during a prompt ends the run in an orderly way."""
     master, slave = pty.openpty()
     process = subprocess.Popen(run_command(recipe, folder / "gone"), stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     os.close(slave)

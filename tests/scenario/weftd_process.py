@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""weftd as a process under a service manager: SIGHUP in a run, messages by sd_notify's protocol, its journal on standard output, refused tokens.
-All simulated.
+"""weftd as a process under a service manager: SIGHUP in a run, messages by sd_notify's protocol, its journal on standard output, refused tokens. All
+simulated.
 
     weftd_process.py WEFTD WEFT SOURCE_ROOT
 """
@@ -24,7 +24,7 @@ FLOOD = 1000
 
 
 class Manager(threading.Thread):
-    """The end of NOTIFY_SOCKET: what was said, by name."""
+    """The end of NOTIFY_SOCKET: the received messages, by name."""
 
     def __init__(self, path):
         super().__init__(daemon=True)
@@ -49,7 +49,7 @@ class Manager(threading.Thread):
 
 
 class Process:
-    """weftd with JSON on standard output; every line is kept."""
+    """weftd with JSON on standard output; keeps every line."""
 
     def __init__(self, folder, manager, *more):
         env = {**os.environ, "NOTIFY_SOCKET": str(manager), "WATCHDOG_USEC": "400000"}
@@ -78,7 +78,7 @@ class Process:
 
 
 def served(port, cert):
-    """The certificate that a new connection is shown, and that connection."""
+    """The certificate of a new connection, and that connection."""
     context = ssl.create_default_context(cafile=cert)
     wire = context.wrap_socket(socket.create_connection(("127.0.0.1", port), PATIENCE_S), server_hostname="localhost")
     return ssl.DER_cert_to_PEM_cert(wire.getpeercert(binary_form=True)), wire
@@ -97,7 +97,7 @@ def opened(port, cert, token):
 
 
 def reloads(daemon, manager, folder, client, run):
-    """In a run: a new certificate and token for new connections, nothing for the old ones; a bad certificate changes nothing."""
+    """During a run: new connections use a new certificate and token, old ones are unchanged; a bad certificate changes nothing."""
     key, cert = folder / "good.key", folder / "good.pem"
     first = cert.read_text()
     seen, old = served(daemon.ports[0], cert)
@@ -130,7 +130,7 @@ def reloads(daemon, manager, folder, client, run):
 
 
 def refused_tokens(daemon, folder, client, cert, token):
-    """Many are two lines of the journal, and limit their address to stops; nobody else."""
+    """Many refusals give two lines of the journal, and limit their address to stops; other addresses are not affected."""
     _, staying, staying_lines = opened(daemon.ports[0], cert, token)
     kinds = []
     for _ in range(FLOOD):
@@ -159,7 +159,7 @@ def refusals_on_record(daemon):
 
 
 def log_on_output(daemon, folder, run):
-    """Each line of the journal once, in its order, with the state lines of the run."""
+    """Each line of the journal appears once, in order, with the state lines of the run."""
     later = subprocess.run([sys.executable, "-c", "import sqlite3, sys, json\n"
                             "rows = sqlite3.connect(sys.argv[1]).execute('SELECT utc_us, run, kind, by FROM journal ORDER BY sequence')\n"
                             "print(json.dumps(list(rows)))", folder / "data/weftd.sqlite"], check=True, capture_output=True, text=True)
@@ -204,11 +204,11 @@ def under_a_manager(folder):
 
 
 def never_ready(folder):
-    """With a rig file that cannot be used: status 1 and the reason, nothing said to the service manager, no socket."""
+    """With an unusable rig file: status 1 and the reason, no message to the service manager, no socket."""
     rig = json.loads((ROOT / "sim/rigs/bench17.json").read_text())
     unknown_driver = {**rig, "devices": [{**device, "driver": "ati_rtd"} for device in rig["devices"]]}
     secret = folder / "secret.json"
-    secret.mkdir()  # a folder is a file that nobody can read, root neither
+    secret.mkdir()  # a folder in place of the file cannot be read by any user, not even root
     cases = {"unknown_driver": (json.dumps(unknown_driver), "ati_rtd"), "cut": (json.dumps(rig)[:500], "rig"), "empty": ("", "rig")}
     for name, (text, reason) in {**cases, "secret": (None, "secret.json")}.items():
         file = folder / f"{name}.json"
@@ -223,12 +223,12 @@ def never_ready(folder):
 
 
 def nobody_reads(folder):
-    """Output that nobody reads keeps no request waiting, and no end."""
+    """Unread output blocks no request and does not prevent the end."""
     process = subprocess.Popen(command(WEFTD, ROOT, folder, data="unread"), stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout.readline() == "weftd: ready\n"
         client = Client(folder / "unread/weftd.sock")
-        for number in range(600):  # of 200 bytes and more each: a pipe holds 64 KiB
+        for number in range(600):  # at least 200 bytes each: a pipe holds 64 KiB
             lease = client.call("lease.acquire", ttl_ms=60_000)["lease"]
             client.call("lease.release", lease=lease)
         assert client.call("system.info")["product"] == "weftd"

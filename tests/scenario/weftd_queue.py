@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The runs that wait for weftd's rig, and what becomes of those that it died under, over its socket.
+"""The queue of weftd and the recovery of interrupted runs, over its socket.
 
     weftd_queue.py WEFTD WEFT SOURCE_ROOT
 
-A queue that is added to, moved, paused and started by its revision, over a restart; an interrupted run that is discarded, and one
-that is kept as far as it came; the commands of weft for both. All simulated.
+Runs are added to the queue, moved, paused and started with its revision, also over a restart. One interrupted run is discarded, another is kept with
+its complete trials. The commands of weft for both. All simulated.
 """
 import json
 import pathlib
@@ -80,7 +80,7 @@ def a_queue(client, daemon, token):
 
 
 def over_a_restart(folder, daemon, expected):
-    """Order and pause stay; a queue that was not paused waits for somebody's word too."""
+    """Order and pause stay; also a queue that was not paused waits for a user's order."""
     assert daemon.end() == 0
     daemon = Daemon(WEFTD, ROOT, folder, "--port", "0")
     client = Client(daemon.socket)
@@ -122,7 +122,7 @@ def commands(daemon):
 
 
 def interrupted(folder, client, daemon):
-    """kill -9 under a long run that has complete trials, with a short one behind it."""
+    """kill -9 during a long run with complete trials, with a short one queued behind it."""
     lease = client.call("lease.acquire")["lease"]
     client.call("sub.open", topics=["run:*"], mode="every")
     run = client.call("run.start", recipe="long", lease=lease)["run"]
@@ -140,7 +140,7 @@ def interrupted(folder, client, daemon):
 
 
 def after(client, behind, run):
-    """The rig is as it was left: only a word lets the next begin."""
+    """The rig is as it was left: the next run starts only after a user's order."""
     assert client.call("rig.state") == {"rig": "unknown", "fact": "unknown", "left_by": run, "acknowledged": False}
     shown = client.call("sub.open", topics=["rig"], mode="latest")
     assert (shown["snapshot"]["rig"]["rig"], shown["snapshot"]["rig"]["left_by"]) == ("unknown", run), shown

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A whole life of weftd on the simulated bench, over its socket, with Python's standard library alone.
+"""A whole session of weftd on the simulated bench, over its socket, with Python's standard library only.
 
     weftd_runs.py WEFTD WEFT SOURCE_ROOT
 
-Greeting, introduction, refusals, a lease, a campaign that is started, watched, paused, resumed and ended, a second one in the line,
-halt from an unauthenticated connection and reset, tokens on TCP, kill -9 and what the next start says. All simulated.
+Greeting, session.open, refusals, a lease; a campaign that is started, watched, paused, resumed and ended; a second one in the queue; halt from an
+unauthenticated connection and reset; tokens on TCP; kill -9 and the report of the next start. All simulated.
 """
 import hashlib
 import json
@@ -186,13 +186,13 @@ def tokens(folder, daemon, token):
 
 
 def slow_reader(daemon, client):
-    """One that subscribes to everything and never reads costs the others nothing; what it then reads has its gap told, to the event."""
+    """A subscriber to everything that never reads delays no other client; the gap in its events is then reported exactly."""
     slow, quick = Client(daemon.socket), Client(daemon.socket)
     for each in slow, quick:
         each.call("sub.open", topics=["lease:*"], mode="every")
     lease = client.call("lease.acquire", ttl_ms=600_000)["lease"]
     assert quick.event()["delta"]["acquired"]["lease"] == lease
-    many = 8000  # more than its bound and all buffers of a socket hold
+    many = 8000  # more than its limit and all buffers of a socket hold
     for _ in range(many):
         client.call("lease.renew", lease=lease)
         event = quick.event()
@@ -238,7 +238,7 @@ def death(folder, client, daemon):
 
 
 def goes_on(client, run, trials, digest):
-    """What is left is told before anything moves; it needs a lease; the data are those of a run that nobody touched."""
+    """The preview reports the remaining trials before anything moves. Resuming needs a lease. The data equal those of an undisturbed run."""
     left = client.call("run.resume", run=run, preview=True)
     assert left["trials_left"] + left["trials_done"] == trials and any("go on with trial" in w for w in left["will"]), left
     assert client.call("run.get", run=run)["state"] == "interrupted"
@@ -268,7 +268,7 @@ def contents_of(folder):
 
 
 def told_runs(folder):
-    """What a daemon of its own, begun and ended again, tells of its runs."""
+    """The runs that a temporary daemon reports."""
     daemon = Daemon(WEFTD, ROOT, folder)
     try:
         return Client(daemon.socket).call("run.list")["runs"]
@@ -277,7 +277,8 @@ def told_runs(folder):
 
 
 def damaged_memory(folder):
-    """Each page of the daemon's own database in turn: a sentence, nothing written over it, and with the page back all runs are there."""
+    """Each page of the daemon's own database is damaged in turn: the daemon reports it and does not overwrite it; with the page restored all runs are
+    back."""
     runs = told_runs(folder)
     assert runs
     file = folder / "data" / "weftd.sqlite"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A run that is looked on at: samples over weftd's socket, at the pace that was asked for. All simulated.
+"""Live samples of a run over weftd's socket, at the requested simulation speed. All simulated.
 
     weftd_samples.py WEFTD SOURCE_ROOT
 """
@@ -28,7 +28,7 @@ def recipe():
 
 
 def watched(client, lease):
-    """A run to its end; what was told of its samples, by topic, each with the wall time at which it came."""
+    """Follows a run to its end. Returns its samples by topic, each with the wall time of its arrival."""
     told = {topic: [] for topic in TOPICS}
     run = client.call("run.start", recipe="small", lease=lease)["run"]
     while True:
@@ -58,10 +58,10 @@ def check_samples(told):
 
 
 def check_pace(told):
-    """A run that is kept back cannot have been faster; how slow it was is the machine's affair."""
+    """A slowed run cannot be faster than requested; how slow it is depends on the machine."""
     frames = told["stream:stages"]
     wall_s, bench_s = frames[-1][0] - frames[0][0], frames[-1][1]["bench_s"] - frames[0][1]["bench_s"]
-    lag_s = 0.5  # of a frame on its way
+    lag_s = 0.5  # delay of a frame
     assert bench_s <= PACE * (wall_s + lag_s), (bench_s, wall_s)
 
 
@@ -86,7 +86,7 @@ def main():
         assert client.call("sim.clock", pace=1)["pace"] == 1
         run = client.call("run.start", recipe="small", lease=lease)["run"]
         client.until(run, "running")
-        client.call("run.pause", run=run, at="now")  # heard while the bench waits for its time
+        client.call("run.pause", run=run, at="now")  # received while the bench waits for its time
         client.until(run, "held")
         client.call("sim.clock", pace=0)
         client.call("run.resume", run=run)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Many small campaigns, one after the other: the daemon's memory does not grow with them. Then a daemon with 5 000 stored runs: how long it
-takes to be ready, and how long `weft status` and pages of run.list take. All simulated.
+"""Many small campaigns, one after the other: the daemon's memory must not grow with them. Then a daemon with 5 000 stored runs: time to be ready, and
+times of `weft status` and of pages of run.list. All simulated.
 
     weftd_soak.py WEFTD WEFT SOURCE_ROOT RUNS
 
-With 5 000 RUNS or more the memory at the end is compared with that after a tenth of them; before some 500 the events that can be replayed
-are still being gathered. With fewer, the number of runs that the daemon keeps in memory is checked alone.
+With 5 000 RUNS or more the memory at the end is compared with that after a tenth of them; before about 500 runs the store of replayable events still
+grows. With fewer, only the number of runs in the daemon's memory is checked.
 """
 import json
 import pathlib
@@ -33,7 +33,7 @@ def smallest(folder):
 
 
 def soak(folder):
-    """Each run is started under a key, waited for and looked at, as a program would."""
+    """Like a program: each run is started with a key, waited for and read."""
     daemon = Daemon(WEFTD, ROOT, folder)
     client = Client(daemon.socket)
     client.call("sub.open", topics=["run:*", "queue"], mode="latest")
@@ -61,7 +61,7 @@ def soak(folder):
 
 
 def stored_runs(folder):
-    """Rows like that of the newest run, in a catalogue that no daemon has open."""
+    """Adds rows like that of the newest run to a database that no daemon has open."""
     file = sqlite3.connect(folder / "data/weftd.sqlite")
     columns = [row[1] for row in file.execute("PRAGMA table_info(run)") if row[1] not in ("number", "folder")]
     (have,) = file.execute("SELECT max(number) FROM run").fetchone()
@@ -87,7 +87,7 @@ def with_many(folder):
         daemon = Daemon(WEFTD, ROOT, folder)
         daemon.process.kill()
         daemon.process.wait()
-    start()  # hand-overs of these rows are settled once
+    start()  # the handovers of these rows are resolved once
     figures = {"start": median_ms(start, 5)}
     daemon = Daemon(WEFTD, ROOT, folder)
     client = Client(daemon.socket)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What happens around the end of a run: nothing moves after a stop, an abort, a failure or a halt before a person says so.
+"""Ends of runs: nothing moves after a stop, an abort, a failure or a halt before a person allows it.
 
     weftd_stops.py WEFTD WEFT SOURCE_ROOT
 
-One function for each fault of the kind; each fails on the version before. All simulated.
+One function for each known fault; each fails on the version before the fix. All simulated.
 """
 import json
 import os
@@ -35,7 +35,7 @@ def weft(daemon, *words, status=0):
 
 
 class Rig:
-    """The daemon and a person at it, who has a lease for each order that needs one."""
+    """The daemon and a user, who acquires a lease for each order that needs one."""
 
     def __init__(self, daemon):
         self.daemon, self.client = daemon, Client(daemon.socket)
@@ -59,12 +59,12 @@ class Rig:
         return listed["paused_by"], [run["run"] for run in listed["runs"]]
 
     def arrives(self, run, trials):
-        """Until the run has done so many trials."""
+        """Waits until the run has completed `trials` trials."""
         while self.client.call("run.get", run=run).get("trials_done", 0) < trials or self.state(run) == "arming":
             self.client.event()
 
     def clear(self):
-        """Nothing waits, nothing is latched: for the next test."""
+        """Empties the queue and clears the latch for the next test."""
         for run in self.queue()[1]:
             self.client.call("queue.remove", run=run)
         if self.queue()[0]:
@@ -114,7 +114,7 @@ def a_late_pause_holds_the_queue(rig):
 
 
 def a_late_stop_holds_the_queue(rig):
-    """Fault 13, of its kind: a stop in the last repetition and an abort of a run that is over were lost."""
+    """Similar to fault 13: a stop in the last repetition, and an abort of a run that has ended, were lost."""
     rig.client.call("sim.clock", pace=100)
     first, second = rig.start("one"), rig.start("one")
     while rig.client.call("run.get", run=first).get("at", {}).get("step") not in ("pressing", "holding", "sliding"):
@@ -156,7 +156,7 @@ def a_lease_is_kept_for_the_run(rig, tokens):
     assert bo.refused("run.abort", run=run)["data"]["kind"] == "lease.held"
     assert bo.refused("lease.acquire")["data"]["kind"] == "state.conflict"
     assert rig.client.refused("run.resume", run=run)["data"]["kind"] == "lease.held"
-    behind = bo.call("run.start", recipe="one")["run"]  # which needs no lease: nothing begins before the end
+    behind = bo.call("run.start", recipe="one")["run"]  # it needs no lease: nothing starts before the end
     bo.call("run.pause", run=run)
     while rig.state(run) != "held":
         rig.client.event()
@@ -237,7 +237,7 @@ def the_journal_tells_an_end(rig, folder):
 
 
 def what_is_left_is_recovered(rig, interrupted):
-    """Fault 5. A stopped, aborted or failed campaign could not be continued over the API."""
+    """Fault 5. A stopped, aborted or failed campaign could not be resumed over the API."""
     rig.ask("run.recover", run=interrupted, choice="discard")
     rig.clear()
     for end in "run.stop", "run.abort", "sim.inject", "rig.halt":
@@ -259,7 +259,7 @@ def what_is_left_is_recovered(rig, interrupted):
 
 
 def a_reset_says_where_the_probe_is(rig):
-    """Fault 8. `weft reset` said "rig safe" while the run's fact said holding."""
+    """Fault 8. `weft reset` printed "rig safe" while the run's fact was holding."""
     run = rig.start("many")
     rig.arrives(run, 1)
     rig.client.call("rig.halt")
@@ -277,7 +277,7 @@ def a_reset_says_where_the_probe_is(rig):
 
 
 def a_halt_never_fails_for_its_words(rig):
-    """Fault 1. `weft halt R-000001` ended with 2, and the rig went on moving."""
+    """Fault 1. `weft halt R-000001` ended with 2, and the rig continued to move."""
     def halt(*words, status=0, **environment):
         env = {key: value for key, value in os.environ.items() if not key.startswith("WEFT_")} | environment
         done = subprocess.run([WEFT, *words], capture_output=True, text=True, timeout=PATIENCE_S, env=env)
@@ -321,7 +321,7 @@ def the_end_is_forecast_from_the_beginning(rig):
 
 
 def the_present_comes_first(rig):
-    """Fault 7. `weft status` printed all runs, the newest last; `weft queue` wanted a subcommand; `weft watch` printed each change."""
+    """Fault 7. `weft status` printed all runs, the newest last; `weft queue` required a subcommand; `weft watch` printed each change."""
     lines = weft(rig.daemon, "status").stdout.splitlines()
     assert lines[:2] == ["ready", "rig safe"], lines[:3]
     listed = json.loads(weft(rig.daemon, "--json", "status").stdout)["runs"]

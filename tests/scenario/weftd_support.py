@@ -1,4 +1,4 @@
-"""weftd for scenario tests: the program while a test runs, and one end of its socket, with the standard library alone."""
+"""weftd for scenario tests: runs the daemon during a test, and a client of its socket, with the standard library only."""
 import json
 import os
 import pathlib
@@ -8,11 +8,11 @@ import signal
 import socket
 import subprocess
 
-PATIENCE_S = 240  # for an answer; only a daemon that hangs needs it
+PATIENCE_S = 240  # for an answer [s]; only a hanging daemon needs it
 
 
 class Daemon:
-    """Recipes in folder/recipes, data in folder/data or where `data` says, the rig of the demo or another. `ready` is its first line: its ports."""
+    """Recipes are in folder/recipes, data in folder/data or folder/`data`; the rig is the demo's or `rig`. `ready` is its first line: its ports."""
 
     def __init__(self, weftd, root, folder, *more, descriptors=None, data="data", rig=None):
         self.socket = folder / data / "weftd.sock"
@@ -50,7 +50,7 @@ def token_of(weft, file, name, role):
 
 
 def certificate(folder, name, san):
-    """A key and a certificate of its own, for these names, good for two days."""
+    """A new key and certificate for these names, valid for two days."""
     key, cert = folder / f"{name}.key", folder / f"{name}.pem"
     subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
                     "-subj", "/CN=weft test", "-addext", f"subjectAltName={san}", "-keyout", key, "-out", cert],
@@ -107,7 +107,7 @@ class Client:
         return self.events.pop(0)
 
     def until(self, run, state):
-        """Follows the run's events until it is in a state."""
+        """Follows the run's events until the run is in `state`."""
         while True:
             event = self.event()
             if event["topic"] == f"run:{run}" and event["delta"].get("state") == state:
@@ -115,7 +115,7 @@ class Client:
 
 
 def outlasted_its_lease(client, ttl_ms):
-    """By the journal: the newest lease was taken for that long, held for twice as long at least, and given back by its holder."""
+    """Checks in the journal that the newest lease was acquired for `ttl_ms`, held at least twice as long, and released by its holder."""
     lines = [line for line in client.call("log.tail", most=1000)["lines"] if line["kind"].startswith("lease.")]
     taken, last = [line for line in lines if line["kind"] == "lease.acquired"][-1], lines[-1]
     asked_ms = (taken["data"]["expires_us"] - taken["t_us"]) / 1000

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""weftd under TLS with a certificate made for this test: TCP and HTTP with Python's ssl, `weft --daemon tls://`, what is refused, and
-clients whose handshake never ends beside one that is served meanwhile.
+"""weftd under TLS with a certificate made for this test: TCP and HTTP with Python's ssl, `weft --daemon tls://`, refusals, and clients with endless
+handshakes beside one that is served meanwhile.
 
     weftd_tls.py WEFTD WEFT SOURCE_ROOT
 """
@@ -19,7 +19,7 @@ import tempfile
 from weftd_support import PATIENCE_S, certificate, command, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-ANYWHERE = "0.0.0.0"  # the test's own network has the loopback only, and this address is not it
+ANYWHERE = "0.0.0.0"  # the test's own network has only the loopback, and this address is not a loopback address
 
 
 class TlsDaemon:
@@ -88,7 +88,7 @@ def too_old_or_in_the_clear(daemon, cert):
     old = trusting(cert)
     old.set_ciphers("ALL:@SECLEVEL=0")
     old.minimum_version, old.maximum_version = ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1
-    for broken in (old, ssl.create_default_context()):  # TLS 1.1; somebody who does not know the certificate
+    for broken in (old, ssl.create_default_context()):  # TLS 1.1; a client that does not trust the certificate
         try:
             wrapped(daemon.port, broken)
             raise AssertionError("a handshake that should have failed")
@@ -109,10 +109,10 @@ def over_http(daemon, cert, token):
     with wrapped(daemon.http, trusting(cert)) as wire:
         wire.sendall(head + body)
         heard = b""
-        while piece := wire.recv(4096):  # ends with a word, not cut off: ssl would raise
+        while piece := wire.recv(4096):  # an orderly end; ssl would raise for a truncated stream
             heard += piece
     assert heard.startswith(b"HTTP/1.1 200 ") and b'"product":"weftd"' in heard, heard
-    # It listens everywhere, which is no address for a link: that has the machine's name.
+    # It listens on all addresses, which a link cannot name: the link has the machine's name.
     assert f'"http":"https://{socket.gethostname()}:{daemon.http}"'.encode() in heard, heard
 
 
@@ -137,7 +137,7 @@ def with_weft(daemon, folder, cert, other_cert, token):
 
 
 def which_daemon(right, more):
-    """What is typed is meant, whatever the environment says; the environment counts where nothing is typed, and says one thing."""
+    """Options win over the environment. Without options the environment counts, and it must name only one daemon."""
     nowhere = {"WEFT_SOCKET": "/no/such.sock", "WEFT_DAEMON": "tls://127.0.0.1:1"}
 
     def status(*options, **named):
@@ -155,14 +155,14 @@ def which_daemon(right, more):
 
 
 def of_another_name(folder, token):
-    """A certificate that is believed, and is somebody else's: it is the one named, and the client does not speak to it."""
+    """A trusted certificate for another name: the error names the handshake, and the client sends nothing."""
     key, cert = certificate(folder, "elsewhere", "DNS:bench.example,IP:192.0.2.1")
     daemon = TlsDaemon(folder, "--listen", ANYWHERE, "--tls-cert", cert, "--tls-key", key)
     try:
         said = subprocess.run([WEFT, "status", "--daemon", f"tls://127.0.0.1:{daemon.port}", "--tls-ca", cert], capture_output=True,
                               text=True, env={**os.environ, "WEFT_TOKEN": token}, timeout=PATIENCE_S)
         assert said.returncode != 0 and "handshake" in said.stderr, said
-        anyone = trusting(cert, check_hostname=False)  # the daemon is there, and its certificate is good but for the name
+        anyone = trusting(cert, check_hostname=False)  # the daemon answers, and its certificate is valid except for the name
         with wrapped(daemon.port, anyone) as wire:
             assert ask(wire, wire.makefile("r"), "system.info")["method"] == "hello"
     finally:
@@ -172,13 +172,13 @@ def of_another_name(folder, token):
 def slow_handshakes(daemon, cert, token):
     silent = [socket.create_connection(("127.0.0.1", port), PATIENCE_S) for port in [daemon.port] * 40 + [daemon.http] * 10]
     for wire in silent[::2]:
-        wire.sendall(b"\x16\x03\x01")  # the first bytes of a hello, and no more
+        wire.sendall(b"\x16\x03\x01")  # the first bytes of a hello, without the rest
     over_tcp(daemon, cert, token)
     over_http(daemon, cert, token)
-    # Served beside them, not after they were closed: those that are still held have heard nothing.
+    # The clients were served beside the slow handshakes: the connections still open have received nothing.
     waits, _, _ = select.select(silent, [], [], 0)
     assert len(waits) < len(silent), "every slow handshake was over before anybody was served"
-    for wire in silent:  # each is closed in its time
+    for wire in silent:  # the daemon closes each one after its time
         while wire.recv(4096):
             pass
         wire.close()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What people look for once a run is over: its accuracy without having asked for one, its report, its samples as tables, its trials one by
-one, and their own tags and notes. All simulated.
+"""Results of a finished run: its accuracy without a request, its report, its samples as tables, its trials one by one, and users' tags and notes. All
+simulated.
 
     weftd_trials.py WEFTD WEFT SOURCE_ROOT
 """
@@ -46,7 +46,7 @@ def finished(client, name):
 
 
 def evaluated(client):
-    """Nobody asked for it: the accuracy is in the run's state, and the same in the list, the files and the report."""
+    """Without a request: the accuracy is in the run's state, and equals that in the list, the files and the report."""
     done = finished(client, "default")
     assert done["handover"]["state"] == "done", done["handover"]
     (one,) = done["result"]
@@ -74,7 +74,7 @@ def evaluated(client):
 
 
 def expected_rows(h5, trial, stream):
-    """Of the HDF5 file, from docs/dataset.md alone: phase, time and values of each sample."""
+    """Rows of the HDF5 file, by docs/dataset.md only: phase, time and values of each sample."""
     import numpy
     group = h5[STREAMS[stream]]
 
@@ -120,7 +120,7 @@ def same_samples(file, dataset, stream):
 
 
 def samples(client, folder, done):
-    """Each stream as a table, listed with its digest; the same by the command line, and the values of the HDF5 file."""
+    """Each stream as a table, listed with its digest; the command line gives the same, and the values equal those of the HDF5 file."""
     run, data = done["run"], pathlib.Path(done["folder"])
     units = {"taxels": "ch1_counts", "wrench": "fx_N", "stages": "x_m", "acceleration": "ax_mps2", "sound": "sound_Pa"}
     for stream in STREAMS:
@@ -146,7 +146,7 @@ def samples(client, folder, done):
 
 
 def trials(client, done):
-    """Page by page what is on record of each attempt; the curves of one, reduced."""
+    """The records of each attempt, page by page; the curves of one, reduced."""
     run = done["run"]
     page = client.call("data.trials", run=run, most=4)
     rest = client.call("data.trials", run=run, **{"from": page["next"]})
@@ -189,7 +189,7 @@ def ids(client, **what):
 
 
 def annotated(client, done):
-    """Tags and a note by operators, in the journal and found again by a search."""
+    """Tags and a note by operators: they are in the journal, and a search finds them."""
     run = done["run"]
     client.call("sub.open", topics=[f"run:{run}"], mode="every")
     told = client.call("run.annotate", run=run, tags=["damp", "Größe 2"], note="the cloth was damp", idem="n1")
