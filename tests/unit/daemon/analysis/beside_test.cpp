@@ -1,4 +1,4 @@
-// Campaigns beside each other: rows by what is new in a test trial, with what a choice comes to.
+// Campaigns beside each other: rows by the novelty of a test trial, with the accuracy of a choice.
 
 #include <nlohmann/json.hpp>
 
@@ -40,7 +40,7 @@ TEST_CASE("a choice by cross-validation stands in every row, over fewer splits t
   CHECK((*results)[0].best->permuted_accuracy < 0.9);
   CHECK((*results)[0].find(weft::classifier::Reduction::pvalue)->splits.size() == 3);
 
-  // A new piece is asked about by leaving each out: there are two splits.
+  // A new piece is tested by leaving each piece out: there are two splits.
   const auto pieces = evaluate_beside(placed(2), with_best());
   if (!pieces) FAIL(to_string(pieces.error()));
   REQUIRE(pieces->results[0].best);

@@ -1,4 +1,4 @@
-// Whether an accuracy may be that of the mountings, and what is left of it without levels.
+// Whether an accuracy may come from the mountings, and the accuracy without levels.
 
 #include "daemon/analysis/report/confounding.hpp"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* sentence = "label and mounting are confounded";
 
-// Three cloths of the same texture, which only the level of their pads tells apart.
+// Three fabrics with the same texture, which differ only in the level of their taxels.
 Dataset levels_alone() {
   Dataset set = report_test::small_campaign(0);
   std::mt19937 engine(7);
@@ -30,7 +30,7 @@ Dataset levels_alone() {
   return set;
 }
 
-// Trials 1 to 3 of each cloth in one mounting, 4 to 6 in the next.
+// Trials 1 to 3 of each fabric in one mounting, 4 to 6 in the next.
 Dataset two_mountings() {
   Dataset set = levels_alone();
   for (TrialRecord& record : set.records)
@@ -49,12 +49,12 @@ std::vector<std::string> files_of(const Dataset& set) {
 TEST_CASE("a mounting in both parts of a split confounds it with its label") {
   const Dataset set = two_mountings();
   const std::vector<std::string> files = files_of(set);
-  // Three cloths a repetition: rows 0 to 8 are of the first mounting of each.
+  // Three fabrics a repetition: rows 0 to 8 belong to the first mounting of each.
   const std::vector<Split> apart = {{{0, 1, 2, 3, 4, 5, 6, 7, 8}, {9, 10, 11, 17}}};
   const std::vector<Split> shared = {{{0, 1, 2, 9}, {3, 10}}};
   CHECK_FALSE(shares_mountings(set, files, apart));
   CHECK(shares_mountings(set, files, shared));
-  // The same number of another label is another mounting.
+  // The same number with another label is another mounting.
   CHECK_FALSE(shares_mountings(set, files, std::vector<Split>{{{0, 9}, {1, 2}}}));
 }
 

@@ -1,4 +1,4 @@
-// Campaign design: what an analysis finds of a sweep and says of it, and learning curves.
+// Campaign design: results and statements of a sweep's analysis, and learning curves.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -101,7 +101,7 @@ TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED
   const auto figures = parts(section, "<figure", "</figure>");
   CHECK(figures.size() == 6);
   for (const std::string& figure : figures) CHECK_THAT(figure, Catch::Contains("SIMULATED"));
-  // and in each picture itself, which may be taken from the page
+  // also in each picture itself, which may be copied out of the page
   const auto pictures = parts(section, "<svg", "</svg>");
   CHECK(pictures.size() == 5);
   for (const std::string& picture : pictures) CHECK_THAT(picture, Catch::Contains("SIMULATED"));
@@ -140,8 +140,8 @@ TEST_CASE("Repetitions are the recorded ones by number, the first so many, or st
   CHECK(drawn.size() == 12);
   const auto other = by_repetition(*features, set, {.strokes = true, .first = 4, .seed = 2});
   CHECK(drawn.files != other.files);
-  // without one trial of repetition 2 that repetition is left out, and strokes are as few as those
-  // of the fabric that has fewest
+  // if a fabric lacks a trial of repetition 2, that repetition is left out, and every fabric has as
+  // many strokes as the one with the fewest
   classifier::FeatureMatrix lacking = *features;
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < lacking.size(); ++i)

@@ -1,4 +1,4 @@
-// Charts and pages as data: what is drawn fits, and a record gives the same page again.
+// Charts and pages as data: drawings fit, and a record gives the same page again.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ struct Text {
   svg::Box box;
 };
 
-/// Size of a text by its class, as the style sheet has it.
+/// Size of a text by its class, from the style sheet.
 double size_of(const std::string& css_class) {
   std::smatch found;
   const std::string sheet = svg::text_style_sheet();
@@ -31,7 +31,7 @@ double size_of(const std::string& css_class) {
   return std::stod(found[1]);
 }
 
-/// Boxes from the markup alone, with a width for each character that is wide for most.
+/// Boxes from the markup only, with a character width that is wide for most characters.
 std::vector<Text> texts_of(const std::string& markup) {
   static const std::regex text(
       R"re(<text class="([^"]*)" x="([-0-9.]+)" y="([-0-9.]+)"( text-anchor="(\w+)")?( transform[^>]*)?>(<title>[^<]*</title>)?([^<]*)</text>)re");

@@ -1,4 +1,4 @@
-// The section of a report on what the plant's fidelity costs.
+// The section of a report about the cost of the plant's fidelity.
 
 #include "daemon/analysis/tradeoff/sim/sim_page.hpp"
 

@@ -1,4 +1,4 @@
-// A complete campaign goes to the classifier by itself. SIMULATED.
+// The handover of a complete campaign starts by itself. SIMULATED.
 
 #include "daemon/analysis/handover/handover.hpp"
 
@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Two cloths that anybody tells apart, slides of 6 mm.
+/// Two clearly different fabrics, strokes of 6 mm.
 std::string recipe_of(int repetitions, const json& handover) {
   json recipe = json::parse(test::short_recipe("pile"));
   recipe["fabrics"] = {"pile", "nylon"};
@@ -39,7 +39,7 @@ std::string recipe_of(int repetitions, const json& handover) {
 
 const json by_lda{{"learner", "lda"}, {"groups", 2}};
 
-/// A campaign on record.
+/// A recorded campaign.
 struct Recorded {
   TemporaryFolder folder;
   CampaignRequest request;
@@ -109,7 +109,7 @@ TEST_CASE("Each exploration of a complete campaign gets a model, a page and an e
     CHECK(model->setup.exploration == handover_model.exploration);
     CHECK(campaign.text((handover_model.exploration + ".html").c_str()).find("SIMULATED") !=
           std::string::npos);
-    // every repetition is asked about once, by a machine that did not have it
+    // every repetition is tested once, by a model without it
     std::multiset<int> requested;
     for (const json& group : evaluation["explorations"][handover_model.exploration]["groups"]) {
       CHECK(group["trained"] == 4);
@@ -155,7 +155,7 @@ TEST_CASE("What was handed over is not done again; what was altered is, and the 
   CHECK(report->found_problems[0].what.find("M2.model") != std::string::npos);
   const HandoverResult again = result(campaign.out(), hooks);
   CHECK(worked);
-  // the same data make the same models, byte for byte, on any number of threads
+  // the same data give the same models, byte for byte, on any number of threads
   CHECK(again == first);
   CHECK(left_behind(campaign.out()) == std::vector<std::string>{"handover", "handover.aside-1"});
   flip_a_bit(campaign.out() / "handover" / "evaluation.json");

@@ -51,7 +51,7 @@ TEST_CASE("a matrix of text: commas or blanks, comments, complaints with a line"
                                     {"1,x\n", "a.csv:1"},
                                     {"1,nan\n", "a.csv:1"},
                                     {"1,2,\n", "a.csv:1"},
-                                    {"1,2\n3,4", "a.csv:2"},  // of 3,45 perhaps
+                                    {"1,2\n3,4", "a.csv:2"},  // possibly a part of 3,45
                                     {"1,2\n\n3,4 ", "a.csv:3"},
                                     {"", "a.csv"}})
     CHECK(parse_image_csv("a.csv", text).error().where.starts_with(where));
@@ -142,7 +142,7 @@ TEST_CASE("imprints of different sizes are no set, whoever opens it") {
   CHECK(refused.error().where.find("m.csv:3: b.csv") != std::string::npos);
   CHECK(refused.error().expected == "2 x 3 taxels as in a.csv");
   CHECK(refused.error().got == "3 x 3 taxels");
-  // A set that another program wrote.
+  // A set written by another program.
   write_file(folder / "b.csv", "1,2,3\n4,5,6\n");
   auto mixed = import_imprints(folder / "m.csv").value();
   mixed.trials[1].counts.resize(3);

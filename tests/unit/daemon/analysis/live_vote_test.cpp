@@ -46,7 +46,7 @@ TEST_CASE("a slide ends once its vote is sure, is marked, and is in no data set 
   for (std::size_t i = 0; i < 2; ++i) {
     CHECK(all.records[i].outcome == TrialOutcome::ended_early);
     auto samples = samples_of(all.trials[i]);
-    // sure after one second at least, of four that the path takes
+    // certain after at least one second of the four of the path
     CHECK(samples[Phase::motion] >= 37);
     CHECK(samples[Phase::motion] < 3 * 37);
     CHECK(samples[Phase::end] == Approx(18.5).margin(2));
@@ -148,7 +148,7 @@ TEST_CASE(
       device["link"] = {{"kind", "tcp"}, {"host", "127.0.0.1"}, {"port", 7101}};
   });
   CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
-  bench.query({{"model", "m1.model"}});  // votes, and ends nothing
+  bench.query({{"model", "m1.model"}});  // votes, but does not end strokes
   CHECK(bench.refusal() == "none");
   bench.change_rig([](json&) {});
   bench.change(with_bench("real"));
@@ -228,7 +228,7 @@ TEST_CASE("a surer rule never lets a slide end sooner, and none ends what is nev
   for (const double sure : {0.5, 0.7, 0.9, 0.99, 0.9999, 2.0}) {
     const EarlyStops ends = evaluate_rule(*watched, {sure, 0.5});
     CHECK(ends.tested == tested);
-    CHECK(ends.right <= ends.stopped);  // at the end nobody is right here
+    CHECK(ends.right <= ends.stopped);  // at the end no vote is right here
     CHECK(ends.slide_s >= before_s);
     before_s = ends.slide_s;
     if (sure > 1) CHECK(ends.stopped == 0);

@@ -1,4 +1,4 @@
-// The recipe space, the margin of the table's promises, and promises held against whole runs.
+// The recipe space, the margin of the table's promises, and promises compared with whole runs.
 
 #include "daemon/analysis/tradeoff/sim/promise_table.hpp"
 
@@ -29,7 +29,7 @@ std::string fabrics_text() {
   return test::read_file(test::source / "sim/fabrics.json");
 }
 
-/// Trials of three scenes, each of which is held back once.
+/// Trials of three scenes, each of which is held out once.
 struct ThreeScenes {
   std::vector<TrialErrors> trials;
   std::vector<std::size_t> scene_of;
@@ -41,7 +41,7 @@ struct ThreeScenes {
   [[nodiscard]] sim::Margin margin() const { return find_margins(2, trials, scene_of, 1).front(); }
 };
 
-/// The last scene errs by `error_n`, the others by 1 N.
+/// The last scene has an error of `error_n`, the others of 1 N.
 ThreeScenes denim_scenes(double error_n, std::size_t count = 20) {
   ThreeScenes out;
   for (const std::size_t scene : {0, 1}) out.add(scene, "denim", 1, count);
@@ -64,15 +64,15 @@ PromiseTableOptions short_options() {
   return out;
 }
 
-/// As of a table whose margins hold, so that it is read: whether they do is found by its runs.
+/// Marks the margins as valid, so that the table is read; its runs test them.
 sim::FidelityTable called_held(sim::FidelityTable table) {
   for (sim::MeasuredSetting& row : table.settings)
     row.margin.held_share = row.any_margin.held_share = table.conditions.share;
   return table;
 }
 
-/// A campaign of one random recipe, on a rig that chooses from `table`. The scene's cloth is scaled
-/// as those are of which the table's rows were measured: they are for it.
+/// A campaign of one random recipe, on a rig that chooses from `table`. The scene's fabric is
+/// scaled like those of the table's measurements, because the rows are for such fabrics.
 CampaignRequest scene_request(const TemporaryFolder& folder, const RecipeScene& scene,
                               std::uint64_t seed, sim::FidelityTable table) {
   const std::string fabrics = *scene_fabrics(fabrics_text(), scene);
@@ -86,8 +86,8 @@ CampaignRequest scene_request(const TemporaryFolder& folder, const RecipeScene& 
   return request;
 }
 
-/// What a run of the scene said of its promise, and at which setting. No promise: the table has
-/// none for this accuracy, or no trial was complete.
+/// Result of a run of the scene for its promise, and the setting. No promise: the table has none
+/// for this accuracy, or no trial was complete.
 struct SceneRun {
   std::optional<SimulationPromise> promise;
   std::string setting;
@@ -122,12 +122,12 @@ SceneRun run_scene(const RecipeScene& scene, std::uint64_t seed, const sim::Fide
   return out;
 }
 
-/// Of runs, those whose error was within what the table promised, and within what was asked for.
+/// Numbers of runs with an error within the table's promise, and within the requested accuracy.
 struct PromiseCount {
   std::size_t runs = 0, promises_held = 0, requests_held = 0, refused = 0, incomplete = 0;
 };
 
-/// Runs `count` recipes with `seeds` seeds each. Every run says what it found.
+/// Runs `count` recipes with `seeds` seeds each. Every run prints its result.
 PromiseCount hold_promises(const sim::FidelityTable& table, std::size_t count, std::size_t seeds,
                            std::uint64_t space_seed) {
   const auto library = sim::parse_fabrics(fabrics_text());
@@ -158,7 +158,7 @@ PromiseCount hold_promises(const sim::FidelityTable& table, std::size_t count, s
   return out;
 }
 
-/// The table with one setting, which promises `promise_n` on the scene's cloth.
+/// The table with one setting, which promises `promise_n` on the scene's fabric.
 sim::FidelityTable promising(sim::FidelityTable table, const std::string& setting,
                              const std::string& fabric, double promise_n) {
   std::erase_if(table.settings, [&](const auto& row) { return to_string(row.setting) != setting; });
@@ -184,7 +184,8 @@ TEST_CASE("scenes stay inside their ranges, a fifth of the forces below the weig
     CHECK(conditions.press_s.contains(scene.press_s));
     CHECK(conditions.mount_stiffness_n_m.contains(scene.mount_stiffness_n_m));
     CHECK(conditions.slack_m.contains(scene.slack_m));
-    CHECK(std::abs(scene.force_n / weight_n - 1) > 0.09);  // the loop has no set point there
+    CHECK(std::abs(scene.force_n / weight_n - 1) > 0.09);  // the loop has no set point near the
+                                                           // probe's weight
     CHECK(scene.lambda_scale >= 0.7);
     CHECK(scene.lambda_scale <= 1.4);
     below += scene.force_n < weight_n ? 1 : 0;
@@ -245,19 +246,19 @@ TEST_CASE("the margin is the least that keeps 99 of 100 runs that were held back
   CHECK(denim_scenes(1.3).margin().factor == 1.5);
   CHECK(denim_scenes(2.2).margin().factor == 2.5);
   CHECK(denim_scenes(3.9).margin().factor == 4);
-  // one trial in 100 000 is in less than a hundredth of the runs; one in 1000 is so as long as a
-  // run has one trial
+  // one trial in 100 000 affects less than a hundredth of the runs; so does one in 1000 if a run
+  // has only one trial
   for (const auto& [count, factor] : {std::pair<std::size_t, double>{33'333, 1}, {333, 1.25}}) {
     ThreeScenes seldom = denim_scenes(0.9, count);
     seldom.add(2, "denim", 1.2);
     CHECK(seldom.margin().factor == factor);
     CHECK(seldom.margin().held_share >= promised_share);
   }
-  // a cloth that the other scenes lack has no promise to break
+  // a fabric that the other scenes lack has no promise to break
   ThreeScenes unknown = denim_scenes(0.9);
   unknown.add(0, "wool", 50);
   CHECK(unknown.margin().factor == 1);
-  // one that is missed is not hidden by another that may err more
+  // another fabric with a larger permitted error must not hide a miss
   ThreeScenes two = denim_scenes(2.8);
   for (const std::size_t scene : {0, 1, 2}) two.add(scene, "nylon", 10, 20);
   CHECK(two.margin().factor == 3);
@@ -271,7 +272,7 @@ TEST_CASE("each setting has the margin that it needs itself") {
   CHECK(margins[1].factor == 3);
   for (TrialErrors& trial : scenes.trials) trial.fabric = trial.error_n[0] < 1 ? "nylon" : "denim";
   const auto any = find_any_margins(2, scenes.trials);
-  CHECK(any[0].factor == 1.25);  // denim errs 1 N where nylon errs .9 N
+  CHECK(any[0].factor == 1.25);  // denim has an error of 1 N, nylon of 0.9 N
   CHECK(any[1].factor == 3);
   const auto table = summarize_errors({{}, {}}, scenes.trials, scenes.scene_of, 1);
   CHECK(table.settings[0].any_margin.factor == any[0].factor);
@@ -303,9 +304,9 @@ TEST_CASE("the margin of a cloth without a row is that of each cloth against all
   CHECK(any.factor == 1.5);
   CHECK(any.held_share == 1);
   for (TrialErrors& trial : scenes.trials)
-    if (trial.fabric == "nylon") trial.scale_n = 2;  // it hits harder, and errs no more for it
-  CHECK(find_any_margins(2, scenes.trials).front().factor == 1.5);  // denim, against .7 of nylon
-  // nobody to hold it against
+    if (trial.fabric == "nylon") trial.scale_n = 2;  // it hits harder, but its error is the same
+  CHECK(find_any_margins(2, scenes.trials).front().factor == 1.5);  // denim, against 0.7 of nylon
+  // no other scene for comparison
   CHECK(find_any_margins(2, denim_scenes(1).trials).front().held_share == 0);
 }
 
@@ -342,7 +343,7 @@ TEST_CASE("a short table is measured and read back, and runs hold their promises
   CHECK(back->settings[3].setting.level == sim::Level::modal);  // has the force of L2
   CHECK(back->settings[3].any_max == back->settings[2].any_max);
   CHECK(back->settings[3].contact_us_per_s == back->settings[2].contact_us_per_s);
-  // the floor of L1 is its model; half the step is a quarter of the error
+  // the model limits L1; half the step gives a quarter of the error
   CHECK(back->settings[0].any_max > back->settings[1].any_max);
   CHECK(back->settings[1].any_max > back->settings[2].any_max);
   CHECK(back->conditions.reference == "L2 tr_bdf2 0.048 ms");
@@ -351,7 +352,7 @@ TEST_CASE("a short table is measured and read back, and runs hold their promises
   const PromiseCount count = hold_promises(*table, 4, 1, 11);
   CHECK(count.runs > 0);
   CHECK(count.incomplete == 0);
-  CHECK(count.requests_held > 0);  // a table of six trials cannot know more
+  CHECK(count.requests_held > 0);  // a table of six trials cannot give more
 }
 
 TEST_CASE("the shipped table fits the engine and the shipped cloths") {
@@ -385,7 +386,7 @@ TEST_CASE("where a table promises a quarter of what its runs err by, every run i
   CHECK(runs > 0);
 }
 
-// Hidden: some minutes. script/bench promise
+// Hidden, because it takes some minutes: script/bench promise
 TEST_CASE("the shipped table's promises hold for 99 of 100 random runs", "[.][promise]") {
   const auto table = sim::parse_fidelity(test::read_file(test::source / "sim/fidelity.json"));
   if (!table) FAIL(to_string(table.error()));

@@ -1,4 +1,4 @@
-// Recordings of sound and vibration: file, imports, what a campaign gives.
+// Recordings of sound and vibration: file, imports, recordings of a campaign.
 
 #include <catch2/catch.hpp>
 
@@ -147,7 +147,7 @@ TEST_CASE("A manifest of tables and sound files is imported, its mistakes are na
   CHECK(missing.error().where.find("m2.csv:3") != std::string::npos);
   write_file(folder / "m3.csv", "file\none.csv\n");
   CHECK_FALSE(import_recordings(folder / "m3.csv"));
-  // A hole of a second, and a channel of one sample in 250 s.
+  // A gap of a second, and a channel with one sample in 250 s.
   write_file(folder / "hole.csv", "t_s,X\n0,1\n0.005,2\n0.01,3\n1.015,4\n1.02,5\n");
   write_file(folder / "m5.csv", "file,label\nhole.csv,felt\n");
   const auto hole = import_recordings(folder / "m5.csv");
@@ -183,7 +183,7 @@ TEST_CASE("A manifest of recordings is read as strictly as one of slides") {
   CHECK(complaint("file,label\n") == "a header but no trials");
 }
 
-// A table whose `samples` times are told in whole units of 10^-decimals seconds.
+// A table of `samples` times in whole units of 10^-decimals seconds.
 std::string table_at(double rate_hz, int samples, int decimals) {
   std::string out = "t_s,X\n";
   for (int i = 0; i < samples; ++i) {
@@ -199,7 +199,8 @@ TEST_CASE("Tables are of one rate where their times do not tell another") {
   write_file(folder / "m.csv", "file,label\na.csv,a\nb.csv,b\nc.csv,c\n");
   const auto with_last = [&](const std::string& last) {
     write_file(folder / "a.csv", table_at(400.0, 2001, 3));
-    write_file(folder / "b.csv", table_at(400.0, 2002, 3));  // measured alone: 399.96 or 400.04
+    write_file(folder / "b.csv", table_at(400.0, 2002, 3));  // measured separately: 399.96 or
+                                                             // 400.04
     write_file(folder / "c.csv", last);
     return import_recordings(folder / "m.csv");
   };
@@ -207,8 +208,8 @@ TEST_CASE("Tables are of one rate where their times do not tell another") {
   REQUIRE(set);
   for (const Recording& r : set->recordings) CHECK(r.channels.front().rate_hz == 400.0);
 
-  // Half a hertz beside it is more than milliseconds hide in five seconds, and times with six
-  // decimals tell a tenth of one.
+  // A difference of half a hertz is more than millisecond rounding hides in five seconds. Times
+  // with six decimals reveal a tenth of a hertz.
   const auto other = with_last(table_at(400.5, 2001, 3));
   REQUIRE_FALSE(other);
   CHECK(other.error().what == "other channels than the first recording's");
@@ -219,7 +220,7 @@ TEST_CASE("Tables are of one rate where their times do not tell another") {
   write_file(folder / "b.csv", table_at(400.1, 2001, 6));
   CHECK_FALSE(import_recordings(folder / "fine.csv"));
 
-  // A short table hardly tells its rate: long ones do, and may still differ from each other.
+  // A short table hardly determines its rate. Long ones do, and may still differ from each other.
   const auto short_and_long = [&](double long_hz, double other_hz) {
     write_file(folder / "a.csv", table_at(400.0, 40, 3));
     write_file(folder / "b.csv", table_at(long_hz, 20000, 3));
@@ -245,7 +246,7 @@ TEST_CASE("VibTac-12 needs twelve lines of numbers") {
   CHECK(set->recordings[3].samples[0] == std::vector{3.0, 1.0, 2.0});
   CHECK(set->recordings[3].channels[1].name == "Z");
   CHECK_FALSE(import_vibtac12(folder.path(), {"Q"}));
-  CHECK_FALSE(import_vibtac12(folder.path(), {"S"}));  // no sound track there
+  CHECK_FALSE(import_vibtac12(folder.path(), {"S"}));  // the folder has no sound track
   CHECK_FALSE(import_vibtac12(folder / "none", {"X"}));
   write_file(folder / "Y.csv", lines + "1,2,3\n");
   CHECK_FALSE(import_vibtac12(folder.path(), {"Y"}));
@@ -339,7 +340,7 @@ TEST_CASE("Of a campaign the whole blocks of phase M are taken, and lost ones re
   dataset.records[0].sound.lost[2] = 1;  // before M
   CHECK(extract_recordings(dataset));
 
-  // Blocks that are missing at either end of M, whether or not a later one tells of it.
+  // Blocks missing at either end of M, whether or not a later block reports the loss.
   const auto without = [](std::size_t first, std::size_t last) {
     Dataset torn = campaign();
     BlockStream& sound = torn.records[0].sound;

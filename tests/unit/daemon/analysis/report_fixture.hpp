@@ -1,5 +1,5 @@
 #pragma once
-// A small campaign made up for the report's tests: three fabrics that differ by construction.
+// A small made-up campaign for the report's tests: three fabrics that differ by construction.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -143,7 +143,7 @@ inline const Campaign& campaign() {
   return made;
 }
 
-/// report.html and report.json, as make_report() makes them.
+/// report.html and report.json as made by make_report().
 inline std::string report_json(const weft::daemon::ReportInput& input) {
   return record_with_page(report_record(input), report_document(input));
 }
@@ -159,8 +159,8 @@ inline std::size_t count_of(const std::string& text, const std::string& word) {
   return count;
 }
 
-/// Empty when every tag of `markup` is closed in order and every attribute quoted; else what is
-/// wrong. The report writes HTML that is also XML, but for its doctype.
+/// Empty if every tag of `markup` is closed in order and every attribute is quoted; else the
+/// problem. The report is HTML that is also XML, except for its doctype.
 inline std::string unbalanced(const std::string& markup) {
   std::vector<std::string> open;
   for (std::size_t at = markup.find('<'); at != std::string::npos; at = markup.find('<', at)) {

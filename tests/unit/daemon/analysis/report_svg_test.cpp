@@ -1,4 +1,4 @@
-// Drawing and number formats: what reaches the page is well formed and never "nan".
+// Drawing and number formats: the markup is well formed and never has "nan".
 
 #include <limits>
 

@@ -1,5 +1,4 @@
-// The report of a small campaign: what it says, where it says that it is simulated, what it
-// refuses.
+// The report of a small campaign: its statements, its SIMULATED marks, its refusals.
 
 #include <unistd.h>
 
@@ -43,7 +42,7 @@ TEST_CASE("an evaluation covers every exploration with all three reductions") {
   for (const Reduction reduction : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     REQUIRE(results[0].find(reduction) != nullptr);
     CHECK(results[0].find(reduction)->splits.size() == 2);
-    // Of 6 trials 2 train, 4 test: 3 fabrics x 4 x 2 splits.
+    // 2 of 6 trials train, 4 test: 3 fabrics x 4 x 2 splits.
     CHECK(results[0].find(reduction)->confusion.total() == 24);
   }
 }
@@ -92,7 +91,7 @@ TEST_CASE("the force of each fabric is computed again from the wrench") {
   CHECK(fabrics[0].tally.rms_n() == Approx(0.05));
   CHECK(fabrics[1].tally.rms_n() == Approx(0.1));
   CHECK(fabrics[1].tally.worst_n == Approx(0.1));
-  // 10 s of motion at 100 Hz, less at most a taxel period at either end, of 6 trials.
+  // 10 s of motion at 100 Hz, minus at most a taxel period at either end, of 6 trials.
   CHECK(fabrics[1].tally.samples <= 6000);
   CHECK(fabrics[1].tally.samples >= 6 * 994);
   CHECK(force_targets(DatasetInfo{}).empty());
@@ -164,7 +163,7 @@ TEST_CASE("the page is well formed, stands alone and is small") {
   CHECK(page.size() < 1'500'000);
   for (const char* word : {"<script", "http-equiv", "src=", "@import", "url(", ">nan", " nan"})
     CHECK(page.find(word) == std::string::npos);
-  CHECK(count_of(page, "href=") == count_of(page, "href=\"#"));  // within the page alone
+  CHECK(count_of(page, "href=") == count_of(page, "href=\"#"));  // only links within the page
 }
 
 TEST_CASE("the page tells what was heard and where the hand-over shows it") {
@@ -204,7 +203,8 @@ TEST_CASE("the paper's figures stand beside its own task alone") {
   weft::classifier::Confusion& confusion = m1.reductions.front().evaluation.confusion;
   confusion.labels.assign(paper::fabrics, "fabric");
   confusion.count.assign(paper::fabrics * paper::fabrics, 1);
-  CHECK(paper::accuracies_beside(results).empty());  // of 18 trials
+  CHECK(paper::accuracies_beside(results).empty());  // the paper's accuracies need more than 18
+                                                     // trials
   m1.trials = paper::trials_of_exploration;
   REQUIRE(paper::accuracies_beside(results).size() == 1);
   CHECK(paper::accuracies_beside(results).front().exploration == "M1");
@@ -231,7 +231,7 @@ TEST_CASE("the headline is of groups of repetitions, with what naming one label 
   CHECK(document["other_protocols"][0]["key"] == "results");
   const std::string page = report_html(input);
   CHECK(page.find(headline_text(one)) != std::string::npos);
-  // The result stands first: headline and matrix before any other picture or table.
+  // The result comes first: headline and matrix before any other picture or table.
   CHECK(page.find(headline_text(one)) < page.find("<svg"));
   CHECK(page.find("class=\"heat\"") < page.find("class=\"plot\""));
   CHECK(page.find("class=\"heat\"") < page.find("<table"));
@@ -260,7 +260,7 @@ TEST_CASE("a headline says which labels it does not test") {
 TEST_CASE("one group of repetitions gives no headline") {
   Dataset set = campaign().set;
   for (TrialRecord& record : set.records) record.spec.repetition = 1;
-  const auto none = measure_headlines(set, 1);  // one group: nothing is left to train
+  const auto none = measure_headlines(set, 1);  // one group: no training data remain
   REQUIRE(none.has_value());
   CHECK(none->empty());
 }
@@ -271,7 +271,7 @@ TEST_CASE("an interval is shown with what it is") {
   const std::string page = report_html(campaign().input());
   CHECK(count_of(page, method) >= 2);  // figure and table
   const std::string text = summary_text(campaign().input());
-  CHECK(text.find("+-") == std::string::npos);  // an interval cut at 100 % is not symmetric
+  CHECK(text.find("+-") == std::string::npos);  // an interval limited at 100 % is not symmetric
   CHECK(text.find("in brackets: 95 % interval") != std::string::npos);
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 80);

@@ -1,4 +1,4 @@
-// How a campaign comes to its fidelity, what it writes down about it, and the error that it finds.
+// A campaign's choice of fidelity, its record of it, and the measured error.
 
 #include "daemon/campaign/simulation.hpp"
 
@@ -117,7 +117,7 @@ TEST_CASE("an accuracy chooses from the rig file's table, and the run says that 
 
 TEST_CASE("a promise that is missed is a fact of the summary, the journal and the certificate") {
   const TemporaryFolder folder;
-  CampaignRequest request = denim_request(folder, 1e-6);  // a table that promises too much
+  CampaignRequest request = denim_request(folder, 1e-6);  // the table promises too much
   request.fidelity.accuracy_n = 1e-5;
   const CampaignSummary s = ran(request);
   CHECK(s.trials_complete == 2);
@@ -145,7 +145,7 @@ TEST_CASE("a strict accuracy runs the next settings, and keeps what was missed a
   request.fidelity.strict = true;
   const auto s = run_until_held(request, {});
   if (!s) FAIL(to_string(s.error()));
-  // three settings, none of which keeps 10 uN: the last one stays
+  // three settings, none of which reaches 10 uN: the last one stays
   CHECK(s->simulation.setting == "L2 midpoint 0.096 ms");
   CHECK(is_promise_missed(s->simulation));
   CHECK(s->simulation.promise->next_setting.empty());
@@ -169,7 +169,7 @@ TEST_CASE("where a strict run's next attempt fails, its error names what was set
   CampaignRequest request = denim_request(folder, 1e-6);
   request.fidelity.accuracy_n = 1e-5;
   request.fidelity.strict = true;
-  CampaignHooks hooks;  // after the first attempt its rig file is gone
+  CampaignHooks hooks;  // the rig file vanishes after the first attempt
   hooks.kept_trials = [&](const auto&, const auto&) { std::filesystem::remove(request.rig); };
   const auto failed = run_until_held(request, hooks);
   REQUIRE_FALSE(failed);
@@ -182,7 +182,7 @@ TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
     const json written = SimulationBudget{1000, 1500, achieved};
     return written.contains("held") ? std::optional(written["held"].get<bool>()) : std::nullopt;
   };
-  CHECK(is_held(0) == std::nullopt);  // not known
+  CHECK(is_held(0) == std::nullopt);  // unknown
   CHECK(is_held(930) == false);
   CHECK(is_held(1430) == true);
   SimulationNote note{"L1 3.072 ms", "L1", "the scene needs taxel counts", {}};
@@ -201,7 +201,7 @@ TEST_CASE("a budget is forecast before the run and achieved after it") {
   CampaignRequest request = denim_request(folder);
   request.fidelity.times_real_time = 1;
   const CampaignSummary s = ran(request);
-  CHECK(s.simulation.setting == "L2 midpoint 0.096 ms");  // 2500 us of a bench second
+  CHECK(s.simulation.setting == "L2 midpoint 0.096 ms");  // costs 2500 us for a bench second
   REQUIRE(s.simulation.budget);
   CHECK(s.simulation.budget->requested == 1);
   CHECK(s.simulation.budget->forecast == Approx(400).epsilon(0.01));
@@ -258,7 +258,7 @@ TEST_CASE("a promise is held only where every pair of fabric and exploration was
   CHECK(is_measured_miss(*note.promise));
   const auto back = simulation_note_from(to_json(note));
   if (!back) FAIL(to_string(back.error()));
-  CHECK(back->promise == note.promise);  // infinity goes through JSON
+  CHECK(back->promise == note.promise);  // infinity survives JSON
   CHECK(back->errors.front().worst.force_max_n == HUGE_VAL);
   note.errors.front().worst.is_resolved = false;
   evaluate_promise(note);
@@ -297,7 +297,7 @@ TEST_CASE("an error that is known to be too large is said, whatever another tria
       CHECK(each.promise->measured_n == 0.2);
       CHECK(each.promise->exploration == "M1");
       CHECK_FALSE(each.errors.front().worst.is_resolved);
-      each.promise->requested_n = 0.25;  // what is known keeps that: the other decides
+      each.promise->requested_n = 0.25;  // the known fabric meets this; the other one decides
       evaluate_promise(each);
       CHECK_FALSE(is_measured_miss(*each.promise));
       CHECK_FALSE(each.promise->held);
@@ -323,7 +323,7 @@ TEST_CASE("a campaign that was killed during its error check is certified as not
   const TemporaryFolder folder;
   CampaignRequest request = denim_request(folder);
   request.fidelity.accuracy_n = 0.5;
-  CampaignHooks killed;  // after the check, before anything of it is written
+  CampaignHooks killed;  // after the check, before its result is written
   killed.kept_trials = [](const auto&, const auto&) { throw std::runtime_error("killed"); };
   CHECK_THROWS_AS(run_campaign(request, killed), std::runtime_error);
   request.resume = true;
@@ -373,7 +373,7 @@ TEST_CASE("a resumed campaign keeps setting, request and promise of its record")
   request.fidelity.times_real_time = 1;
   CHECK(refused() == Errc::wrong_state);
   request.fidelity.times_real_time.reset();
-  request.error_check = false;  // the accuracy of the record is to be checked
+  request.error_check = false;  // an error check for the recorded accuracy is still required
   CHECK(refused() == Errc::invalid_argument);
 }
 
@@ -395,7 +395,8 @@ TEST_CASE(
   const auto other = settled(rig_with_table(folder, 1, recipes::engine_rules, "another"));
   if (!other) FAIL(to_string(other.error()));
   CHECK(other->simulation.promise->promised_n != Approx(0.2));
-  CHECK(other->simulation.because.size() > known->simulation.because.size());  // and it is said
+  // and the text states it
+  CHECK(other->simulation.because.size() > known->simulation.because.size());
 }
 
 TEST_CASE("a table that is not there is asked for only by who needs it") {

@@ -1,4 +1,4 @@
-// Which cells of sweeps are compared with each other, and which are left out by name.
+// Cells of sweeps that are compared with each other, and those left out by name.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -51,7 +51,7 @@ TEST_CASE("A cell that holds other trials than most is named and left out") {
         "4\n");
   CHECK_THAT(render(design_section(a)), Catch::Contains("wool in 3 trials"));
   CHECK(design_json(a)["left_out"][0]["factors"]["force_n"] == 5);
-  // a whole replicate less
+  // without one whole replicate
   for (std::size_t i = 0; i < set.trials.size(); ++i)
     if (in_cell(i, "rub-3N-1mm_s") && set.trials[i].group == "2")
       set.records[i].outcome = TrialOutcome::failed;
@@ -66,7 +66,7 @@ TEST_CASE("A cell that cannot be measured does not lose the others") {
       if (record.spec.exploration == name && record.spec.repetition >= repetition)
         record.outcome = TrialOutcome::failed;
   };
-  fail_from("rub-3N-1mm_s", 3);  // two replicates are left
+  fail_from("rub-3N-1mm_s", 3);  // two replicates remain
   fail_from("rub-3N-4mm_s", 1);  // none
   const SweepAnalysis a = analysed(set);
   CHECK(a.cells.size() == 2);

@@ -32,8 +32,8 @@ inline const char* const swept_recipe = R"({
     {"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 20}]},
     {"phase": "E", "duration_s": 1}]}}})";
 
-/// Noise of one count, and in phase M a texture of 1 mm whose amplitude is the force's, about a
-/// level that tells the fabrics apart by `gap` deviations.
+/// Noise of one count, and in phase M a texture of 1 mm with an amplitude given by the force. The
+/// levels of the fabrics differ by `gap` deviations.
 inline void add_trial(Dataset& set, std::size_t fabric, std::size_t repetition, double force_n,
                       double speed_mps, double gap, classifier::RandomEngine& engine) {
   static const std::vector<std::string> names{"denim", "silk", "wool"};
@@ -88,7 +88,7 @@ inline DatasetInfo info_of(BenchKind kind) {
   return info;
 }
 
-/// The fabrics differ at 5 N alone.
+/// The fabrics differ only at 5 N.
 inline Dataset swept(BenchKind kind, std::uint64_t seed = 1) {
   Dataset set;
   set.info = info_of(kind);

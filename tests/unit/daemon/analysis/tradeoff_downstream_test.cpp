@@ -1,5 +1,5 @@
-// `weft trade sim --downstream`: trials at several levels, their features compared, classifiers
-// carried from one level to another.
+// `weft trade sim --downstream`: trials at several levels, comparison of their features, transfer
+// of classifiers from one level to another.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace weft::daemon;
 
 namespace {
 
-/// Under a rigid face cloths differ most.
+/// Fabrics differ most under a rigid face.
 const sim::FabricLibrary& library() {
   static const sim::FabricLibrary one = sim::test::library();
   return one;
@@ -95,7 +95,8 @@ TEST_CASE("trials of one seed are the same trials at every level, seen with its 
     CHECK(l1->pads[i].label == l0->pads[i].label);
     CHECK(l1->pads[i].samples() == l1->force[i].samples());
   }
-  // Regulated to 5 N of 20 mN a count while sliding: 250 counts, at L0 exactly but for the noise.
+  // Regulated to 5 N with 20 mN a count during the stroke: 250 counts, at L0 exactly except for the
+  // noise.
   const classifier::Trial& trial = l0->force.front();
   for (std::size_t i = 0; i < trial.samples(); ++i)
     if (trial.phase[i] == Phase::motion) CHECK(trial.row(i)[2] == Approx(250).margin(3));
@@ -113,14 +114,14 @@ TEST_CASE("a classifier trained at L1 knows three very different cloths at L2") 
   const auto result = measure_downstream(cloths, options);
   if (!result) FAIL(to_string(result.error()));
   CHECK(result->fabrics == 3);
-  // channels x same or other swatches x trained x tested
+  // channels x same or other pieces x trained x tested
   REQUIRE(result->transfers.size() == 2 * 2 * 2 * 2);
   for (const Transfer& t : result->transfers) {
     CAPTURE(t.channels, t.trained, t.tested, t.across_swatches);
     CHECK(t.accuracy.values.size() == 2);
     CHECK(t.accuracy.ci95.low <= t.accuracy.mean);
     CHECK(t.accuracy.ci95.high >= t.accuracy.mean);
-    CHECK(t.accuracy.ci95.high > t.accuracy.ci95.low);  // also where both seeds agree
+    CHECK(t.accuracy.ci95.high > t.accuracy.ci95.low);  // also if both seeds agree
     if (t.channels == "pads" && !t.across_swatches) CHECK(t.accuracy.mean > 0.9);
   }
   REQUIRE(result->shifts.size() == 2);

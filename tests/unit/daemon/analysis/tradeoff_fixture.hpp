@@ -1,5 +1,5 @@
 #pragma once
-// Data sets that the tests of the trade share.
+// Data sets shared by the tests of the trade-off.
 
 #include "tests/unit/daemon/analysis/report_fixture.hpp"
 
@@ -11,7 +11,7 @@ inline Dataset campaign_set(std::uint32_t repetitions = 6) {
   return set;
 }
 
-// Every trial of M1 a second time as M2, louder.
+// Every trial of M1 again as a louder M2.
 inline Dataset two_explorations() {
   Dataset set = campaign_set();
   const std::size_t count = set.trials.size();

@@ -1,4 +1,4 @@
-// `weft trade classifier`: which trials a choice is made of, and how much of them.
+// `weft trade classifier`: the trials and the amount of data of a choice.
 
 #include "daemon/analysis/tradeoff/material.hpp"
 

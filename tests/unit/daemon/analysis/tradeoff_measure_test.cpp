@@ -1,4 +1,4 @@
-// `weft tradeoff classifier`: what is measured.
+// `weft tradeoff classifier`: the measured quantities.
 
 #include <malloc.h>
 
@@ -20,7 +20,7 @@ using trade_test::two_explorations;
 
 namespace {
 
-// Fabrics that differ little, named as fabricslide names its recordings.
+// Similar fabrics, with file names like those of fabricslide.
 Dataset recorded_set() {
   Dataset set;
   set.info.kind = BenchKind::real;
@@ -65,7 +65,7 @@ ClassifierTradeoffOptions options_for(std::vector<TradeoffFamily> vary, SplitMak
   return out;
 }
 
-// A clock that moves a quarter of a second whenever it is read.
+// A clock that advances by a quarter of a second at each reading.
 classifier::SecondsNow ticking() {
   return [now = std::make_shared<double>(0)] { return *now += 0.25; };
 }
@@ -108,7 +108,7 @@ TEST_CASE("the default is trained and tested as weft evaluate does it") {
     CHECK(got.tested == expected->confusion.total());
   }
   CHECK(tradeoff.points.front().name == "default");
-  CHECK(tradeoff.points.front().accuracy < 1.0);  // else the comparison would show little
+  CHECK(tradeoff.points.front().accuracy < 1.0);  // otherwise the comparison would show little
 }
 
 TEST_CASE("trials of the speeds add up to the default's, and each speed has its own seconds") {
@@ -220,12 +220,13 @@ TEST_CASE("answers that share trials share the figure for their features, and no
     return 0;
   };
   const std::vector<TimedAnswer> both(2, {trials, answer});
-  // reading number n finds the clock n seconds further on than the one before
+  // reading number n is n seconds later than the one before
   double clock_s = 0, reads = 0;
   const auto times = time_answers(both, 5, {}, [&] { return clock_s += ++reads; });
   REQUIRE(times.has_value());
   CHECK(requested == 2 * 6);
-  // six readings a repetition, the second of each pair counts; the third of the five is the median
+  // six readings a repetition, of which the second of each pair counts; the third of the five is
+  // the median
   CHECK((*times)[0].features_s == std::vector<double>{3 * 6 + 2});
   CHECK((*times)[1].features_s == (*times)[0].features_s);
   CHECK((*times)[0].vote_s == std::vector<double>{3 * 6 + 4});
@@ -233,7 +234,7 @@ TEST_CASE("answers that share trials share the figure for their features, and no
 }
 
 TEST_CASE("no table for a length of motion is made while features are timed") {
-  // more lengths than an extractor keeps tables of
+  // more lengths than an extractor has tables for
   const classifier::Trial whole = campaign_set(2).trials.front();
   const auto trials = std::make_shared<std::vector<AnswerTrials>>();
   for (std::size_t samples = 40; samples < 340; samples += 25)
@@ -260,7 +261,7 @@ TEST_CASE("slides are cut up to the longest single one, however many are joined"
   const TradeoffSet tradeoff = measured(two_explorations(), options);
   std::vector<std::string> names;
   for (const TradeoffPoint& p : tradeoff.points) names.push_back(p.name);
-  // 10 s each: 16 s would be no cut, though both together last 20 s
+  // 10 s each: 16 s would not shorten them, although both together last 20 s
   CHECK(names == std::vector<std::string>{"default", "0.5 s", "1 s", "2 s", "4 s", "8 s"});
   CHECK(named(tradeoff, "8 s").contact_s == Approx(16).margin(2.0 / 37));
 }

@@ -29,7 +29,7 @@ Indices front(const std::vector<TradeoffChoice>& choices) {
   return *out;
 }
 
-// Word for word the definition.
+// The definition, literally.
 bool dominated(const std::vector<TradeoffChoice>& all, const TradeoffChoice& one) {
   return std::any_of(all.begin(), all.end(), [&](const TradeoffChoice& other) {
     return other.gain >= one.gain && other.cost <= one.cost &&
@@ -58,7 +58,7 @@ const std::vector<TradeoffCost> costs = {
     {"answer_s", "time", "compute time", &TradeoffPoint::answer_s},
     {"contact_s", "sliding", "contact", &TradeoffPoint::contact_s}};
 
-// On the front of time: fast, default. Of sliding: fast, default and its equal. Never: slow.
+// Front by time: fast, default. Front by sliding: fast, default and its equal. On no front: slow.
 TradeoffReport made_up() {
   TradeoffSet set;
   set.dataset = "out/<demo> & more.h5";
@@ -83,7 +83,7 @@ std::string page_of(const TradeoffReport& report) {
   return render(*page);
 }
 
-// Style sheet and text may say "information"; figures may not say these.
+// The style sheet and text may contain "information"; figures must not contain these words.
 void check_figures(const std::string& markup) {
   for (const char* word : {"\"nan", ">nan", " nan", "\"inf\"", ">inf<", "-nan", "\"-inf"})
     CHECK(markup.find(word) == std::string::npos);

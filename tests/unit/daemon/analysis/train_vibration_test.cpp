@@ -1,4 +1,4 @@
-// A hand-over from vibration on made-up slides: what is learnt, and what is told of it.
+// A handover from vibration on made-up strokes: the trained models and their description.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -11,7 +11,8 @@ namespace {
 
 namespace vibro = classifier::vibro;
 
-// Noise on a slow sound and an axis, three slides of each material; `tell`: its level says which.
+// Noise on a slow sound and an axis, three strokes of each material; with `tell` its level depends
+// on the material.
 RecordingSet slides(bool tell) {
   RecordingSet out{"made up", "campaign", BenchKind::simulated, {}};
   std::uint64_t state = 1;

@@ -1,4 +1,5 @@
-// The paper of 2023 beside made-up results: its averages and gains, and when they may be shown.
+// The paper of 2023 beside made-up results: its averages and gains, and the conditions for showing
+// them.
 
 #include <catch2/catch.hpp>
 
@@ -13,8 +14,8 @@ namespace vibro = classifier::vibro;
 using vibro::Family;
 using vibro::Protocol;
 
-// Every learner as good as the paper says on average, windows of 2 s slower by a half, and half of
-// the F-score on parts.
+// Every learner has the paper's average accuracy; windows of 2 s are slower by a half, and parts
+// have half the F-score.
 VibroTradeoff made_up(bool papers_recipe) {
   VibroTradeoff out;
   out.papers_recipe = papers_recipe;
@@ -60,10 +61,10 @@ TEST_CASE("Averages are means over the paper's ten of each source, window, set a
     return p.learner != classifier::Learner::nb && p.learner != classifier::Learner::knn;
   });
   two.points.push_back(two.points.back());
-  two.points.back().learner = classifier::Learner::lda;  // none of the paper's
+  two.points.back().learner = classifier::Learner::lda;  // not a learner of the paper
   two.points.back().result.f_score = 0.0;
   two.points.push_back(two.points.front());
-  two.points.back().window_s = 0.5;  // nor this
+  two.points.back().window_s = 0.5;  // not a window length of the paper
   const auto few = compute_averages(two);
   CHECK(few.back().learners == 2);
   CHECK(few.back().f_score == Approx(0.5));
@@ -80,12 +81,12 @@ TEST_CASE("Gains are shares of what windows of 1 s reach, over all learners and 
     CHECK(g.classify_s == Approx(0.0).margin(1e-12));
     CHECK(g.is_papers == (g.source == "SXYZ" && g.protocol == Protocol::random));
   }
-  // Without one of its learners it is not what the paper averages over.
+  // Without one of its learners the average is not the paper's.
   VibroTradeoff nine = made_up(true);
   std::erase_if(nine.points,
                 [](const VibroPoint& p) { return p.learner == classifier::Learner::xgb; });
   for (const VibroGain& g : compute_gains(nine, compute_averages(nine))) CHECK_FALSE(g.is_papers);
-  // Windows of one length gain nothing, and neither do different sets of features.
+  // Windows of one length have no gain, and neither have different sets of features.
   VibroTradeoff one = made_up(true);
   std::erase_if(one.points,
                 [](const VibroPoint& p) { return p.window_s == 2.0 && p.family == Family::fft; });

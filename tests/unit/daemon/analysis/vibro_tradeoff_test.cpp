@@ -1,4 +1,4 @@
-// The trade of sound and vibration on made-up recordings.
+// The trade-off of sound and vibration on made-up recordings.
 
 #include <catch2/catch.hpp>
 
@@ -11,7 +11,7 @@ namespace {
 
 namespace vibro = classifier::vibro;
 
-// Three materials whose noise differs in level, on a slow sound and three axes.
+// Three materials with noise of different levels, on a slow sound and three axes.
 RecordingSet three_materials() {
   RecordingSet out{"made up", "recordings", BenchKind::simulated, {}};
   std::uint64_t state = 1;
@@ -107,7 +107,7 @@ TEST_CASE("Recordings too short for a window are named, of each window and proto
   options.learners = {classifier::Learner::nb};
   const auto tradeoff = measure_vibro_tradeoff(set, options, ticks).value();
   const auto random = vibro_tradeoff_set(tradeoff, set, "d", vibro::Protocol::random).left_out;
-  REQUIRE(random.size() == 1);  // of 2 s; windows of 1 s it has
+  REQUIRE(random.size() == 1);  // for windows of 2 s; those of 1 s fit
   CHECK(random[0].first == "recordings for windows of 2 s");
   CHECK(random[0].second.find("fits into it: brief (material0)") != std::string::npos);
   const auto blocks = vibro_tradeoff_set(tradeoff, set, "d", vibro::Protocol::blocks).left_out;
@@ -151,7 +151,7 @@ TEST_CASE("A window that does not fit is refused before anything is trained, by 
   CHECK(measured == 0);
   CHECK_FALSE(check_vibro_tradeoff(three_materials(), options));
   CHECK(check_vibro_tradeoff(three_materials(), few()));
-  options.windows_s = {1.0, 1e-3};  // no sample of the slowest channel
+  options.windows_s = {1.0, 1e-3};  // without a sample of the slowest channel
   CHECK_FALSE(check_vibro_tradeoff(three_materials(), options));
 }
 

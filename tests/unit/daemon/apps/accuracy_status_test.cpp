@@ -1,4 +1,4 @@
-// The exit status of `weft run --accuracy`, and the line that says why.
+// The exit status of `weft run --accuracy`, and the line with its reason.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -17,7 +17,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// A campaign of denim whose table promises a millionth of a newton of every setting.
+/// A campaign of denim with a table that promises a micronewton for every setting.
 struct Bench {
   TemporaryFolder folder;
   CampaignRequest request;

@@ -19,8 +19,8 @@ namespace {
 
 using nlohmann::json;
 
-/// bench17 with its plate askew, in a file of its own. The face is rigid: a soft cover blurs the
-/// height at which a touch is felt.
+/// bench17 with a tilted plate, in its own file. The face is rigid: a soft cover blurs the height
+/// of first contact.
 std::filesystem::path askew_rig(const TemporaryFolder& folder, double x_deg, double y_deg,
                                 const json& faults = json::array()) {
   json rig = test::bench17();
@@ -37,8 +37,8 @@ AlignSummary aligned(const AlignRequest& request) {
   return *summary;
 }
 
-/// Between the probe's axis as the stages were left and the normal of the plate that the rig file
-/// has, turned with the platform: by rotation, not by what the touches say.
+/// Angle between the probe's axis in the final stage position and the normal of the rig file's
+/// plate, turned with the platform. Computed by rotation, not from contact readings.
 double true_lean_rad(const recipes::Tilts& stages, double x_deg, double y_deg) {
   const double tx = x_deg * rad_per_deg + stages.rx_rad, ty = y_deg * rad_per_deg;
   const recipes::Direction plate{-std::sin(ty), -std::cos(ty) * std::sin(tx),
@@ -47,7 +47,7 @@ double true_lean_rad(const recipes::Tilts& stages, double x_deg, double y_deg) {
   return recipes::angle_between(plate, probe);
 }
 
-// Touches are read in steps of 1 um: over 100 mm that is 10 urad about each axis.
+// Contact readings have steps of 1 um: over 100 mm that is 10 urad about each axis.
 constexpr double micrometre_over_span_rad = 1e-6 / 0.1;
 
 }  // namespace
@@ -99,7 +99,7 @@ TEST_CASE(
 
 TEST_CASE("An alignment whose z stage fails ends with its fault, not with the retreat's timer") {
   const TemporaryFolder folder;
-  constexpr double fails_s = 130;  // amid the touches
+  constexpr double fails_s = 130;  // during the contacts
   AlignRequest request;
   request.rig = askew_rig(
       folder, 1, 1, {{{"device", "stage.z"}, {"fault", "over_temperature"}, {"start_s", fails_s}}});
@@ -154,7 +154,7 @@ TEST_CASE("weft align prints the tilt found and left, marked as simulated") {
   std::istringstream reported(out.str().substr(at + row.size()));
   double about_x_deg = 0, about_y_deg = 0;
   reported >> about_x_deg >> about_y_deg;
-  constexpr double thrice_the_deviation_deg = 0.0007;  // of two touches over 100 mm
+  constexpr double thrice_the_deviation_deg = 0.0007;  // for two contacts over 100 mm
   CHECK(about_x_deg == Approx(0.5).margin(thrice_the_deviation_deg));
   CHECK(about_y_deg == Approx(-0.25).margin(thrice_the_deviation_deg));
   CHECK(err.str().empty());

@@ -1,4 +1,4 @@
-// The tables of `weft audit`, from trials of which every value is known, and its verdict on them.
+// The tables of `weft audit`, from trials with known values, and its verdict on them.
 
 #include "daemon/apps/weft/audit_tables.hpp"
 
@@ -160,7 +160,7 @@ TEST_CASE("a column of the data set is a probe and may be left out, a piece is n
   CHECK(tables.probes.size() == before + 1);
 }
 
-/// With one probe named by statistics.
+/// A report with one probe, named by statistics.
 AuditReport report_of(const std::string& name, std::span<const classifier::Split> splits) {
   AuditReport out;
   out.tables = slide_tables(four_trials()).value();

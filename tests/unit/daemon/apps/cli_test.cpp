@@ -206,7 +206,7 @@ TEST_CASE("features of two explorations stand side by side, for commands that ma
   const auto model = load_trials(path, choice, true);
   choice.exploration = "M1+M3";
   const auto missing = load_trials(path, choice, true, true);
-  dataset.records[1].outcome = TrialOutcome::complete;  // another of M1, twice as fast
+  dataset.records[1].outcome = TrialOutcome::complete;  // another trial of M1, twice as fast
   dataset.records[1].spec.repetition = 1;
   for (std::int64_t& t : dataset.records[1].t_ns) t /= 2;
   REQUIRE(write_hdf5(dataset, path));
@@ -273,7 +273,7 @@ TEST_CASE("away from a terminal progress is at most twenty plain lines") {
 TEST_CASE("a trial that did not complete is named wherever progress goes by lines") {
   std::ostringstream out;
   ProgressPrinter printer(out, false);
-  TrialProgress aborted = at(0, 680);  // it does not count as done
+  TrialProgress aborted = at(0, 680);  // it does not count as complete
   aborted.outcome = recipes::Outcome::aborted;
   printer(aborted);
   CHECK(out.str().find("trial 1 (wool M1 #3) did not") != std::string::npos);

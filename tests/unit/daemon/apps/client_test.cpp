@@ -1,5 +1,5 @@
-// A program's end of the daemon's socket, and what commands make of the answers, against a daemon
-// whose answers are written out by hand.
+// A program's end of the daemon's socket, and the commands' use of the answers, against a daemon
+// with prepared answers.
 
 #include "daemon/service/client/client.hpp"
 
@@ -28,8 +28,8 @@ json refusal(const std::string& kind, const std::string& message) {
   return {{"error", {{"code", 2001}, {"message", message}, {"data", {{"kind", kind}}}}}};
 }
 
-/// Answers one client on `folder`/sock. `reply` gives {"result": ...} or {"error": ...}, and
-/// {"last": LINE}, which is sent as it is before it hangs up.
+/// Answers one client on `folder`/sock. `reply` gives {"result": ...} or {"error": ...}, or
+/// {"last": LINE}, which is sent unchanged before it closes the connection.
 class RepliedByHand {
  public:
   using Reply = std::function<json(const std::string& method, const json& params)>;
@@ -154,7 +154,7 @@ TEST_CASE("a change goes under a lease of one's own that no connection keeps, as
   const auto run = cli::under_lease(client, {"a test"}, "run.start", json::object());
   REQUIRE(run);
   CHECK(run->at("lease") == "L-e-2");
-  is_there = true;  // a program of this user's holds it
+  is_there = true;  // a program of this user has the lease
   const auto kept_out = cli::under_lease(client, {"a test"}, "run.start", json::object());
   REQUIRE_FALSE(kept_out);
   CHECK(kept_out.error().what == "rig:bench is leased");

@@ -1,4 +1,4 @@
-// What the doctor makes of what it sees, apart from looking.
+// The doctor's findings from given facts, without reading the machine.
 
 #include "daemon/campaign/diagnostics/doctor.hpp"
 
@@ -34,7 +34,7 @@ const Diagnosis& about(const std::vector<Diagnosis>& found_problems, const std::
   return found_problems.front();
 }
 
-/// The finding about `subject` says so, and what to do unless all is well.
+/// Expects a finding about `subject` with this text, and with `hint` unless it is ok.
 void expect(const MachineFacts& facts, const std::string& subject, Severity severity,
             const std::string& says, const std::string& hint = {}) {
   const auto found_problems = check_system(facts, true);

@@ -1,4 +1,4 @@
-// What `weft evaluate` measures, before it is shown.
+// The measurements of `weft evaluate`, before they are shown.
 
 #include "daemon/apps/weft/evaluate_outcome.hpp"
 
@@ -51,7 +51,8 @@ TEST_CASE("an interval of groups left out says what it is, on the curve as well"
   if (!agreed) FAIL(to_string(agreed.error()));
   REQUIRE(agreed->outcomes[0].evaluation.deviation == 0);
   CHECK(agreed->outcomes[0].evaluation.ci95.method == "Wilson score of 2 groups, all groups agree");
-  for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "pile";  // some wrong
+  // some predictions are wrong
+  for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "pile";
   const auto differing = measure(args, chosen);
   if (!differing) FAIL(to_string(differing.error()));
   REQUIRE(differing->outcomes[0].evaluation.deviation > 0);
@@ -64,7 +65,8 @@ TEST_CASE("an interval of groups left out says what it is, on the curve as well"
 TEST_CASE(
     "draws of a learning curve are no groups and no splits: the interval is over the splits") {
   ChosenTrials chosen = chosen_trials();
-  for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "pile";  // some wrong
+  // some predictions are wrong
+  for (std::size_t row = 0; row < 3; ++row) chosen.features.labels[row] = "pile";
   EvaluateArgs args = groups_left_out();
   args.curve = {2};
   args.curve_draws = 40;
@@ -99,7 +101,7 @@ TEST_CASE(
 
 TEST_CASE("what can be known before a training is refused before it") {
   ChosenTrials chosen = chosen_trials();
-  // whatever is trained is refused: so the sentence tells which came first
+  // training would be refused, so the message shows which check came first
   chosen.features.values.row(0)[0] = std::nan("");
   EvaluateArgs args = groups_left_out();
   CHECK(measure(args, chosen).error().what.find("not so many") == std::string::npos);
@@ -134,7 +136,7 @@ TEST_CASE("a label that is in one group alone is told to be never tested") {
 TEST_CASE("features are timed on whole trials, each by itself") {
   const ChosenTrials chosen = chosen_trials();
   double clock_s = 0, reads = 0;
-  // reading number n finds the clock n seconds further on than the one before: 2, 4 ... 32 s
+  // reading number n is n seconds later than the one before: 2, 4 ... 32 s
   const auto now = [&] { return clock_s += ++reads; };
   CHECK(seconds_of_features({}, chosen, now) == Approx(17));
   CHECK(reads == 2 * 16);
@@ -176,7 +178,7 @@ TEST_CASE("label and mounting are told to be confounded, with what is left witho
   CHECK(json.at("results").at("lda").at("level_removed").at("splits") == 2);
   CHECK(report_test::count_of(report_text(args, chosen, *known), "CONFOUNDED") == 1);
 
-  args.trials.remove_level = "motion";  // the figures are without levels already
+  args.trials.remove_level = "motion";  // the features are already without levels
   const auto removed = measure(args, chosen);
   if (!removed) FAIL(to_string(removed.error()));
   CHECK(removed->confounded);

@@ -1,4 +1,4 @@
-// Options that say nothing about the kind of the data are refused, never dropped.
+// Options that do not apply to the kind of the data are refused, never ignored.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 using test::TemporaryFolder;
 
-// What `weft` says on standard error.
+// Output of `weft` on standard error.
 std::string refusal(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "weft");
   std::vector<const char*> words;

@@ -1,4 +1,4 @@
-// What a live vote leaves is a selection, and everything that is made of it says so. SIMULATED.
+// A campaign with live votes records a selection, and all its results state that. SIMULATED.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -36,7 +36,7 @@ Reply weft_says(std::vector<std::string> arguments) {
   return {status, out.str(), err.str()};
 }
 
-/// M1's slides end early, M2's, which nobody votes on, do not.
+/// M1's strokes end early; M2's, which have no votes, do not.
 json half_selected(int repetitions) {
   json recipe = recipe_of(repetitions);
   recipe["explorations"]["M2"] = recipe["explorations"]["M1"];

@@ -1,4 +1,4 @@
-// A killed campaign whose write-ahead log was damaged or lost: it is said, and nothing of it is
+// A killed campaign with a damaged or lost write-ahead log: the damage is reported, and no file is
 // removed. SIMULATED.
 
 #include <catch2/catch.hpp>
@@ -23,16 +23,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every file of a folder and what is in it.
+/// Every file of a folder with its content.
 std::map<std::string, std::string> contents_of(const fs::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() != ".sqlite-shm")  // SQLite's own memory, made by reading
+    if (entry.path().extension() != ".sqlite-shm")  // shared memory of SQLite, created by reading
       files[entry.path().filename().string()] = test::read_file(entry.path());
   return files;
 }
 
-/// A campaign that was killed, with some trials on record, most of them in its log alone.
+/// A killed campaign with some recorded trials, most of them only in its log.
 struct KilledCampaign {
   TemporaryFolder folder;
   CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
@@ -50,7 +50,7 @@ struct KilledCampaign {
     return *report;
   }
 
-  /// Said by `weft verify` twice, refused by a resume, and every byte as before.
+  /// `weft verify` reports it twice, a resume is refused, and every byte stays.
   void check_refused(const std::string& where) {
     const auto before = contents_of(request.out);
     for (int i = 0; i < 2; ++i) {

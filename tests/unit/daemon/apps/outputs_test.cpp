@@ -1,4 +1,4 @@
-// No output takes the place of what was recorded, or of what somebody wrote.
+// No output replaces a record or a file of another program.
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -72,7 +72,7 @@ TEST_CASE("no output replaces a campaign file or a certificate, under whatever n
   refuses({"features", s.dataset_file, "-o", folder / "mine.txt"}, "the certificate of a campaign");
   CHECK(verify(out)->holds());
   CHECK(verify(out)->certified);
-  // There is none yet: verify would take whatever is written for one.
+  // Without a certificate, verify would accept any file in its place.
   std::filesystem::remove(certificate);
   refuses({"features", s.dataset_file, "-o", file}, "the certificate of a campaign");
   const Ran other = weft({"dataset", "export", campaign, "-o", folder / "certificate.json"});

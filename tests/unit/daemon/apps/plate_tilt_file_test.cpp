@@ -1,4 +1,4 @@
-// The plate's level from an alignment to a campaign.
+// The plate's tilt from an alignment to a campaign.
 
 #include "daemon/hardware/rig/rig_file.hpp"
 
@@ -46,7 +46,7 @@ std::string refused(const json& level, std::int64_t age_s = 60) {
   return text.error().what + " " + text.error().where;
 }
 
-/// The farthest that a rotary axis was from `angle_rad` while phases were recorded [rad].
+/// The largest distance of a rotary axis from `angle_rad` in recorded phases [rad].
 double farthest_rad(const Dataset& data, const std::string& axis, double angle_rad) {
   const auto& axes = data.info.axes;
   const auto found = std::ranges::find(axes, axis, &Axis::name);
@@ -63,7 +63,7 @@ double farthest_rad(const Dataset& data, const std::string& axis, double angle_r
           record.stages.quanta[i * axes.size() + column] / found->quanta_per_unit();
       farthest = std::max(farthest, std::abs(at_rad - angle_rad));
     }
-  CHECK(rows > 100);  // at 20 Hz, of two trials of some seconds
+  CHECK(rows > 100);  // two trials of some seconds at 20 Hz
   return farthest;
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("a level that was found goes into the rig file, with when and how well
   CHECK(limits->level.ry_rad == 0.015);
   CHECK(limits->clear_z_m() < recipes::parse_rig_limits(test::bench17().dump())->clear_z_m());
   CHECK(merged(found_level(), 1'000'000, 0s));   // any age
-  CHECK(merged(found_level(), -1'000'000, 0s));  // the clock was set back since
+  CHECK(merged(found_level(), -1'000'000, 0s));  // the clock was set back meanwhile
 }
 
 TEST_CASE("a level of another rig, of another bench, of long ago or of no success is refused") {
@@ -112,7 +112,7 @@ TEST_CASE("a level of another rig, of another bench, of long ago or of no succes
 }
 
 TEST_CASE("angles that the rotary stages do not reach are refused where the rig file is read") {
-  const auto steep = merged(changed("/after/ry_rad", 0.2));  // 11 degrees of 5
+  const auto steep = merged(changed("/after/ry_rad", 0.2));  // 11 degrees, of a travel of 5
   REQUIRE(steep);
   const auto limits = recipes::parse_rig_limits(*steep);
   REQUIRE_FALSE(limits);
@@ -140,7 +140,7 @@ TEST_CASE("a campaign on a plate askew runs at the level that weft align found, 
   const json level = json::parse(data.info.rig_json)["plate"]["level"];
   CHECK(level["rx_rad"].get<double>() == Approx(-1.2 * rad_per_deg).margin(2e-4));
   CHECK(level["ry_rad"].get<double>() == Approx(-0.9 * rad_per_deg).margin(2e-4));
-  constexpr double stage_step_rad = 1e-5;  // of the rotary stages' counts
+  constexpr double stage_step_rad = 1e-5;  // step of the rotary stages' counts
   CHECK(farthest_rad(data, "rx", level["rx_rad"]) < stage_step_rad);
   CHECK(farthest_rad(data, "ry", level["ry_rad"]) < stage_step_rad);
 }

@@ -1,4 +1,4 @@
-// What weft run and weft align say of a bench that they could not leave as they should. SIMULATED.
+// Messages of weft run and weft align about a bench that was not left as intended. SIMULATED.
 
 #include "daemon/apps/weft/bench_options.hpp"
 
@@ -18,7 +18,7 @@ using weft::daemon::test::TemporaryFolder;
 
 namespace {
 
-/// What a run says whose device has a fault from this time on.
+/// Output of a run with a device that has a fault from this time on.
 std::string text_of_run(const std::string& device, const std::string& fault, double start_s) {
   const TemporaryFolder folder;
   nlohmann::json rig = test::bench17();
@@ -34,13 +34,14 @@ std::string text_of_run(const std::string& device, const std::string& fault, dou
   return out.str() + err.str();
 }
 
-constexpr double first_trial_s = 70;  // amid it, after homing
+constexpr double first_trial_s = 70;  // during the first trial, after homing
 
 }  // namespace
 
 TEST_CASE("nothing is said where the probe is up, all else is told with what to do") {
   CHECK(cli::format_rig(Cleanup::done, RigFact::safe).empty());
-  CHECK(cli::format_rig(Cleanup::skipped, RigFact::safe).empty());  // nothing was left of a resume
+  CHECK(cli::format_rig(Cleanup::skipped, RigFact::safe).empty());  // a resume without remaining
+                                                                    // trials
   CHECK_THAT(cli::format_rig(Cleanup::failed, RigFact::unknown),
              Catch::Contains("the rig is unknown, and the probe may still bear on the cloth") &&
                  Catch::Contains("look at the bench"));

@@ -1,5 +1,5 @@
-// What hosts see of a device on real ports: that they come and go, and that its plug is pulled and
-// put in again.
+// Devices on real ports as hosts see them: hosts come and go, and the plug is pulled and put in
+// again.
 
 #include "daemon/apps/weft_rig/served_link.hpp"
 
@@ -34,7 +34,7 @@ void run(RealLoop& loop, const std::function<bool()>& done) {
   REQUIRE(done());
 }
 
-/// A device that sends back what it hears.
+/// A device that echoes received bytes.
 std::unique_ptr<ServedPlace> echo(RealLoop& loop, const LinkSettings& at) {
   auto place = serve_link(loop, at, [](ByteView) { return true; });
   REQUIRE(place);
@@ -65,7 +65,7 @@ void speaks(RealLoop& loop, const LinkSettings& at) {
   run(loop, [&] { return host.received == Bytes{1, 2, 3}; });
 }
 
-/// A port of this machine that is free just now.
+/// A free port of this machine.
 std::uint16_t free_port(RealLoop& loop) {
   return (*TcpDoor::open(loop, {"127.0.0.1", 0}, [](std::unique_ptr<Link>) {}))->port();
 }
@@ -89,7 +89,7 @@ TEST_CASE("a terminal whose plug is pulled hangs up, is gone, and comes back at 
     CHECK(host.closed->where == path);
     CHECK_FALSE((*host.opened)->write(Bytes{1}));
     CHECK(Host(loop, at).opened.error().code == Errc::not_found);
-    CHECK(device->write(Bytes{1}));  // a device talks into the void
+    CHECK(device->write(Bytes{1}));  // writes of an unplugged device have no effect
     REQUIRE(device->set_plugged(true));
     speaks(loop, at);
     CHECK_FALSE((*host.opened)->write(Bytes{1}));  // the old link stays closed
@@ -98,7 +98,7 @@ TEST_CASE("a terminal whose plug is pulled hangs up, is gone, and comes back at 
 
 namespace {
 
-/// A host that opened the port with nothing but open(2), and reads when the test says so.
+/// A host that opens the port with only open(2), and reads when the test requests it.
 struct PlainHost {
   explicit PlainHost(const std::string& path)
       : port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK)) {
@@ -114,7 +114,7 @@ struct PlainHost {
   int port;
 };
 
-/// A device on a terminal that sends back what it hears and counts new hosts.
+/// A device on a terminal that echoes received bytes and counts new hosts.
 struct Terminal {
   Terminal() {
     device->on_host_came([this](bool) { ++hosts; });
@@ -124,7 +124,7 @@ struct Terminal {
     loop.after(time, [&] { later = true; });
     run(loop, [&] { return later; });
   }
-  /// What comes to `host` until `done` of it.
+  /// Bytes received by `host` until `done`.
   template <class Done>
   Bytes received(const PlainHost& host, Done done) {
     Bytes all;
@@ -152,7 +152,7 @@ TEST_CASE("what is said while nobody has a terminal open is lost, and whoever op
     {
       const PlainHost host(at.path);
       run(at.loop, [&] { return at.hosts == round; });
-      const PlainHost other(at.path);  // beside the first: nobody new
+      const PlainHost other(at.path);  // a second opening is no new host
       REQUIRE(::write(host.port, "hello", 5) == 5);
       CHECK(at.received(host, [](const Bytes& b) { return b.size() >= 5; }) ==
             Bytes{'h', 'e', 'l', 'l', 'o'});
@@ -162,7 +162,8 @@ TEST_CASE("what is said while nobody has a terminal open is lost, and whoever op
     at.wait(20ms);
   }
   const PlainHost last(at.path);
-  REQUIRE(::write(last.port, "x", 1) == 1);  // seen to come before its first byte is heard
+  REQUIRE(::write(last.port, "x", 1) == 1);  // the new host is noticed before its first byte is
+                                             // received
   CHECK(at.received(last, [](const Bytes& b) { return !b.empty(); }) == Bytes{'x'});
   CHECK(at.hosts == 4);
 }
@@ -191,7 +192,7 @@ TEST_CASE("a host that does not read for long finds whole messages, the eldest")
   Terminal at;
   const PlainHost host(at.path);
   run(at.loop, [&] { return at.hosts == 1; });
-  constexpr std::size_t size = 19;  // of no system's buffer a whole part
+  constexpr std::size_t size = 19;  // does not divide the buffer size of any system
   unsigned reply = 0;
   const auto say = [&](int times) {
     for (int i = 0; i < times; ++i, ++reply) {
@@ -284,7 +285,7 @@ TEST_CASE("whoever comes to a device at two places is told of, and new where it 
   both->on_receive([&](ByteView bytes, TimePoint) {
     received.insert(received.end(), bytes.begin(), bytes.end());
   });
-  const Host listener(loop, two);  // says nothing
+  const Host listener(loop, two);  // sends nothing
   run(loop, [&] { return came.size() == 1; });
   const Host talker(loop, one);
   run(loop, [&] { return came.size() == 2; });
@@ -316,7 +317,7 @@ TEST_CASE("a device at two places is gone from both") {
 
 namespace {
 
-/// emulated17 with its ports in a folder, and a rig server that serves it.
+/// emulated17 with its ports in a folder, and a server for its rig.
 struct ServedRig {
   ServedRig() {
     json rig = json::parse(test::read_file(test::source / "sim/rigs/emulated17.json"));

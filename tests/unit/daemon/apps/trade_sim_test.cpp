@@ -1,5 +1,5 @@
-// `weft trade sim`: its scenes, what it looks for in a run, and the physics that its figures must
-// show. Nothing here depends on how fast the machine is.
+// `weft trade sim`: its scenes, the checks of a run, and the physics that its figures must show.
+// Nothing here depends on the speed of the machine.
 
 #include <unistd.h>
 
@@ -64,7 +64,7 @@ double force_error(const SimTrace& run, const SimTrace& reference) {
   return measure_error(run, reference).force_n.max;
 }
 
-/// Everything once, without repetitions: figures of the physics alone.
+/// Each measurement once, without repetitions: only figures of the physics.
 SimSceneResult measured(const char* scene) {
   SimTradeoffOptions options;
   options.scenes = {scene};
@@ -255,7 +255,7 @@ TEST_CASE("weft trade sim writes page and data") {
   CHECK(html.find("Mini40 Fz: 20 mN") != std::string::npos);
   CHECK(html.find("1 LSB") != std::string::npos);
   CHECK(html.find("stick-slip lost") != std::string::npos);
-  for (const char* text : {">nan", " nan", "-nan", "\"nan", "NaN"})  // "Provenance" is none
+  for (const char* text : {">nan", " nan", "-nan", "\"nan", "NaN"})  // "Provenance" is no match
     CHECK(html.find(text) == std::string::npos);
   CHECK(html.find("<script") == std::string::npos);
   CHECK(html.find("src=") == std::string::npos);

@@ -1,4 +1,4 @@
-// What the kernel says of a thread and its process inside a RealTimeScope, and behind it.
+// The kernel's settings of a thread and its process inside a RealTimeScope, and after it.
 
 #include "daemon/base/loop/threads.hpp"
 
@@ -19,7 +19,7 @@ struct Standing {
   long locked_kb = -1;
 };
 
-/// Of the calling thread and, for the memory, of the process.
+/// Settings of the calling thread and, for the memory, of the process.
 Standing standing() {
   Standing out;
   out.policy = ::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
@@ -60,7 +60,7 @@ TEST_CASE(
     }
   }
   const Standing after = standing();
-  CHECK(after.policy == SCHED_OTHER);  // whatever it was before
+  CHECK(after.policy == SCHED_OTHER);  // whatever the policy was before
   CHECK(after.priority == 0);
   CHECK(after.locked_kb == before.locked_kb);
 }

@@ -1,7 +1,7 @@
 #pragma once
-// A campaign in a child process that dies at its n-th write to the campaign file: the main file,
-// its log and what SQLite does beside them, seen through a file system layer of the child's own.
-// Nothing of it is in the program under test. Linux.
+// A campaign in a child process that dies at its n-th write to the campaign file. The writes (the
+// main file, its log and other files of SQLite) are counted by a file system layer of the child.
+// The program under test has no part of it. Linux only.
 
 #include <signal.h>
 #include <sqlite3.h>
@@ -18,17 +18,17 @@
 
 namespace weft::daemon::test {
 
-/// Of a test that kills at every write: the nightly preset does, the others at each third.
+/// The interval of writes for a test that kills at every write: 1 in the nightly preset, else 3.
 inline std::uint64_t writes_between_kills() {
   return std::getenv("WEFT_EVERY_WRITE") != nullptr ? 1 : 3;
 }
 
-/// Which write ends the process, and whether half of it reaches the file.
+/// The write that ends the process, and whether half of it reaches the file.
 struct KillPoint {
   std::uint64_t write = 0;  ///< from 1; 0: never
   bool torn = false;
-  /// Writes are counted once so many trials are on record: how many writes a trial takes depends on
-  /// how fast the machine is.
+  /// Counting starts when this number of trials is recorded, because the number of writes of a
+  /// trial depends on the speed of the machine.
   std::size_t after_trials = 0;
 };
 
@@ -36,9 +36,9 @@ namespace killing {
 
 inline constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
 inline bool torn = false;
-inline std::atomic<std::uint64_t> writes_left = never;  ///< of all threads
+inline std::atomic<std::uint64_t> writes_left = never;  ///< over all threads
 inline sqlite3_vfs* below = nullptr;
-inline void (*synced)(const char* file) = nullptr;  ///< told once the disk has all of a file
+inline void (*synced)(const char* file) = nullptr;  ///< called after a file is on the disk
 
 /// SQLite's handle; the real one lies behind it.
 struct File {
@@ -50,7 +50,7 @@ inline sqlite3_file* real(sqlite3_file* file) {
   return reinterpret_cast<File*>(file)->real();
 }
 
-/// True where this is the one: then the process is over, perhaps after half of the write.
+/// True for the last write: the process then ends, perhaps after half of it.
 inline bool is_last() {
   return --writes_left == 0;
 }
@@ -132,7 +132,7 @@ inline int remove(sqlite3_vfs*, const char* name, int sync_folder) {
   return below->xDelete(below, name, sync_folder);
 }
 
-/// From here on every database of this process is written through the layer.
+/// From here on, every database of this process is written through the layer.
 inline void begin(KillPoint at) {
   static sqlite3_vfs layer;
   torn = at.torn;
@@ -149,8 +149,8 @@ inline void begin(KillPoint at) {
 
 }  // namespace killing
 
-/// Complete trials that a child told of before it died: counted in memory that outlives it, and not
-/// read from what it left behind.
+/// Number of complete trials that a child reported before it died. The counter is in memory that
+/// outlives the child; it is not read from its files.
 class ReportedTrials {
  public:
   ReportedTrials() = default;
@@ -175,8 +175,8 @@ class ReportedTrials {
       mmap(nullptr, sizeof(Count), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
 };
 
-/// Runs the campaign in a child. True when it was killed; false when it came to its end, complete.
-/// Anything else is a child that says so with another status: nothing is returned.
+/// Runs the campaign in a child. True if it was killed; false if it was completed. Nothing is
+/// returned for any other exit status.
 inline std::optional<bool> killed_at(const CampaignRequest& request, KillPoint point,
                                      const CampaignHooks& hooks = {}) {
   const pid_t child = fork();
@@ -198,7 +198,7 @@ inline std::optional<bool> killed_at(const CampaignRequest& request, KillPoint p
   return std::nullopt;
 }
 
-/// A very short slide on each of two fabrics.
+/// A very short stroke on each of two fabrics.
 inline std::string tiny_recipe(int repetitions) {
   return R"({"schema_version":1,"name":"tiny","source":"test","seed":7,"fabrics":["denim","satin"],
     "repetitions":)" +
@@ -209,8 +209,8 @@ inline std::string tiny_recipe(int repetitions) {
     {"phase":"E","duration_s":0.2}]}}})";
 }
 
-/// What two campaigns must have in common, trial by trial; empty when they do, else the first
-/// difference. The number of the attempt and the name that carries it are not part of it.
+/// First difference of two campaigns, trial by trial; empty if there is none. The number of the
+/// attempt, and the name with it, are ignored.
 inline std::string difference(const Dataset& a, const Dataset& b) {
   if (a.trials.size() != b.trials.size())
     return std::to_string(a.trials.size()) + " and " + std::to_string(b.trials.size()) + " trials";

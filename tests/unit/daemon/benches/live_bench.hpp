@@ -1,5 +1,5 @@
 #pragma once
-// A model for live votes from one small simulated campaign, beside the recipe of the next.
+// A model for live votes from one small simulated campaign, and the recipe of the next.
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -10,9 +10,9 @@
 
 namespace weft::daemon::live_test {
 
-/// Two cloths that anybody tells apart, slides of 16 mm at 4 mm/s.
+/// Two clearly different fabrics, strokes of 16 mm at 4 mm/s.
 nlohmann::json recipe_of(int repetitions);
-/// Sure at 0.8, after one second at least.
+/// Certain at 0.8, after at least one second.
 const nlohmann::json& stop_early();
 
 /// run_campaign(), which must succeed.
@@ -24,18 +24,18 @@ using Change = std::function<void(classifier::StagedModel&)>;
 /// A staged model of the trials, of exploration M1.
 std::string model_text(const Dataset& dataset, const Change& change = {});
 
-/// The recipe asks "m1.model", which was trained on a campaign in "out".
+/// The recipe uses "m1.model", which was trained on a campaign in "out".
 struct LiveBench {
   test::TemporaryFolder folder;
   CampaignRequest request;
   LiveBench();
   /// One repetition into "live", with this live vote.
   void query(const nlohmann::json& vote);
-  /// Another model in the place of the first.
+  /// Replaces the first model.
   void change(const Change& how);
-  /// bench17, changed.
+  /// Changes bench17.
   void change_rig(const std::function<void(nlohmann::json&)>& how);
-  /// What is said of the request; the quick look says the same where the head alone tells it.
+  /// The refusal of the request; the quick check gives the same if the head of the model suffices.
   std::string refusal(bool by_head = true);
 };
 

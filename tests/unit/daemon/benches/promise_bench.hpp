@@ -1,5 +1,5 @@
 #pragma once
-// A simulated bench whose table promises what a test says. SIMULATED.
+// A simulated bench with a table of given promises. SIMULATED.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace weft::daemon::test {
 
-/// Without settings: of this version's rules and the shipped cloths, with ranges of usual recipes
-/// and margins that hold.
+/// A table without settings: for this version's rules and the shipped fabrics, with the ranges of
+/// usual recipes and valid margins.
 sim::FidelityTable empty_table();
-/// bench17 with a table of three settings, which is for tests alone. `scale`: of its errors.
+/// bench17 with a table of three settings, for tests only. `scale` multiplies its errors.
 nlohmann::json rig_with_table(const TemporaryFolder& folder, double scale = 1,
                               int rules = recipes::engine_rules,
                               const std::string& fabrics_sha256 = {});
-/// short_recipe() of denim on it, on a machine as fast as the table's.
+/// short_recipe() of denim on it, on a machine with the table's speed.
 CampaignRequest denim_request(const TemporaryFolder& folder, double scale = 1);
 
 }  // namespace weft::daemon::test

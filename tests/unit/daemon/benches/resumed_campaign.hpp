@@ -1,5 +1,5 @@
 #pragma once
-// A campaign that is stopped or killed and goes on, and what must hold of it then. SIMULATED.
+// A stopped or killed campaign that is resumed, and its invariants. SIMULATED.
 
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -62,7 +62,7 @@ inline void check_holds(const std::filesystem::path& path) {
   CHECK(report->holds());
 }
 
-/// Of a campaign that was gone on with to its end.
+/// Checks a campaign that was resumed to its end.
 inline void check_whole(const std::filesystem::path& out, int kills, int repetitions = 2) {
   const Dataset& untouched = undisturbed(repetitions);
   check_holds(out);

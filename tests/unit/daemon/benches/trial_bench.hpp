@@ -1,5 +1,5 @@
 #pragma once
-// Small campaigns for tests, and a simulated bench whose trials a test can look into and disturb.
+// Small campaigns for tests, and a simulated bench with trials that a test can inspect and disturb.
 
 #include <catch2/catch.hpp>
 #include <map>
@@ -15,15 +15,15 @@ namespace weft::daemon::test {
 
 inline const std::filesystem::path source = WEFT_SOURCE_DIR;
 
-/// One trial of each exploration, with a slide of 6 mm a leg.
+/// One trial of each exploration, with strokes of 6 mm.
 std::string short_recipe(const std::string& fabric, int seed = 1);
-/// A text with every `from` in it made `to`.
+/// The text with every `from` replaced by `to`.
 std::string changed(std::string text, const std::string& from, const std::string& to);
 /// short_recipe() with more keys: `"settle":{"dwell_s":0}`.
 std::string with_keys(const std::string& keys, const std::string& fabric = "denim");
-/// bench17, its cloth table findable from anywhere.
+/// bench17, with a path to its fabric table that works in any folder.
 nlohmann::json bench17();
-/// The same with a smaller plate near where the stages home: most of a campaign's work is the way.
+/// The same with a smaller plate near the home positions: travel is most of a campaign's work.
 nlohmann::json bench17_near_home();
 /// The device of a rig that has this role.
 nlohmann::json& device_of(nlohmann::json& rig, const std::string& role);
@@ -32,7 +32,7 @@ CampaignRequest request_in(const TemporaryFolder& folder, const std::string& rec
 CampaignRequest request_in(const TemporaryFolder& folder, const std::string& recipe,
                            const nlohmann::json& rig);
 
-/// Passes bytes on and remembers what the host wrote.
+/// Forwards bytes and keeps those that the host wrote.
 class SpyLink final : public Link {
  public:
   SpyLink(std::unique_ptr<Link> to, Bytes& written) : to_(std::move(to)), written_(&written) {}
@@ -48,7 +48,7 @@ class SpyLink final : public Link {
   Bytes* written_;
 };
 
-/// A bench that is up, with a campaign ready to start.
+/// A running bench, with a campaign ready to start.
 struct TrialBench {
   TemporaryFolder folder;
   std::map<std::string, Bytes> written;  ///< to each device, by role
@@ -58,18 +58,18 @@ struct TrialBench {
   std::optional<Recorder> recorder;
   std::optional<TrialRecording> recording;
   std::vector<recipes::Outcome> outcomes;
-  std::optional<Error> trial_error;  ///< of the trial that ended last
+  std::optional<Error> trial_error;  ///< of the last trial that ended
 
   explicit TrialBench(const std::string& recipe);  ///< on bench17
   TrialBench(const std::string& recipe, const nlohmann::json& rig_json);
-  /// Mounts on the simulated plate, and keeps what trial_done says.
+  /// Mounts on the simulated plate, and keeps the results of trial_done.
   SupervisorHooks hooks();
 
  private:
   Result<std::unique_ptr<Link>> link(const DeviceEntry& entry);
 };
 
-/// The same under its supervisor.
+/// A TrialBench under its supervisor.
 struct Guarded {
   explicit Guarded(const std::string& recipe) : bench(recipe) {}
   Guarded(const std::string& recipe, const nlohmann::json& rig) : bench(recipe, rig) {}

@@ -1,4 +1,4 @@
-// A campaign with the Digital F/T sensor in the place of the Net F/T box.
+// A campaign with the Digital F/T sensor instead of the Net F/T box.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -65,8 +65,8 @@ TEST_CASE("a trial with the Digital F/T sees the forces of the Net F/T within th
   CHECK(digital.summary.force.in_band == digital.summary.force.samples);
   CHECK(std::abs(digital.summary.force.rms_n() - netft.summary.force.rms_n()) < 0.02);
   REQUIRE(digital.data.records.size() == netft.data.records.size());
-  // The load of the phase before control [uN, uN m], within a resolution of SI-40-2 (reference
-  // B.6); under control the two runs do not make the very same micrometre steps.
+  // The load in the phase before regulation [uN, uN m], within a resolution of SI-40-2 (reference
+  // B.6). Under regulation the two runs do not make the same micrometre steps.
   const std::array<double, 6> resolution{0.01e6, 0.01e6, 0.02e6, 250, 250, 250};
   for (std::size_t trial = 0; trial < netft.data.records.size(); ++trial)
     for (std::size_t i = 0; i < 6; ++i) {
@@ -83,7 +83,7 @@ TEST_CASE("means of ten records at a time hold the force as well, with the senso
   CHECK(digital.summary.force.in_band == digital.summary.force.samples);
   CHECK(digital.summary.force.rms_n() < 0.1);
   CHECK(digital.data.info.wrench_rate_hz == 100);
-  // Not all steps of the trial are recorded: the middle one of the times between two samples.
+  // Not all steps of the trial are recorded: the median time between two samples.
   const auto& t = digital.data.records[0].wrench.t_ns;
   std::vector<std::int64_t> apart_ns;
   for (std::size_t i = 1; i < t.size(); ++i) apart_ns.push_back(t[i] - t[i - 1]);

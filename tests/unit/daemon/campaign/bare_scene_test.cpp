@@ -1,4 +1,4 @@
-// Scenes that leave something out: a rig without taxels, and one that is simulated without noise.
+// Scenes without some part: a rig without taxels, and a simulation without noise.
 
 #include <algorithm>
 #include <chrono>
@@ -37,7 +37,7 @@ json without_noise() {
   return rig;
 }
 
-// Runs it, and looks at all that it left behind.
+// Runs it and checks all its files.
 Dataset recorded(const json& rig) {
   const TemporaryFolder folder;
   const auto run = run_campaign(request_in(folder, short_recipe("denim"), rig), {});

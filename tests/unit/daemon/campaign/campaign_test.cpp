@@ -26,7 +26,7 @@ CampaignSummary run(const TemporaryFolder& folder, const std::string& recipe,
   return *summary;
 }
 
-// The taxel counts of all trials, one behind the other: what the cloth and the sensor made of it.
+// The taxel counts of all trials, joined: the effect of fabric and sensor.
 std::vector<double> counts_of(const CampaignSummary& s) {
   const Result<Dataset> data = read_hdf5(s.dataset_file);
   REQUIRE(data);
@@ -123,7 +123,7 @@ TEST_CASE("the same seed gives the same data set, another seed other counts") {
   const TemporaryFolder c;
   const CampaignSummary first = run(a, short_recipe("felt", 1));
   CHECK(run(b, short_recipe("felt", 1)).dataset_sha256 == first.dataset_sha256);
-  // The digest covers the patch seeds too: only the counts tell that the cloth is another piece.
+  // The digest covers the patch seeds too: only the counts show that the piece is another one.
   CHECK(counts_of(run(c, short_recipe("felt", 2))) != counts_of(first));
 }
 
@@ -186,14 +186,14 @@ TEST_CASE("a bench that does not come up leaves no campaign file behind") {
   REQUIRE_FALSE(ran);
   CHECK(to_string(ran.error()).find("stage.z") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "out/campaign.sqlite"));
-  // The same folder serves once the rig is right.
+  // The same folder can be used after the rig is corrected.
   CHECK(run(folder, short_recipe("denim")).trials_complete == 2);
 }
 
 TEST_CASE("a driver's warning while the bench comes up reaches the listener and the journal") {
   const TemporaryFolder folder;
   json rig = test::bench17();
-  // The plate's own weight, before the bias, is beyond such a rating.
+  // The plate's own weight, before the bias, exceeds such a rating.
   test::device_of(rig, "wrench")["config"]["rated_force_n"] = {1, 1, 1};
   std::vector<DeviceLogEntry> received;
   CampaignHooks hooks;
@@ -318,7 +318,7 @@ TEST_CASE("a repetition that a pause cuts, to be taken again, does not count as 
   hooks.progress = [&](const TrialProgress& line) {
     counted.push_back(line.done);
     if (line.outcome != recipes::Outcome::stopped) return;
-    CHECK(line.wall_left_s > 0);  // of it
+    CHECK(line.wall_left_s > 0);  // for the rest of the campaign
     orders.give({Order::resume, "test"});
   };
   const auto summary = run_campaign(request_in(folder, short_recipe("denim")), hooks);

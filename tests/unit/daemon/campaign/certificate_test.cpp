@@ -1,4 +1,4 @@
-// `weft verify`: a flipped bit anywhere in a campaign's files is found and said by place.
+// `weft verify`: finds a flipped bit anywhere in a campaign's files and reports its place.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// What becomes of an export when its run is gone on with. SIMULATED.
+// The state of an export after its run is resumed. SIMULATED.
 
 #include <unistd.h>
 
@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// A campaign whose process died with some trials on record.
+/// A campaign with some recorded trials, interrupted by the death of its process.
 CampaignRequest interrupted(const TemporaryFolder& folder) {
   CampaignRequest request = test::request_in(folder, test::tiny_recipe(2));
   request.error_check = false;
@@ -96,7 +96,7 @@ TEST_CASE("an export that is cut short leaves the older one, and the list, as th
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   REQUIRE(export_campaign(request.out, {}));
-  resume_recording(request);  // so that another file is made now
+  resume_recording(request);  // so that the next export is another file
   int requested = 0;
   ExportRequest counted;
   counted.stop_requested = [&requested] { return ++requested > 1'000'000; };

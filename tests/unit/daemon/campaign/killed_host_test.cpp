@@ -1,5 +1,6 @@
-// A host that is gone between two bytes, 200 times: what the stages do without it, and what the
-// next host finds. The emulators live on; drivers, supervisor and recorder are dropped as they are.
+// A host that dies between two bytes, 200 times: the behaviour of the stages without it, and the
+// state for the next host. The emulators live on; drivers, supervisor and recorder are dropped as
+// they are.
 
 #include <random>
 
@@ -13,7 +14,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// A device's end of a wire into which one host after another is plugged.
+/// A device's end of a link, into which one host after another is plugged.
 class Socket final : public Link {
  public:
   void plug(std::unique_ptr<MemoryLink> end) {
@@ -71,13 +72,13 @@ struct LongLived {
     return std::move(Bench::create(file, loop, links).value());
   }
 
-  /// No byte of the host arrives any more, not even those that its destructors write.
+  /// No byte of the host arrives any more, not even those written by its destructors.
   void kill() {
     for (auto& [name, socket] : sockets) socket->pull();
   }
 };
 
-/// Trial by trial as `weft run` does it, until `moment` after the bench is up.
+/// Runs trial by trial like `weft run`, until `moment` after the start of the bench.
 struct Life {
   Recorder recorder;
   TrialRecording recording;
@@ -104,8 +105,8 @@ Recorder recorder_at(const std::filesystem::path& path) {
   return std::move(Recorder::create(path, header).value());
 }
 
-/// The longest motion that a host of these trials sends: the farthest stage position that the plan
-/// uses, from home, at the highest speed, with its ramps.
+/// The longest motion that a host of these trials commands: from home to the farthest stage
+/// position of the plan, at the highest speed, with its ramps.
 Duration longest_motion(const recipes::Plan& plan) {
   double farthest_m = 0;
   for (const auto axis : {recipes::Axis::x, recipes::Axis::y, recipes::Axis::z})
@@ -128,7 +129,7 @@ TEST_CASE(
     "stages stop, the next host finds them and homes, and the file opens") {
   constexpr int kills = 200;
   constexpr double cap_n = 10;
-  constexpr Duration inspect = 500ms;  ///< from one look at a dead host's stages to the next
+  constexpr Duration inspect = 500ms;  ///< interval between checks of a dead host's stages
   std::mt19937_64 random(20161122);
   std::map<recipes::Step, int> killed_in;
   double worst_n = 0, longest_coast_s = 0, bound_s = 0;
@@ -138,7 +139,7 @@ TEST_CASE(
     for (int kill = first; kill < first + 50; ++kill) {
       auto host = bench.host();
       REQUIRE(bring_up(bench, *host));
-      // The next host's truth: what the drivers read is where the stages are.
+      // The truth for the next host: the drivers read the true positions of the stages.
       const auto found = host->snapshot().joints();
       const auto truth = bench.rig->stage_positions(bench.loop.now());
       for (const auto axis : recipes::all_axes) {
@@ -149,7 +150,7 @@ TEST_CASE(
       std::optional<Life> life(std::in_place, bench, *host, recorder_at(file));
       const TimePoint begun = bench.loop.now();
       life->supervisor.start();
-      // From home, the first trial takes some 25 s, its retreat included.
+      // From home, the first trial takes some 25 s, including the retract.
       const double moment_s = std::uniform_real_distribution<>(0, 30)(random);
       bench.loop.run_until([&] {
         return bench.loop.now() - begun >= from_seconds(moment_s) ||
@@ -159,7 +160,8 @@ TEST_CASE(
       bench.kill();
       life.reset();
       host.reset();
-      // Dead: what was sent last is carried out, and nothing after it. Watched for a while longer.
+      // The host is dead: the last command is carried out, and nothing after it. The test watches
+      // for a while longer.
       const TimePoint dead = bench.loop.now();
       const Duration bound = longest_motion(bench.checked.plan) + inspect;
       TimePoint moved = dead;

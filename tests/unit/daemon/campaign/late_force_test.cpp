@@ -1,4 +1,4 @@
-// Readings of the force that come late (cases/bench, row 9): the press says so, with the figure.
+// Late readings of the force (cases/bench, row 9): the press reports them, with the figure.
 // SIMULATED.
 
 #include <catch2/catch.hpp>

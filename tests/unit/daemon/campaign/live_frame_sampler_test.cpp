@@ -1,4 +1,4 @@
-// What is shown of a run to who looks on, and how fast a simulated one passes.
+// Live samples of a run for viewers, and the simulation speed.
 
 #include <catch2/catch.hpp>
 
@@ -39,7 +39,7 @@ TEST_CASE("a frame has the newest of each and the extremes of the normal force s
   seen.stage[0].position = 0.03;
   for (auto& known : seen.stage_at) known = at(0s);
   frame_sampler.show(seen, at(2s));
-  frame_sampler.show(seen, at(3s));  // not asked for yet
+  frame_sampler.show(seen, at(3s));  // not requested yet
   const auto shown = frame_sampler.take();
   REQUIRE(shown);
   CHECK(shown->bench_s == 2);
@@ -58,7 +58,7 @@ TEST_CASE("a frame has the newest of each and the extremes of the normal force s
   REQUIRE(next);
   CHECK(next->least_fz_n == 3.0);
   CHECK(next->most_fz_n == 3.0);
-  CHECK(next->taxels.empty());  // no new frame of them
+  CHECK(next->taxels.empty());  // no new taxel frame
 }
 
 TEST_CASE("stages that have not all told where they are are not shown") {
@@ -135,7 +135,7 @@ TEST_CASE("a run's first frame has nothing of the run before it") {
 TEST_CASE("a bench is ahead of its pace by what has passed too fast") {
   BenchPace requested = 4;
   PaceKeeper keeper(&requested);
-  CHECK(keeper.ahead(at(10s), 100s) == 0s);  // from here
+  CHECK(keeper.ahead(at(10s), 100s) == 0s);  // the anchor
   CHECK(keeper.ahead(at(14s), 100s) == 1s);
   CHECK(keeper.ahead(at(14s), 100s + 400ms) == 600ms);
   CHECK(keeper.ahead(at(14s), 101s) == 0s);
@@ -145,7 +145,7 @@ TEST_CASE("a bench that fell behind does not catch up") {
   BenchPace requested = 1;
   PaceKeeper keeper(&requested);
   CHECK(keeper.ahead(at(0s), 0s) == 0s);
-  CHECK(keeper.ahead(at(1s), 61s) == 0s);  // it was held for a minute
+  CHECK(keeper.ahead(at(1s), 61s) == 0s);  // the bench was held for a minute
   CHECK(keeper.ahead(at(2s), 61s) == 1s);
 }
 

@@ -1,5 +1,5 @@
-// Cover, common mode, temperature, wear and remounting all on: two campaigns have one digest, and
-// one that is killed within a mounting goes on to the same data. SIMULATED.
+// With cover, common mode, temperature, wear and remounting enabled, two campaigns have one digest.
+// One that is killed within a mounting resumes to the same data. SIMULATED.
 
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -21,7 +21,7 @@ json read_json(const std::filesystem::path& file) {
   return json::parse(in);
 }
 
-/// As much of each that the few touches here show it.
+/// Each is strong enough to show in these few trials.
 json mechanisms() {
   return {{"pads",
            {{"common_mode", 0.02},
@@ -32,7 +32,7 @@ json mechanisms() {
           {"cover_um", 60}};
 }
 
-/// Touches of one fabric; put on anew after `remount_every`, 0: never.
+/// Trials of one fabric; mounted again after `remount_every`, 0: never.
 CampaignRequest request_for(const TemporaryFolder& folder, int touches, int remount_every,
                             const json& simulation, double wear_most) {
   json recipe = json::parse(test::tiny_recipe(touches));
@@ -81,7 +81,7 @@ TEST_CASE("a kill in touch 7 of a mounting changes nothing, whatever the touches
   test::run(untouched);
   const Dataset expected = test::loaded(untouched.out / "campaign.sqlite");
   REQUIRE(expected.trials.size() == 8);
-  {  // without wear the seventh touch is another
+  {  // without wear the seventh trial differs
     const TemporaryFolder folder;
     const CampaignRequest fresh = request_for(folder, 8, 0, mechanisms(), 0);
     test::run(fresh);

@@ -1,5 +1,5 @@
-// The monitor's process beside its host: what it keeps of it, and what it says when the host is
-// gone.
+// The monitor's process beside its host: the descriptors that it keeps, and its messages when the
+// host has died.
 
 #include <poll.h>
 #include <signal.h>
@@ -48,7 +48,7 @@ TEST_CASE("A monitor keeps nothing open that its host closes") {
   REQUIRE(monitor);
   ::close(line[1]);
   CHECK(hangs_up(line[0]));
-  CHECK(::kill((*monitor)->process(), 0) == 0);  // while it lives
+  CHECK(::kill((*monitor)->process(), 0) == 0);  // the monitor is alive
   ::close(line[0]);
 }
 
@@ -64,7 +64,7 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
     const auto monitor = Monitor::start({.stops = emergency_stops(rig, 0)});
     if (!monitor) ::_exit(1);
     (*monitor)->watch(true);
-    ::_exit(0);  // without a farewell
+    ::_exit(0);  // without an orderly end
   }
   REQUIRE(host > 0);
   int status = -1;
@@ -120,14 +120,14 @@ TEST_CASE("A monitor sends the probe up at the rig's acceleration, and keeps the
   REQUIRE(velocity);
   const auto params =
       protocols::apt::decode_body<protocols::apt::VelocityParams>(velocity->data).value();
-  // 409600 counts to the mm: 4506 of acceleration to 1 mm/s2, 21987328 of velocity to 1 mm/s.
+  // 409600 counts per mm: 4506 for an acceleration of 1 mm/s2, 21987328 for a velocity of 1 mm/s.
   CHECK(params.acceleration_counts == 20 * 4506);
   CHECK(params.maximum_velocity_counts == 4 * 21987328);
   const auto move = protocols::apt::decode(ByteView(bytes).subspan(20));
   REQUIRE(move);
   CHECK(protocols::apt::decode_body<protocols::apt::ChannelCounts>(move->data)->value_counts ==
         10 * 409600);
-  // 2 mm at 4 mm/s take half a second and a ramp; nothing may take the stage before.
+  // 2 mm at 4 mm/s take half a second and a ramp; no program may take the stage before.
   pollfd end{lock[0], POLLIN, 0};
   CHECK(::poll(&end, 1, 500) == 0);
   CHECK(hangs_up(lock[0]));

@@ -29,7 +29,7 @@ void drop(json& rig, const std::string& role) {
   devices.erase(found);
 }
 
-/// bench17 without these stages; `fixed` says where their axes stand.
+/// bench17 without these stages; `fixed` has the positions of their axes.
 json rig_without(const std::vector<std::string>& roles, const json& fixed) {
   json rig = test::bench17_near_home();
   rig["fixed"] = fixed;
@@ -72,7 +72,7 @@ json recipe_by_depth(double depth_mm) {
   return recipe;
 }
 
-/// Slides along x alone.
+/// Strokes along x only.
 std::string recipe_along_x() {
   json recipe = json::parse(short_recipe("denim"));
   recipe["explorations"].erase("M2");
@@ -102,7 +102,7 @@ Error refusal(const json& rig) {
   return parsed.error();
 }
 
-/// Of the recorded positions of an axis [m] or [rad], by its place in x, y, z, rx, ry.
+/// Range of the recorded positions of an axis [m] or [rad], by its place in x, y, z, rx, ry.
 std::pair<double, double> range_of(const Dataset& data, std::size_t axis) {
   const std::vector<std::int32_t>& all = data.records.at(0).stages.quanta;
   std::int32_t least = all.at(axis), most = least;
@@ -219,7 +219,7 @@ TEST_CASE("without a force sensor a recipe presses by depth, and the data set ha
     CHECK_FALSE(record.quality.force_rms_error_n);
     CHECK_FALSE(record.quality.force_in_band_fraction);
     CHECK_FALSE(record.quality.rest);
-    // It presses harder in P than its weight does in S, and M keeps what P has.
+    // The probe presses harder in P than by its weight in S, and M keeps the depth of P.
     const double rest = mean_in(data.trials[i], Phase::rest);
     const double press = mean_in(data.trials[i], Phase::press);
     CHECK(std::abs(press - rest) > 20);
@@ -231,7 +231,7 @@ TEST_CASE("without a force sensor a recipe presses by depth, and the data set ha
 TEST_CASE("z presses as deep as asked, below where the taxels touched") {
   const Dataset data = recorded(wrenchless_rig(), recipe_by_depth(1.6).dump());
   const auto [least_z, most_z] = range_of(data, 2);
-  // Recorded phases reach from the rest, 0.5 mm below the touch, to the press.
+  // Recorded phases range from the rest, 0.5 mm below first contact, to the press.
   CHECK(most_z - least_z == Approx(1.6e-3 - 0.5e-3).margin(20e-6));
 }
 
@@ -380,7 +380,7 @@ TEST_CASE("an array of 32 taxels at 100 Hz is recorded as it is") {
 
 namespace {
 
-/// The usual 16 taxels at 37 Hz, and six more at 50 Hz on a line of their own.
+/// The usual 16 taxels at 37 Hz, and six more at 50 Hz on their own port.
 json two_array_rig() {
   json rig = test::bench17_near_home();
   json second = test::device_of(rig, "taxels");
@@ -407,7 +407,7 @@ TEST_CASE("two tactile arrays are one frame, with the taxels of the second behin
     for (std::size_t taxel = 0; taxel < 16; ++taxel)
       of_first.push_back(trial.counts[frame * 22 + taxel]);
   CHECK(of_first == first.counts);
-  // The press shows in each taxel of the second, whose level at rest is the first's.
+  // The press shows in each taxel of the second array, which has the first array's level at rest.
   const auto mean_in = [&](Phase phase, std::size_t taxel) {
     double sum = 0, frames = 0;
     for (std::size_t frame = 0; frame < trial.phase.size(); ++frame)
@@ -425,7 +425,7 @@ TEST_CASE("two tactile arrays are one frame, with the taxels of the second behin
 }
 
 TEST_CASE("the second array's silence and its frozen counts end the campaign") {
-  // The driver tells of silence, the guard of counts that stay the same.
+  // The driver reports silence, the guard reports constant counts.
   const auto [fault, where] = GENERATE(
       table<std::string, std::string>({{"unplug", "fingertip"}, {"frozen_frame", "taxels"}}));
   test::Guarded guarded(short_recipe("denim"), two_array_rig());

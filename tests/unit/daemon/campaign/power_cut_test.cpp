@@ -1,5 +1,5 @@
-// What the disk has of a campaign when the power goes: of each file what it was when SQLite had
-// last waited for it, and nothing that was written since.
+// The data of a campaign on the disk after a power cut: each file as it was when SQLite last waited
+// for it, without later writes.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Whole or not at all: the process may die while it copies. What is opened here is never closed:
-/// that would take from the process the locks that SQLite holds on the file (POSIX).
+/// Copies completely or not at all: the process may die during the copy. A file opened here is
+/// never closed, because that would release the process's locks of SQLite on it (POSIX).
 void keep_copy(const char* file) {
   const std::string disk = std::string(file) + ".disk", part = disk + ".part";
   const int from = ::open(file, O_RDONLY | O_CLOEXEC);
@@ -34,7 +34,7 @@ void keep_copy(const char* file) {
   if (got == 0 && to) fs::rename(part, disk);
 }
 
-/// In a child that dies once readers see the first trial as complete, in the middle of the second.
+/// Records in a child that dies when readers see the first trial as complete, during the second.
 void record_until_dead(const fs::path& file, bool real_time) {
   killing::begin({});
   killing::synced = keep_copy;
@@ -49,7 +49,7 @@ void record_until_dead(const fs::path& file, bool real_time) {
                     record_samples(*recorder, 0, 50) &&
                     recorder->end_trial(TrialOutcome::complete, {}, at_ms(500)) &&
                     recorder->begin_trial(small_spec(1), at_ms(600));
-  // As a control loop does: what the writer's thread was too busy to take is handed over later.
+  // Like a control loop: data that the writer's thread was too busy to take are handed over later.
   for (std::chrono::milliseconds now{}; fine && !seen(); now += Recorder::commit_budget) {
     std::this_thread::yield();
     if (!recorder->commit_if_due(now)) _exit(2);
@@ -58,7 +58,7 @@ void record_until_dead(const fs::path& file, bool real_time) {
   _exit(1);
 }
 
-/// Complete trials on the disk that a power cut leaves.
+/// Complete trials on the disk after a power cut.
 std::size_t left_by_power_cut(const fs::path& file, bool real_time) {
   const pid_t child = fork();
   if (child == 0) record_until_dead(file, real_time);

@@ -1,5 +1,5 @@
-// A campaign with an accuracy whose process ends before its error check: what the run says of it,
-// and that it can be gone on with. SIMULATED.
+// A campaign with an accuracy whose process ends before its error check: the statements of the run,
+// and that it can be resumed. SIMULATED.
 
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -25,7 +25,7 @@ CampaignSummary ran(const CampaignRequest& request, const CampaignHooks& hooks =
   return *summary;
 }
 
-/// Two trials of the same, asked for 0.5 N.
+/// Two trials of the same fabric and exploration, with a requested accuracy of 0.5 N.
 CampaignRequest one_pair_request(const TemporaryFolder& folder) {
   const std::string denim = test::changed(test::tiny_recipe(2), R"("denim","satin")", R"("denim")");
   const std::string press = R"("force_band_N":0.25,"duration_s":)";
@@ -45,7 +45,7 @@ CampaignSummary stopped_after_one(const CampaignRequest& request) {
   return ran(request, hooks);
 }
 
-/// The campaign's process dies at the first write after which what was asked is on record.
+/// The campaign's process dies at the first write after the requested accuracy is recorded.
 std::optional<CampaignHistory> killed_before_first_trial(const CampaignRequest& request) {
   for (std::uint64_t write = 1; write < 60; ++write) {
     std::filesystem::remove_all(request.out);
@@ -89,7 +89,7 @@ TEST_CASE("a campaign killed before its first trial is gone on with as it was as
   REQUIRE(history);
   std::filesystem::remove(folder / "table.json");
   request.resume = true;
-  request.fidelity.probe_us = 75;  // another process finds another speed
+  request.fidelity.probe_us = 75;  // another process measures another speed
   if (!says_again) request.fidelity.accuracy_n.reset();
   const CampaignSummary s = ran(request);
   CHECK(s.trials_complete == 2);

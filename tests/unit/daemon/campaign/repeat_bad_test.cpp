@@ -1,4 +1,4 @@
-// Bad repetitions are found, kept apart and taken again. SIMULATED.
+// Rejected attempts are found, kept apart and repeated. SIMULATED.
 
 #include <catch2/catch.hpp>
 
@@ -54,7 +54,8 @@ std::string error_text_of(const AttemptQualityCheck& quality_check, double in_ba
   return bad ? bad->where + ": " + bad->what : "";
 }
 
-/// Two fabrics, two repetitions; the taxel driver looks away, so that a take is all there is.
+/// Two fabrics, two repetitions; the taxel driver does not check its frames, so only the attempt
+/// check can.
 CampaignRequest checked_request(const TemporaryFolder& folder, const json& faults,
                                 int at_most = 2) {
   json recipe = json::parse(test::tiny_recipe(2));
@@ -79,7 +80,7 @@ Dataset evaluated_dataset(const CampaignRequest& request, bool all = false) {
   return std::move(*dataset);
 }
 
-/// A pad that is dead while the first take of trial 1 is recorded, and lives before its second.
+/// A dead pad during the first attempt of trial 1, which works again before the second.
 const json& dead_in_trial_1() {
   static const json faults = [] {
     const TemporaryFolder folder;
@@ -134,7 +135,7 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
   }
   CHECK(error_text_of(quality_check) == "");
   AttemptQualityCheck torn = quality_check;
-  reading.lost = 3;  // of 204
+  reading.lost = 3;  // 3 of 204
   torn.check(reading);
   CHECK(error_text_of(torn) == ": force readings were lost");
   // The last frame came at 2.475 s, the last reading at 1.99 s.
@@ -147,7 +148,7 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
   const AttemptQualityCheck frames_alone = frames_of(live_count);
   CHECK(paused(frames_alone, 2.55) == "");
   CHECK(paused(frames_alone, 2.6) == ": taxel frames were lost");
-  // The recording goes on at 2.5 s: what comes late, or no more, is lost.
+  // The recording continues at 2.5 s: data that come late or not at all are lost.
   const auto resumed = [&](double first_s, double now_s) {
     AttemptQualityCheck at = frames_alone;
     at.resume(TimePoint(from_seconds(2.5)));
@@ -164,7 +165,7 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
   CHECK(resumed(3.5, 3.55) == ": taxel frames were lost");
   CHECK(resumed(0, 3.5) == ": taxel frames were lost");
   quality_check.begin();
-  CHECK(paused(quality_check, 9) == "");  // of another take
+  CHECK(paused(quality_check, 9) == "");  // of another attempt
 }
 
 TEST_CASE(
@@ -177,7 +178,7 @@ TEST_CASE(
   CHECK(summary.attempts_rejected == 1);
   const Dataset all = evaluated_dataset(request, true);
   CHECK(outcomes_of(all).at(1) == std::vector{TrialOutcome::rejected, TrialOutcome::complete});
-  CHECK(all.trials.at(1).samples() > 40);  // the bad take is there
+  CHECK(all.trials.at(1).samples() > 40);  // the rejected attempt is kept
   const auto exported = read_hdf5(summary.dataset_file);
   REQUIRE(exported);
   REQUIRE(exported->records.size() == 4);
@@ -201,7 +202,7 @@ TEST_CASE("a pad that stays dead fails the trial after the takes that the recipe
   CHECK(run_checked(request).outcome == recipes::Outcome::failed);
   const std::vector failed{TrialOutcome::rejected, TrialOutcome::failed};
   CHECK(outcomes_of(evaluated_dataset(request, true)).at(1) == failed);
-  // Gone on with, it gets one more take.
+  // When resumed, it gets one more attempt.
   request.resume = true;
   CHECK(run_checked(request).outcome == recipes::Outcome::failed);
   const std::vector once_more{TrialOutcome::rejected, TrialOutcome::failed, TrialOutcome::failed};

@@ -1,4 +1,4 @@
-// What the probe rests with before and after it is pressed, and the forces that can be held.
+// The force at rest before and after the press, and the range of forces that can be held.
 
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -68,8 +68,7 @@ TEST_CASE("forces from nothing to ten newtons settle and are held on soft cloth 
   for (const std::string fabric : {"pile", "nylon"})
     for (const double force_n : {0.0, 0.1, 1.0, 1.9, 2.0, 5.0, 10.0}) {
       CAPTURE(fabric, force_n);
-      // Ten counts of noise and the waves of a hard cloth at 1 um a step: 0.1 N is the least there
-      // is.
+      // Ten counts of noise and the waves of a hard fabric at steps of 1 um: 0.1 N is the minimum.
       const double in_band = force_n == 0.1 ? 0.9 : 0.99;
       const TemporaryFolder folder;
       const auto summary =
@@ -89,7 +88,7 @@ TEST_CASE("forces from nothing to ten newtons settle and are held on soft cloth 
 
 TEST_CASE("a probe that does not rest by its weight fails its first trial, and says why") {
   test::Guarded g(test::short_recipe("nylon"));
-  g.bench.checked.plan.limits.probe_weight_n = 1.7;  // it weighs a seventh more
+  g.bench.checked.plan.limits.probe_weight_n = 1.7;  // a seventh heavier
   g.start();
   g.finish();
   CHECK(g.bench.outcomes == std::vector{recipes::Outcome::failed});

@@ -1,5 +1,5 @@
-// A campaign that goes on beside somebody who reads its file, or read it at its end: nothing that
-// was there is lost. SIMULATED.
+// A campaign is resumed while another program reads its file, or after one read it at its end: no
+// data are lost. SIMULATED.
 
 #include <csignal>
 
@@ -22,8 +22,8 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// Stopped after two trials and certified while somebody has the file open: its header says that
-/// there is a log, which is empty. `old`: made before there was the table log_expected.
+/// Stopped after two trials and certified while another program has the file open: its header names
+/// a log, which is empty. `old`: made before the table log_expected existed.
 std::filesystem::path certified_beside_a_reader(const CampaignRequest& request, bool old) {
   CampaignHooks hooks;
   std::atomic<bool> stop = false;

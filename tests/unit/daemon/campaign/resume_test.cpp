@@ -1,5 +1,5 @@
-// A campaign whose process was killed goes on: nothing complete is lost or recorded twice, at most
-// one repetition is repeated, and the data set is that of a run that nobody touched. SIMULATED.
+// A killed campaign is resumed: no complete trial is lost or recorded twice, at most one repetition
+// is repeated, and the data set equals that of an undisturbed run. SIMULATED.
 
 #include "daemon/campaign/resume.hpp"
 
@@ -31,7 +31,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// One killed run: the file as it is, then what becomes of it. False when nothing was killed.
+/// One killed run: checks the file as it is, then resumes it. False if nothing was killed.
 bool survives(KillPoint point) {
   const TemporaryFolder folder;
   const CampaignRequest request = request_for(folder, 1);
@@ -52,7 +52,7 @@ bool survives(KillPoint point) {
   return true;
 }
 
-/// Which program began a campaign and which one went on with it is on record.
+/// The file records the program that began a campaign and the one that resumed it.
 void check_software(const std::filesystem::path& file) {
   CHECK(loaded(file).info.software_version == software_version());
   const auto journal = load_journal(file);
@@ -198,7 +198,7 @@ TEST_CASE("a campaign with a failed trial from before a resume is not complete a
   const CampaignRequest request = request_for(folder);
   stopped_after_two(request);
   {
-    // As after a pause, so that the past is not played again and the engine begins with trial 2.
+    // As after a pause, so that the past is not replayed and the engine begins with trial 2.
     auto file = sqlite::Database::open(request.out / "campaign.sqlite", sqlite::Mode::read_write);
     REQUIRE(file);
     REQUIRE(

@@ -1,4 +1,4 @@
-// What a rig file must not promise, and the provenance that a bench gives itself.
+// Promises that a rig file must not make, and the provenance that a bench states.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -68,7 +68,7 @@ TEST_CASE("the emulated rig file of this tree differs from the simulated one in 
     rig->erase("name");
     rig->erase("bench");
   }
-  // In real time the loop runs at 250 Hz; the demo's campaign keeps to 100 Hz.
+  // In real time the loop runs at 250 Hz; the demo's campaign uses 100 Hz.
   emulated["control"]["cycle_hz"] = 100;
   json& sensor = test::device_of(emulated, "wrench");
   sensor["config"]["rate_hz"] = sensor["emulator"]["rate_hz"] = 100;

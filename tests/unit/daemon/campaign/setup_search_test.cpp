@@ -1,4 +1,4 @@
-// How a port is asked, which are not opened, boxes in a network, all of them at once.
+// Queries of a port, ports that are not opened, boxes in a network, and all of them at once.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -84,10 +84,10 @@ void send_from(const protocols::rdt::Ipv4& host, const sockaddr_in& to,
            sizeof to);
 }
 
-/// Replies to one request as so many boxes, where it asks for that.
+/// Replies to one request like several boxes, at the requested port.
 void reply_as_boxes(int descriptor, std::uint16_t reply_port, const Replies& replies) {
   std::array<std::uint8_t, 256> bytes{};
-  const timeval patience{5, 0};  // a search that fails sends nothing
+  const timeval patience{5, 0};  // a failed search sends nothing
   ::setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   const ssize_t size = ::recv(descriptor, bytes.data(), bytes.size(), 0);
   const auto request = protocols::rdt::decode_discovery_request(
@@ -98,7 +98,7 @@ void reply_as_boxes(int descriptor, std::uint16_t reply_port, const Replies& rep
   for (const auto& reply : replies.own) send_from(reply.address, to, reply);
 }
 
-/// A pseudo-terminal at which an LTS150 says who it is, once it is asked.
+/// A pseudo-terminal at which an LTS150 identifies itself on request.
 class FakeStage {
  public:
   FakeStage() : master_(::posix_openpt(O_RDWR | O_NOCTTY)) {
@@ -137,7 +137,7 @@ class FakeStage {
   std::thread thread_;
 };
 
-/// Takes no connection: who connects waits.
+/// Accepts no connection: clients wait.
 struct FullServer {
   FullServer() : listener(::socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in here = address_of({127, 0, 0, 1}, 0);
@@ -198,11 +198,11 @@ TEST_CASE(
 
 TEST_CASE("Programs of other users are hidden where their folders are") {
   const Folder processes("weft-proc-XXXXXX");
-  CHECK_FALSE(can_see_holders(processes.path));  // not even the first is to be seen
+  CHECK_FALSE(can_see_holders(processes.path));  // not even process 1 is visible
   fs::create_directories(processes.path / "1/fd");
   fs::create_directories(processes.path / "27/fd");
   CHECK(can_see_holders(processes.path));
-  if (::geteuid() == 0) return;  // who sees all
+  if (::geteuid() == 0) return;  // root can see all
   fs::permissions(processes.path / "27/fd", fs::perms::none);
   CHECK_FALSE(can_see_holders(processes.path));
   fs::permissions(processes.path / "27/fd", fs::perms::owner_all);

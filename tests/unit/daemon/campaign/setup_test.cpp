@@ -1,4 +1,4 @@
-// Roles of devices, what a rig lacks, numbers that nobody may guess, the rig file.
+// Roles of devices, missing parts of a rig, numbers that must not be guessed, the rig file.
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <sys/prctl.h>
@@ -45,7 +45,7 @@ FoundDevice sensor(DeviceKind kind, const std::string& place, double rate_hz) {
   return out;
 }
 
-/// With what a real bench has no default for.
+/// Sets the values without a default on a real bench.
 void measure(RigDraft& draft) {
   for (const auto& [name, value] : {std::pair("surface_z_mm", 60.0),
                                     {"probe_mass_kg", 0.2},
@@ -59,7 +59,7 @@ void measure(RigDraft& draft) {
     REQUIRE(set_number(draft, name, value));
 }
 
-/// As somebody may say them.
+/// As a user may state them.
 void state_roles(RigDraft& draft) {
   for (DraftDevice& device : draft.devices) device.is_role_stated = true;
 }
@@ -93,7 +93,7 @@ struct Folder {
   fs::path path;
 };
 
-/// A real bench of two linear stages and a force sensor, all of it stated.
+/// A real bench of two linear stages and a force sensor, with all values stated.
 RigDraft real_xz() {
   RigDraft draft = draft_of("bench", BenchMode::real,
                             {stage("LTS150", "45000001"), stage("LTS150", "45000002"),
@@ -103,14 +103,15 @@ RigDraft real_xz() {
   return draft;
 }
 
-/// Until its end: where the library of recipes and the tables of the simulation are.
+/// Within its lifetime the working folder is that of the recipe library and the tables of the
+/// simulation.
 struct InSourceTree {
   InSourceTree() { fs::current_path(WEFT_SOURCE_DIR); }
   ~InSourceTree() { fs::current_path(before); }
   fs::path before = fs::current_path();
 };
 
-/// For this thread: link(2) fails as on a file system without links.
+/// For this thread link(2) fails, like on a file system without links.
 void forbid_links() {
   constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   std::vector<sock_filter> rules{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, number)};
@@ -148,7 +149,7 @@ TEST_CASE("Two linear stages are x and z, and y is fixed in the plate's middle")
   RigDraft draft = draft_of("bench", BenchMode::real,
                             {stage("LTS150", "45000001"), stage("KDC101", "27000001", 7),
                              sensor(DeviceKind::net_ft, "192.168.1.1", 0)});
-  CHECK(draft.with_role("x")->found.serial == "27000001");  // numbers, not models
+  CHECK(draft.with_role("x")->found.serial == "27000001");  // by serial numbers, not models
   CHECK(draft.with_role("x")->stage == "MTS25-Z8");
   state_roles(draft);
   measure(draft);

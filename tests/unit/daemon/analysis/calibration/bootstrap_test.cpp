@@ -1,4 +1,4 @@
-// Intervals that hold what they say.
+// Intervals with the stated coverage.
 
 #include <catch2/catch.hpp>
 
@@ -8,7 +8,7 @@
 namespace weft::daemon::calibration::bootstrap_test {
 namespace {
 
-/// Cells of one repetition, whose modulations are log-normal about 2 %.
+/// Cells of one repetition, with log-normal modulations about 2 %.
 RecordingView drawn_cells(std::uint64_t seed, std::uint32_t cells) {
   std::vector<Stroke> strokes;
   for (std::uint32_t k = 1; k <= cells; ++k) {

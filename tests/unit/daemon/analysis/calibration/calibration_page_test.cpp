@@ -1,4 +1,4 @@
-// The page: pictures, what is SIMULATED, and no number that is none.
+// The page: pictures, SIMULATED marks, and no NaN.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -28,7 +28,7 @@ std::vector<std::string> elements(const std::string& page, const std::string& na
   return out;
 }
 
-/// Two mountings with two repetitions of each cloth, waves of other lengths and levels.
+/// Two mountings with two repetitions of each fabric, waves of other lengths and levels.
 RecordingView waves(const std::vector<std::string>& cloths) {
   RecordingView out = empty_strokes(cloths, 2, 2);
   for (Stroke& stroke : out.strokes)
@@ -69,7 +69,7 @@ TEST_CASE("Every picture and table is stamped SIMULATED") {
   REQUIRE(model);
   const std::string page = render(calibration_document(shown_result(*model, view), real_source()));
   const auto pictures = elements(page, "svg");
-  // A spectrum for each cloth; modulation, correlation, repetitions, patterns.
+  // A spectrum for each fabric; modulation, correlation, repetitions, patterns.
   CHECK(pictures.size() == model->cloths().size() + 4);
   const std::string stamp(bench_text(BenchKind::simulated));
   for (const std::string& picture : pictures) {

@@ -1,4 +1,4 @@
-// Parameters, their bounds, and the cloth that a label begins as.
+// Parameters, their bounds, and the initial fabric of a label.
 
 #include <catch2/catch.hpp>
 

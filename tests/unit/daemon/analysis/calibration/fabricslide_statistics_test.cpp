@@ -1,4 +1,4 @@
-// Statistics of real recordings against figures that were computed independently of this code.
+// Statistics of real recordings against figures computed independently of this code.
 
 #include <catch2/catch.hpp>
 #include <filesystem>

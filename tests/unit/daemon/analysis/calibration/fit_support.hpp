@@ -1,5 +1,5 @@
 #pragma once
-// Short strokes to be made by the plant, and the shipped table of cloths.
+// Short strokes for simulation by the plant, and the shipped table of fabrics.
 
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -14,7 +14,7 @@ namespace weft::daemon::calibration::test {
 
 constexpr double recorded_level = 300;  // counts: half of what a pad of the plant can read
 
-/// A test that searches ends here, with a message, where Weft was built without NLopt.
+/// Ends a test of the search, with a message, if Weft was built without NLopt.
 inline bool lacks_nlopt() {
   if (!has_nlopt()) WARN("built without NLopt: nothing is searched");
   return !has_nlopt();
@@ -39,7 +39,7 @@ inline double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// 25 mm at 10 mm/s, without counts: a cell for each mounting of each cloth.
+/// 25 mm at 10 mm/s, without counts: a cell for each mounting of each fabric.
 inline RecordingView empty_strokes(const std::vector<std::string>& cloths, std::uint32_t mountings,
                                    std::uint32_t repetitions = 1, std::size_t channels = 16) {
   constexpr std::size_t samples = 92;
@@ -63,7 +63,7 @@ inline RecordingView empty_strokes(const std::vector<std::string>& cloths, std::
   return out;
 }
 
-/// The estimates as a result, each block with another standing.
+/// The estimates as a result; each block has another state.
 inline CalibrationResult result_of(const ClothModel& model) {
   CalibrationResult out;
   out.cloths = model.cloths();

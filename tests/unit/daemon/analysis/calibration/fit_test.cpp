@@ -1,4 +1,5 @@
-// A calibration on strokes simulated with known parameters. They are SIMULATED, also as recorded.
+// A calibration on strokes simulated with known parameters. The "recorded" strokes are SIMULATED
+// too.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -13,7 +14,7 @@ using namespace test;
 
 namespace {
 
-constexpr std::uint64_t recorded_seed = 99;  // of another piece than the fit simulates
+constexpr std::uint64_t recorded_seed = 99;  // seed of another piece than the fit simulates
 
 CalibrationOptions small_options() {
   CalibrationOptions out;
@@ -28,7 +29,7 @@ CalibrationOptions small_options() {
   return out;
 }
 
-/// Strokes of cloths with half of the estimated height, and without common mode.
+/// Strokes of fabrics with half of the estimated height, and without common mode.
 struct Recorded {
   RecordingView view;
   ClothModel model;

@@ -1,4 +1,4 @@
-// The held-out check: strokes of the plant itself pass it, strokes of another cloth do not.
+// The held-out check: strokes of the plant itself pass it, strokes of another fabric do not.
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// The search within the unit cube. Without NLopt it answers `unsupported`.
+// The search within the unit cube. Without NLopt it returns `unsupported`.
 
 #include <catch2/catch.hpp>
 
@@ -11,7 +11,7 @@ using namespace test;
 
 namespace {
 
-/// Least, 0, at 0.75 and 0.75.
+/// Minimum 0 at (0.75, 0.75).
 double rosenbrock(std::span<const double> at) {
   const double u = 4 * at[0] - 2, v = 4 * at[1] - 2;
   return 100 * (100 * (v - u * u) * (v - u * u) + (1 - u) * (1 - u));

@@ -34,7 +34,7 @@ TEST_CASE("Pressure and counts of an even pad are inverse to each other") {
   for (const double pressure_pa : {100.0, 5e3, 2e4, 1e5})
     CHECK(pressure_for(pads, counts_under(pads, pressure_pa)) == Approx(pressure_pa).epsilon(1e-6));
   CHECK(counts_under(pads, 0) == 0);
-  CHECK(std::isfinite(pressure_for(pads, 1e9)));  // more than a closed pad
+  CHECK(std::isfinite(pressure_for(pads, 1e9)));  // more than a closed pad has
 }
 
 TEST_CASE("Without a wrench, or without load at rest, the level decides the force") {

@@ -1,4 +1,4 @@
-// What a view takes of data sets, and what it refuses.
+// Data of data sets that a view accepts, and its refusals.
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -61,7 +61,7 @@ Error refused(const Dataset& set, std::optional<double> speed_mps = 0.01) {
   return view.error();
 }
 
-/// In phase M of all trials.
+/// Changes a channel in phase M of all trials.
 void set_channel(Dataset& set, std::size_t channel,
                  const std::function<double(double value, std::size_t sample)>& change) {
   for (classifier::Trial& trial : set.trials)
@@ -72,7 +72,7 @@ void set_channel(Dataset& set, std::size_t channel,
 }
 
 double limited(double value, std::size_t i) {
-  return i % 20 < 8 ? 65535 : value;  // stays of eight samples
+  return i % 20 < 8 ? 65535 : value;  // constant sections of eight samples
 }
 
 }  // namespace
@@ -223,7 +223,7 @@ TEST_CASE("A glitch beyond the limit does not hide it") {
 TEST_CASE("An extreme value that is met now and then is no limit") {
   Dataset set = campaign();
   set_channel(set, 0, [](double value, std::size_t i) { return i % 20 < 3 ? 2000 : value; });
-  // whole counts of little noise: the ends of the range come often
+  // whole counts with little noise: the ends of the range occur often
   set_channel(set, 1, [](double value, std::size_t) { return std::round(value / 10); });
   const auto view = viewed(set);
   REQUIRE(view);
@@ -235,7 +235,7 @@ TEST_CASE("Trials without or with too little of phase M are refused by name") {
   add_trial(set, "denim", std::string(100, 'P'));
   CHECK(refused(set).code == Errc::invalid_argument);
   CHECK(refused(set).where == "t2");
-  set.records[2].outcome = TrialOutcome::aborted;  // no complete trial is none of ours
+  set.records[2].outcome = TrialOutcome::aborted;  // a trial that is not complete is ignored
   CHECK(viewed(set));
   add_trial(set, "denim", std::string(18, 'M'));
   CHECK(refused(set).where == "t3");
@@ -283,7 +283,7 @@ TEST_CASE("Imported strokes count their repetitions, and say that mountings are 
   REQUIRE(view);
   CHECK(view->strokes[2].repetition == 2);
   CHECK(view->strokes[2].cell == view->strokes[0].cell);
-  CHECK(view->remarks.size() == 2);  // nor places
+  CHECK(view->remarks.size() == 2);  // no remark about places either
   set.trials[2].file = "denim_V-20mmps_0.csv";
   const auto other = viewed(set);
   REQUIRE(other);

@@ -1,4 +1,4 @@
-// Strokes that the plant makes anew, and what is chosen to be made.
+// Strokes that the plant simulates again, and their selection.
 
 #include <catch2/catch.hpp>
 #include <set>
@@ -142,7 +142,7 @@ TEST_CASE("A choice has every cloth and pairs, and no more windows than allowed"
   }
   CHECK(cloths.size() == 3);
   CHECK(cells.count(chosen.strokes.front().cell) == 2);
-  CHECK(choose_strokes(view, 1).strokes.size() == 3);  // one of each, whatever the limit
+  CHECK(choose_strokes(view, 1).strokes.size() == 3);  // one of each, regardless of the limit
 }
 
 TEST_CASE("The last third of the repetitions is held out, of pairs every third cell") {

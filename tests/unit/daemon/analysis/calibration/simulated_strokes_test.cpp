@@ -25,7 +25,7 @@ RecordingView waves(double size) {
                   stroke("felt", 0, channels, samples, of(20), 2)});
 }
 
-/// One trial for each stroke, and one that was stopped before them.
+/// One trial for each stroke, and a stopped trial before them.
 Dataset recorded_like(const RecordingView& view) {
   Dataset out;
   out.info.kind = BenchKind::real;
@@ -88,8 +88,8 @@ TEST_CASE("Both sides in one data set share no name, group or mounting") {
   CHECK(both.trials[0].group == "recorded-0");
   CHECK(both.trials[3].group == "simulated-0");
   CHECK(both.trials[3].file == "simulated-t1");
-  CHECK(both.records[3].spec.place.mounting == 2);  // of denim, which has one recorded
-  CHECK(both.records[5].spec.place.mounting == 4);  // of felt, which has two
+  CHECK(both.records[3].spec.place.mounting == 2);  // denim has one recorded mounting
+  CHECK(both.records[5].spec.place.mounting == 4);  // felt has two
 }
 
 TEST_CASE("Statistics of both sides are of all strokes, then of each cloth's") {

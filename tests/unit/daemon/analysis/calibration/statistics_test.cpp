@@ -1,4 +1,4 @@
-// Statistics of views with a known answer, and of views that lack what one needs.
+// Statistics of views with a known answer, and of views that lack necessary data.
 
 #include <catch2/catch.hpp>
 #include <set>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t window = 200;  // samples
 
-/// On the natural scale; NaN fails every check.
+/// The value on its natural scale; NaN fails every check.
 double shown(const StatisticSet& set, const std::string& name, const std::string& cloth = {}) {
   const Statistic* found = find(set.statistics, name, cloth);
   return found == nullptr ? std::nan("") : found->shown;
@@ -61,7 +61,7 @@ TEST_CASE("Modulation is the relative sd of a wave; its spread is that between c
 }
 
 TEST_CASE("Spread within cells is that of their windows") {
-  // amplitudes of 2 and 4 % by turns
+  // alternating amplitudes of 2 and 4 %
   const StatisticSet set =
       compute_statistics(view_of({stroke("denim", 0, 1, 8 * window, [](std::size_t, std::size_t i) {
         return 100 + (i / window % 2 == 0 ? 2 : 4) * wave(i, 5);

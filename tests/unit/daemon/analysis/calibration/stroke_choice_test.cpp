@@ -1,4 +1,4 @@
-// How much of the recordings is simulated, whatever their rate and the number of cloths.
+// The number of simulated recordings, for any rate and number of fabrics.
 
 #include <catch2/catch.hpp>
 
@@ -74,7 +74,7 @@ TEST_CASE("Strokes of the same conditions keep one pitch, and a stroke its least
 
 TEST_CASE("What is chosen is bounded in samples, not in length alone") {
   constexpr std::size_t windows = 12, window_samples = 200;
-  // 0.11 mm: too coarse to be thinned, 455 samples in 50 mm
+  // 0.11 mm: too coarse for thinning, 455 samples in 50 mm
   CHECK(samples_of(choose_strokes(many(2, 1000, 0.00407, 37), windows)) <=
         windows * window_samples);
   CHECK(choose_strokes(many(2, 178, 0.01, 35.7), windows).strokes.size() == 4);  // pairs

@@ -1,5 +1,5 @@
 #pragma once
-// Strokes of known statistics.
+// Strokes with known statistics.
 
 #include <cmath>
 #include <functional>
@@ -48,12 +48,12 @@ inline RecordingView view_of(std::vector<Stroke> strokes) {
   return out;
 }
 
-/// Standard normal, the same for the same names.
+/// Standard normal number; the same arguments give the same number.
 inline double draw(std::uint64_t stream, std::size_t channel, std::size_t sample) {
   return sim::Random(sim::mix(sim::mix(stream, channel), sample)).gaussian();
 }
 
-/// Amplitude 1 about 0, of a wave length.
+/// A wave of amplitude 1 about 0.
 inline double wave(std::size_t sample, double length_mm) {
   return std::sin(2 * std::numbers::pi * static_cast<double>(sample) * pitch_mm / length_mm);
 }

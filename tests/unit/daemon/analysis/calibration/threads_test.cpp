@@ -1,4 +1,4 @@
-// What a calibration writes is the same to the byte with one thread and with two. SIMULATED.
+// A calibration writes the same bytes with one thread and with two. SIMULATED.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -25,7 +25,7 @@ CalibrationOptions small_options(std::size_t threads) {
   return out;
 }
 
-/// Table and result as they are written.
+/// Table and result as text.
 std::string written(const RecordingView& view, std::size_t threads) {
   const auto result = calibrate(view, view, table(), small_options(threads));
   REQUIRE(result);

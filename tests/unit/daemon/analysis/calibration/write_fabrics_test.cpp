@@ -1,4 +1,4 @@
-// The written table is one that the simulation reads.
+// The simulation can read the written table.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -40,7 +40,8 @@ TEST_CASE("The calibrated table is read back with the values of the result") {
   CHECK(library->spread.mounting.pad_height_m == Approx(1e-6 * value("pad_height_um")));
   REQUIRE(library->pads);
   CHECK(library->pads->gain_spread == Approx(value("gain_spread")));
-  CHECK(library->pads->noise_counts == Approx(value("noise_counts")));  // an earlier one saw it
+  CHECK(library->pads->noise_counts == Approx(value("noise_counts")));  // seen by an earlier
+                                                                        // calibration
   CHECK(library->pads->drift_counts == Approx(value("drift_counts") / 2));
 
   const auto again = calibrated_table(written->dump(), result, source);
