@@ -289,8 +289,8 @@ TEST_CASE("VibTac-12 with sound has the textures with a track alone, whatever th
   CHECK(odd.error().where.find("Texture4.wav") != std::string::npos);
 }
 
-// A trial whose phase M lasts from 100 ms to 200 ms of the host clock, with a sound block of four
-// readings at 200 Hz every 20 ms.
+// A trial with phase M from 100 ms to 200 ms of the host clock, and a sound block of four readings
+// at 200 Hz every 20 ms.
 Dataset campaign() {
   Dataset out;
   out.info.kind = BenchKind::simulated;

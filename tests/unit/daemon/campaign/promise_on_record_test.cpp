@@ -1,5 +1,5 @@
-// A campaign with an accuracy whose process ends before its error check: the statements of the run,
-// and that it can be resumed. SIMULATED.
+// The process of a campaign with an accuracy ends before the error check: the statements of the
+// run, and its resumption. SIMULATED.
 
 #include <atomic>
 #include <catch2/catch.hpp>

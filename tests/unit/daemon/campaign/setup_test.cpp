@@ -187,7 +187,7 @@ TEST_CASE("What is missing is said, all of it") {
   RigDraft draft = draft_of("bench", BenchMode::real, {stage("LTS150", "45000001")});
   measure(draft);
   CHECK(draft.with_role("z") != nullptr);
-  CHECK(missing_parts(draft).size() == 3);  // x, a sensor, and what this stage moves
+  CHECK(missing_parts(draft).size() == 3);  // x, a sensor, and the motion of this stage
   REQUIRE(set_role(draft, "45000001", "none"));
   CHECK(missing_parts(draft).size() == 3);
   draft.devices.push_back(draft.devices.front());
@@ -238,7 +238,7 @@ TEST_CASE("Rates are as a person would state them") {
   CHECK(rounded_rate_hz(6985) == 7000);
   CHECK(rounded_rate_hz(123.4) == Approx(123.4).epsilon(0.01));
   CHECK(rounded_rate_hz(0) == 0);
-  CHECK(rounded_rate_hz(std::numeric_limits<double>::infinity()) == 0);  // a clock that stands
+  CHECK(rounded_rate_hz(std::numeric_limits<double>::infinity()) == 0);  // a stopped clock
 }
 
 TEST_CASE("A rig file is never written over another one, and not where it would be refused") {
@@ -248,9 +248,9 @@ TEST_CASE("A rig file is never written over another one, and not where it would 
   REQUIRE(write_rig(draft, rig));
   CHECK(write_rig(draft, rig).error().code == Errc::wrong_state);
   CHECK(require_new_file(rig).error().code == Errc::wrong_state);
-  draft.devices[0].found.destination = 0x05;  // no address of a unit
+  draft.devices[0].found.destination = 0x05;  // not an address of a unit
   CHECK_FALSE(write_rig(draft, folder.path / "bad.json"));
-  CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);  // nothing is left beside it
+  CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);  // no other file remains
 }
 
 TEST_CASE("A rig file is written where the file system has no hard links") {
@@ -336,7 +336,7 @@ TEST_CASE("On a real bench the roles of stages are to be said, of a lone rotary 
   CHECK(places(missing_parts(draft)) ==
         std::vector<std::string>{"/dev/45000001", "/dev/45000002", "/dev/55000001"});
   REQUIRE(set_role(draft, "45000001", "z"));
-  CHECK(role_of(draft, "45000002") == "x");  // what is left, and still a guess
+  CHECK(role_of(draft, "45000002") == "x");  // the remaining role, still a guess
   CHECK(places(missing_parts(draft)) == std::vector<std::string>{"/dev/45000002", "/dev/55000001"});
   REQUIRE(set_role(draft, "45000002", "x"));
   REQUIRE(set_role(draft, "55000001", "ry"));
@@ -351,7 +351,7 @@ TEST_CASE("On a real bench the roles of stages are to be said, of a lone rotary 
 TEST_CASE("On a real bench a box that nobody named has no role unless it is given one") {
   std::vector<FoundDevice> devices{stage("LTS150", "45000001"), stage("LTS150", "45000002"),
                                    sensor(DeviceKind::net_ft, "192.168.1.1", 500)};
-  devices.back().is_expected = false;  // found by broadcast alone
+  devices.back().is_expected = false;  // found only by broadcast
   RigDraft draft = draft_of("bench", BenchMode::real, devices);
   CHECK_FALSE(draft.has_wrench());
   REQUIRE(set_role(draft, "192.168.1.1", "wrench"));
@@ -364,7 +364,7 @@ TEST_CASE("A stage that is stated has a role of its axis") {
                {stage("KDC101", "27000001"), stage("LTS150", "45000001"),
                 stage("LTS150", "45000002"), sensor(DeviceKind::net_ft, "192.168.1.1", 500)});
   measure(draft);
-  CHECK(role_of(draft, "27000001") == "none");  // linear or rotary: not known
+  CHECK(role_of(draft, "27000001") == "none");  // linear or rotary is unknown
   CHECK(places(missing_parts(draft)).front() == "/dev/27000001");
   REQUIRE(set_stage(draft, "27000001", "PRM1-Z8"));
   CHECK(role_of(draft, "27000001") == "rx");
@@ -375,7 +375,7 @@ TEST_CASE("A stage that is stated has a role of its axis") {
   REQUIRE(set_role(draft, "45000001", "y"));
   REQUIRE(set_role(draft, "45000002", "z"));
   CHECK(missing_parts(draft).empty());
-  REQUIRE(set_stage(draft, "27000001", "PRM1-Z8"));  // it was said to be x before
+  REQUIRE(set_stage(draft, "27000001", "PRM1-Z8"));  // its role was stated as x before
   CHECK(places(missing_parts(draft)) == std::vector<std::string>{"/dev/27000001"});
 }
 
@@ -398,7 +398,8 @@ TEST_CASE("The recipe that is suggested is one that the rig accepts, or there is
     REQUIRE(done);
     return fs::path(suitable_recipe(draft, folder.path / name)).filename().string();
   };
-  CHECK(suggested(real_xz(), "no-taxels.json") == "");  // all of them hand over what taxels say
+  CHECK(suggested(real_xz(), "no-taxels.json") == "");  // all recipes of the library train from
+                                                        // taxels
   RigDraft along_x = real_xz();
   along_x.devices.emplace_back().found = sensor(DeviceKind::taxel_array, "/dev/t", 37);
   REQUIRE(set_role(along_x, "/dev/t", "taxels"));

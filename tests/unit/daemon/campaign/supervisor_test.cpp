@@ -1,5 +1,4 @@
-// The supervisor at work on a simulated bench: what it sends, and what it does when things go
-// wrong.
+// The supervisor on a simulated bench: its commands, and its reaction to faults.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -27,7 +26,8 @@ std::size_t count(const Bytes& in, const Bytes& what) {
 const Bytes stop_profiled{0x65, 0x04, 0x01, 0x02, 0x50, 0x01};
 const Bytes stop_immediate{0x65, 0x04, 0x01, 0x01, 0x50, 0x01};
 
-// A loop that loses every timer further ahead than `horizon`: the engine's, not the scan cycle's.
+// A loop that loses every timer further ahead than `horizon`: those of the engine, not of the scan
+// cycle.
 class ForgetfulLoop final : public Loop {
  public:
   ForgetfulLoop(Loop& loop, Duration horizon) : loop_(&loop), horizon_(horizon) {}
@@ -114,7 +114,7 @@ TEST_CASE("a campaign whose z stage is gone ends with its fault, not with the re
     const TimePoint gone_at = g.bench.sim.loop.now();
     g.bench.far_end["z"]->unplug();
     g.finish();
-    // A driver believes in silence after a second; the retreat's timer is 80 s.
+    // A driver reports silence after a second; the retract timer is 80 s.
     CHECK(g.bench.sim.loop.now() - gone_at < std::chrono::seconds(2));
     CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
     CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::failed);
@@ -125,7 +125,7 @@ TEST_CASE("a campaign whose z stage is gone ends with its fault, not with the re
 }
 
 TEST_CASE("readings that are off in the second of the zero begin it anew, and are not in it") {
-  constexpr double seconds_off = 0.02;  // of 1 N, which would move the mean of a second by 20 mN
+  constexpr double seconds_off = 0.02;  // with 1 N, which would move the mean of a second by 20 mN
   Guarded g(test::short_recipe("denim"));
   VirtualLoop& loop = g.bench.sim.loop;
   g.start();
@@ -151,7 +151,7 @@ TEST_CASE("readings that are off in the second of the zero begin it anew, and ar
 
 namespace {
 
-/// No request reaches the sensor, from now on for so long [s].
+/// From now on no request reaches the sensor for `seconds`.
 void lose_requests(Guarded& g, double seconds) {
   const nlohmann::json lost{{"device", "ft"},
                             {"fault", "drop"},
@@ -234,7 +234,7 @@ TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retr
   }
   CHECK(g.supervisor->state().step == recipes::Step::retracting);
   CHECK(count(z, stop_profiled) == 1);
-  CHECK(count(z, move_absolute) == 1);  // the retreat; the force loop has sent nothing
+  CHECK(count(z, move_absolute) == 1);  // the retract; the force loop has sent nothing
   CHECK(count(z, set_velocity) == 1);
   z.clear();
   g.finish();
@@ -246,7 +246,7 @@ TEST_CASE("in the cycle in which a guard trips nothing but the stop and the retr
 
 TEST_CASE("a force sensor that repeats itself ends the campaign before the force does") {
   Guarded g(test::short_recipe("denim"));
-  g.bench.checked.plan.limits.frozen_wrench_s = 1e-3;  // two readings that are the same
+  g.bench.checked.plan.limits.frozen_wrench_s = 1e-3;  // two equal readings
   g.start();
   g.finish();
   CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
@@ -265,7 +265,7 @@ TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
   Guarded g(test::short_recipe("denim"));
   g.start();
   g.run_to(recipes::Step::sliding);
-  // Behind the supervisor's back: the same way, a tenth of the speed.
+  // Bypassing the supervisor: the same direction at a tenth of the speed.
   auto& y = g.bench.sim.bench->stage(StageAxis::y).driver();
   REQUIRE(y.command(MoveCommand{0.149, 0.2e-3}));
   g.finish();

@@ -1,4 +1,4 @@
-// A trial with accelerometer and microphone: what is recorded is what the plant made.
+// A trial with accelerometer and microphone: the record equals the plant's output.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -30,7 +30,7 @@ std::string one_slide() {
   return recipe.dump();
 }
 
-/// The plant alone, moved again along the stages' way under the trial's patch.
+/// The plant alone, moved again along the stages' path with the trial's patch.
 sim::VibrationReadings sounds_along(const sim::BenchMotion& motion, const std::string& rig_json) {
   const auto config = sim::parse_rig_config(rig_json).value();
   sim::Plant plant(config.bench_plant.plant, 1);

@@ -1,5 +1,4 @@
-// The way down, and what watches it, on a simulated bench: fast, slow, on slow stages, in slow
-// cycles.
+// The approach and its guards on a simulated bench: fast, slow, on slow stages, in slow cycles.
 
 #include <nlohmann/json.hpp>
 
@@ -13,7 +12,7 @@ using test::Guarded;
 
 namespace {
 
-/// bench17 on whose linear stages this acceleration is the limit.
+/// bench17 with linear stages that have this acceleration limit.
 nlohmann::json accelerating(double mm_s2) {
   nlohmann::json rig = test::bench17();
   rig["limits"]["acceleration_mm_s2"] = mm_s2;

@@ -1,4 +1,5 @@
-// One program at a time has a device; a second set of locks of one process stands for another one.
+// Only one program at a time has a device; a second set of locks in one process represents another
+// program.
 #include "daemon/hardware/rig/device_lock.hpp"
 
 #include <unistd.h>
@@ -36,7 +37,7 @@ TEST_CASE("A device is locked once, and free again when its locks are gone") {
   {
     DeviceLocks first(folder.path);
     REQUIRE(first.acquire(stage, "bench17"));
-    CHECK(first.acquire(stage, "bench17"));  // the same port once more
+    CHECK(first.acquire(stage, "bench17"));  // the same port again
     CHECK(first.descriptors().size() == 1);
     DeviceLocks second(folder.path);
     const Status refused = second.acquire(stage, "other");

@@ -20,7 +20,7 @@ using nlohmann::json;
 constexpr Duration cycle_period = std::chrono::milliseconds(10);
 constexpr double near_mm = 1, far_mm = 4, speed_mm_s = 4;
 
-/// The device of bench17, and what of its configuration the table looks at.
+/// The device of bench17, with the parts of its configuration that the table uses.
 json device_of(const json& rig, const std::string& device) {
   if (device.starts_with("vibro"))
     return {
@@ -52,8 +52,8 @@ FaultBench::FaultBench(const std::string& device) {
   json rig = json::parse(source_text("sim/rigs/bench17.json"));
   const json entry = device_of(rig, device);
   rig["devices"] = json::array({entry});
-  rig["simulation"].erase("traits");  // no physics is needed that a level above L0 gives
-  // An array presses on what has a face.
+  rig["simulation"].erase("traits");  // physics above level L0 is not needed
+  // An imprint array presses on objects with a face.
   const char* const table = device == "imprint" ? "sim/objects.json" : "sim/fabrics.json";
   auto made = sim::Rig::create(rig.dump(), source_text(table), 5);
   if (!made) FAIL(to_string(made.error()));

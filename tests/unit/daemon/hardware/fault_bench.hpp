@@ -1,5 +1,5 @@
 #pragma once
-// One driver before one emulated device in virtual time, at work while faults befall it.
+// One driver with one emulated device in virtual time, working during fault injection.
 
 #include <memory>
 #include <string>
@@ -12,13 +12,13 @@
 
 namespace weft::testing {
 
-/// What a sample said, kept: taxel samples are views.
+/// Copy of a sample's values: taxel samples are views.
 struct Seen {
   TimePoint at;
   std::uint32_t sequence = 0;
   std::uint32_t lost = 0;
-  bool valid = true;     ///< of a vibration: nothing clipped
-  std::size_t kind = 0;  ///< which alternative of Sample::value
+  bool valid = true;     ///< for vibration: nothing clipped
+  std::size_t kind = 0;  ///< index of the alternative of Sample::value
   double value =
       0;  ///< position [mm or degrees], Fz [N], or the mean of a block [counts, m/s2, Pa]
 };
@@ -31,13 +31,13 @@ class FaultBench final : public DriverHost {
   explicit FaultBench(const std::string& device);
   ~FaultBench() override;
 
-  /// Opens, arms and, for a stage, homes. False when a fault came first.
+  /// Opens, arms and, for a stage, homes. False if a fault came first.
   bool ready();
-  /// Lets the device work: a stage goes to and fro and is polled as in a scan cycle.
+  /// Lets the device work: a stage moves back and forth and is polled as in a scan cycle.
   void work(double seconds);
   void inject(const std::string& fault, const std::string& more = "");
   [[nodiscard]] double now_s() const { return to_seconds(loop_.now()); }
-  /// Lets things end, without a command. The stages' own motion is finite.
+  /// Waits without a command. The stages' own motion is finite.
   void let_go(double seconds) { loop_.run_to(loop_.now() + from_seconds(seconds)); }
   [[nodiscard]] bool at_rest() const {
     const TimePoint now = loop_.now();
@@ -45,8 +45,8 @@ class FaultBench final : public DriverHost {
   }
   Driver& driver() { return *driver_; }
   [[nodiscard]] bool is_stage() const { return stage_; }
-  /// No value of a valid sample is larger: the stage's travel here, the force sensor's rating, or
-  /// what counts can be.
+  /// Bound of the values of valid samples: the stage's travel here, the force sensor's rating, or
+  /// the range of counts.
   [[nodiscard]] double largest_believable() const {
     return stage_ ? 15 : name_ == "ft" ? 120 : 1e5;
   }
@@ -81,7 +81,7 @@ class FaultBench final : public DriverHost {
   std::unique_ptr<daemon::MemoryLink> host_end_, device_end_, page_end_, far_page_end_;
   std::string name_;
   bool stage_ = false;
-  double unit_ = 1;  ///< mm or degrees in SI
+  double unit_ = 1;  ///< SI value of a mm or a degree
   StageSample last_stage_;
   std::uint32_t move_ = 0;
   bool forth_ = true;

@@ -1,4 +1,4 @@
-// Faults as a rig file and an order write them.
+// Faults in the form of a rig file and of an order.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ bool says(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Sends what it is told to when it is woken, and keeps what it received.
+/// Sends given bytes when it is woken, and keeps the received ones.
 struct Parrot final : Emulator {
   void receive(ByteView bytes, TimePoint, ByteSink& out) override {
     received.emplace_back(bytes.begin(), bytes.end());

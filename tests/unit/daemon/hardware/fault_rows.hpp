@@ -1,14 +1,14 @@
 #pragma once
-// Which fault befalls which driver, and what the driver is to make of it.
+// The faults of each driver, and the required reaction of the driver.
 
 namespace weft::testing {
 
 enum class Outcome {
-  reported,   ///< the driver faults with this sentence, within the bound
+  reported,   ///< the driver faults with this message, within the bound
   marked,     ///< samples are flagged: lost, not valid, or a line of the log
-  right,      ///< harmless by design: nothing wrong is published, the work goes on
-  safe,       ///< no check value on this wire: right data or a fault, nothing wild
-  elsewhere,  ///< no driver can see it; the note says who does
+  right,      ///< harmless by design: nothing wrong is published, the work continues
+  safe,       ///< no check value on this link: right data or a fault, no wild values
+  elsewhere,  ///< no driver can detect it; the note names the part that does
 };
 
 inline const char* name_of(Outcome outcome) {
@@ -22,7 +22,7 @@ struct Row {
   const char* more;  ///< members of the fault's JSON
   Outcome outcome;
   const char* says;  ///< in the error, the log, or a note
-  double bound_s;    ///< to the fault or its first mark; of the others: worked with for so long
+  double bound_s;    ///< time to the fault or its first mark [s]; for the others the working time
   bool before_opening = false;
 };
 
@@ -114,7 +114,7 @@ inline const Row rows[] = {
     {"ft", "threshold_latch", "", right, "the values are valid", 10},
     {"ft", "bias_jump", "", elsewhere, "force guards and the bias before each trial", 10},
     {"ft", "noise", "", elsewhere, "force quality of the report", 10},
-    // Digital F/T on a serial line: 100 records of 13 bytes a second, their sum of 7 bits
+    // Digital F/T on a serial line: 100 records of 13 bytes a second, with a sum of 7 bits
     {"digital", "drop", R"("probability": 0.2)", elsewhere, "no number on this wire", 10},
     {"digital", "drop", R"("probability": 0.5)", reported, "another rate", 7},
     {"digital", "drop", R"("towards": "device", "probability": 1)", right, "it only listens", 10},
@@ -152,7 +152,7 @@ inline const Row rows[] = {
     {"digital", "crc_errors", R"("probability": 0.02)", marked, "lost", 1},
     {"digital", "crc_errors", "", reported, "only damaged records", 0.5},
     {"digital", "crc_errors", "", reported, "does not answer", 2, true},
-    // the same, ten records to a sample
+    // the same, with ten records a sample
     {"digital_mean", "bit_flip", R"("probability": 0.1)", marked, "lost", 1},
     {"digital_mean", "absurd_counts", R"("probability": 0.02)", marked, "not valid", 1},
     {"digital_mean", "stuck_force", "", reported, "stuck", 1.5},
@@ -183,7 +183,7 @@ inline const Row rows[] = {
     {"taxels", "half_speed_clock", "", reported, "clock runs wrong", 7},
     {"taxels", "wrong_count", "", reported, "another number of taxels", 0.2},
     {"taxels", "restart", "", marked, "restarted", 1},
-    // CPM-Finger over UDP: no numbers, no check value
+    // CPM-Finger over UDP: no sequence numbers, no check value
     {"cpm", "drop", R"("probability": 0.2)", elsewhere, "no number on this wire", 10},
     {"cpm", "duplicate", R"("probability": 0.2)", elsewhere, "no number on this wire", 10},
     {"cpm", "reorder", R"("probability": 0.1)", elsewhere, "no number on this wire", 10},

@@ -1,5 +1,5 @@
-// Every fault before every driver that it can befall: what the driver makes of it. The table is
-// printed.
+// Injects every fault for every driver that can have it, and checks the driver's reaction. Prints
+// the table.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -21,8 +21,8 @@ using namespace weft::testing;
 
 namespace {
 
-/// No sample out of order, none later than now, nothing wild that is not marked. Each kind of
-/// sample has numbers of its own.
+/// No sample out of order, none in the future, no unmarked wild value. Each kind of sample has its
+/// own sequence numbers.
 std::string wrong_with(const FaultBench& bench, const Row& row) {
   const bool sensor = !bench.is_stage();
   std::map<std::size_t, Seen> last;
@@ -44,14 +44,13 @@ std::string wrong_with(const FaultBench& bench, const Row& row) {
   return {};
 }
 
-/// What was there when the fault began.
+/// State at the beginning of the fault.
 struct Onset {
   double at_s = 0;
   std::size_t samples = 0, logs = 0;
 };
 
-/// When a sample, or a line of the log, first marks the fault; nothing from before the onset
-/// counts.
+/// Time at which a sample, or a line of the log, first marks the fault; earlier marks do not count.
 std::optional<double> marked_at_s(const FaultBench& bench, std::string_view how,
                                   const Onset& onset) {
   for (std::size_t i = onset.samples; i < bench.samples.size(); ++i) {
@@ -65,8 +64,8 @@ std::optional<double> marked_at_s(const FaultBench& bench, std::string_view how,
 }
 
 struct Found {
-  double after_s = 0;  ///< from the onset to the fault, or to the first mark of it
-  std::string wrong;   ///< empty: as the row says
+  double after_s = 0;  ///< from the onset to the fault, or to its first mark
+  std::string wrong;   ///< empty: as the row requires
 };
 
 std::string evaluated(const FaultBench& bench, const Row& row, const Onset& onset,
@@ -110,7 +109,7 @@ Found try_row(const Row& row) {
     onset = {bench.now_s(), bench.samples.size(), bench.logs.size()};
     bench.inject(row.fault, row.more);
   }
-  // What is only marked is worked with for as long as what is harmless.
+  // A fault that is only marked has the same working time as a harmless one.
   if (up) bench.work((row.outcome == marked ? 10 : row.bound_s) + 0.5);
   std::optional<double> at_s;
   if (!bench.faults.empty())
@@ -169,7 +168,7 @@ TEST_CASE("no fault that can befall a device is left out of the table") {
 
 TEST_CASE("what a drift or a jump puts on the force is taken off by the next bias") {
   for (const char* device : {"ft", "digital"}) {
-    // What a drift of 2 N/s has added since, in the middle of the readings.
+    // The drift of 2 N/s since then, in the middle of the readings.
     for (const auto& [fault, since_n] : {std::pair{"drift", 0.7}, {"bias_jump", 0.0}}) {
       INFO(device << " " << fault);
       FaultBench bench(device);

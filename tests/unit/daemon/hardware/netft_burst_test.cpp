@@ -1,5 +1,5 @@
-// A Net F/T box at 7000 records a second, and a reader that is held up: what the socket keeps, and
-// that what it loses is counted.
+// A Net F/T box at 7000 records a second, and a delayed reader: the socket buffers records, and the
+// lost ones are counted.
 
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -20,7 +20,7 @@ namespace rdt = protocols::rdt;
 
 namespace {
 
-/// A box whose records the test sends itself; a socket at a free port of this machine.
+/// A box with records sent by the test; a socket at a free port of this machine.
 struct Box {
   Box() : descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
     address.sin_family = AF_INET;
@@ -30,7 +30,7 @@ struct Box {
     REQUIRE(::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size) == 0);
   }
   ~Box() { ::close(descriptor); }
-  /// Who asked is who is sent to.
+  /// The records go to the sender of this request.
   void await_request() {
     Bytes bytes(8);
     socklen_t size = sizeof host;
@@ -109,12 +109,12 @@ TEST_CASE("a reader held up for 50 ms at 7000 records a second loses none") {
 
 TEST_CASE("what a socket loses in a long stall is counted record by record") {
   Streaming streaming;
-  streaming.box.send(70'000);  // ten seconds of records, more than any socket keeps
+  streaming.box.send(70'000);  // ten seconds of records, more than any socket buffers
   streaming.run([&] { return streaming.host.published > 200; });
   streaming.run([&, seen = std::uint64_t{0}]() mutable {
     return std::exchange(seen, streaming.host.published) == streaming.host.published;
   });
-  streaming.box.send(1);  // a gap shows at the record behind it
+  streaming.box.send(1);  // a gap is noticed at the next record
   streaming.run([&] { return streaming.host.last == streaming.box.sent; });
   CHECK(streaming.host.lost > 0);
   CHECK(streaming.host.published + streaming.host.lost == streaming.box.sent);

@@ -1,4 +1,4 @@
-// A driver behind the C table: the same as the built-in one, and contained when it is at fault.
+// A driver behind the C table: it equals the built-in one, and its faults are contained.
 
 #include "daemon/hardware/plugins/plugin_driver.hpp"
 
@@ -24,7 +24,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Nothing in these tests is late unless it waits for the watch.
+// In these tests nothing is late except calls that wait for the watch.
 constexpr PluginWatch::Limits patient{60s, 120s};
 
 struct Loaded {
@@ -56,7 +56,7 @@ Bytes frame(std::uint8_t sequence) {
   return bytes;
 }
 
-/// A conversation with good, lost and damaged frames, silence at its end, and a second opening.
+/// A sequence with good, lost and damaged frames, silence at its end, and a second opening.
 void converse(Driver& driver, FakeHost& host, TestLoop& loop) {
   REQUIRE(driver.open());
   for (const std::uint8_t sequence : std::initializer_list<std::uint8_t>{1, 2, 3, 7, 8}) {
@@ -121,7 +121,7 @@ TEST_CASE("a stage behind the C table writes the bytes and keeps the timers of t
 
 namespace {
 
-/// Asks on its HTTP port what it is told on its link, and the other way round.
+/// Sends to its HTTP port the bytes received on its link, and vice versa.
 class Crossing final : public Driver {
  public:
   explicit Crossing(DriverHost& host) : host_(&host) {}
@@ -150,7 +150,7 @@ constinit const DriverEntry crossing{
       return std::make_unique<Crossing>(host);
     }};
 
-/// A host whose device has an HTTP port.
+/// A host with an HTTP port for its device.
 class HostWithHttp final : public DriverHost {
  public:
   Loop& loop() override { return inner.loop(); }
@@ -202,7 +202,7 @@ TEST_CASE("what a driver refuses comes through the C table with all its parts") 
 
 namespace {
 
-/// A table written by hand whose functions throw through the border, as no plugin may.
+/// A hand-written table with functions that throw across the C border, which is forbidden.
 struct Rogue {
   static inline const char* throws_in = "";
   static inline int stops = 0;
@@ -308,7 +308,7 @@ TEST_CASE("a plugin that throws in create is refused, and one that throws in des
 
 namespace {
 
-/// Held in a call until the watch has noticed that it does not come back.
+/// Blocked in a call until the watch has noticed that it does not return.
 struct Stuck {
   static inline std::mutex mutex;
   static inline std::condition_variable noticed;

@@ -1,4 +1,4 @@
-// Shared objects that must be refused, each with what was expected and what was there.
+// Shared objects that must be refused, each with the expected and the found value.
 
 #include <catch2/catch.hpp>
 

@@ -148,7 +148,7 @@ TEST_CASE("a port that is not there, no terminal, or in use is refused with a se
   CHECK(second.error().what == "another program uses the port");
 }
 
-// A pseudo-terminal in the place of a real port, in a mount namespace of this thread's own.
+// A pseudo-terminal in place of a real port, in a mount namespace of this thread.
 TEST_CASE("a real port that another program has is refused before any setting of it is changed") {
   constexpr const char* port = "/dev/ttyS0";
   Terminal terminal;
@@ -279,7 +279,7 @@ TEST_CASE("each request goes out on a connection of its own, whoever ends the on
   Bytes got;
   int ends = 0;
   (*link)->on_closed([&](const Error&) { ++ends; });
-  // The second request is written by what hears the first reply, as a driver does.
+  // The callback of the first reply writes the second request, as a driver does.
   (*link)->on_receive([&](ByteView bytes, TimePoint) {
     got.insert(got.end(), bytes.begin(), bytes.end());
     if (got.size() == 2) CHECK((*link)->write(Bytes{'b'}));

@@ -1,5 +1,5 @@
 #pragma once
-// A stage driver and an emulated controller, wired to each other by the test.
+// A stage driver and an emulated controller, connected by the test.
 
 #include <catch2/catch.hpp>
 #include <string>
@@ -33,7 +33,7 @@ struct StageWorld {
     return plant;
   }
 
-  /// What each side has written reaches the other at once; in steps of 5 ms.
+  /// Bytes written by one side reach the other at once; in steps of 5 ms.
   void run(double seconds) {
     for (const TimePoint end = host.loop_.now() + from_seconds(seconds); host.loop_.now() < end;) {
       host.loop_.run_for(0.005);
@@ -43,7 +43,7 @@ struct StageWorld {
       emulator.wake(now, sink);
     }
   }
-  /// Runs until it holds; false after `limit_s`.
+  /// Runs until `holds` is true; false after `limit_s`.
   template <class Holds>
   bool run_until(Holds holds, double limit_s) {
     for (double waited = 0; waited < limit_s && !holds(); waited += 0.05) run(0.05);

@@ -1,5 +1,5 @@
-// Driver and emulated controller together: every stage of the table, reports that never come, and
-// controllers that were left with other parameters.
+// Driver and emulated controller together: every stage of the table, missing reports, and
+// controllers with other parameters.
 
 #include "tests/unit/daemon/hardware/stage_world.hpp"
 
@@ -31,7 +31,7 @@ double home_limit_s(const apt::StageModel& model) {
   return 20 + 2 * (2 + 2 * model.home_offset) / model.home_speed;
 }
 
-/// Bytes of another program at the controller.
+/// Sends the bytes of another program to the controller.
 void tell(StageWorld& world, const std::string& bytes) {
   sim::ByteSink unheard = [](ByteView) {};
   world.emulator.receive(hex(bytes), world.host.loop_.now(), unheard);
@@ -148,7 +148,7 @@ TEST_CASE("a controller that was left otherwise is set when it is armed") {
     CHECK(apt::decode_body<apt::ProfileMode>(profile->data)->mode ==
           (model.is_brushless() ? 0 : 2));
     const std::size_t before = world.host.published;
-    world.run(1);  // no request, so nothing comes
+    world.run(1);  // without a request no report comes
     CHECK(world.host.published - before <= 1);
   }
 }

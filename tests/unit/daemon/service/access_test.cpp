@@ -1,4 +1,4 @@
-// Leases, keys against doing things twice, and tokens.
+// Leases, idempotency keys, and tokens.
 
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -78,7 +78,7 @@ TEST_CASE("Who asks faster than may be waits for the bucket to fill, and nobody 
   CHECK_FALSE(rates.take("ada", 1s + 1ms));
   for (std::size_t i = 0; i < RateLimits::most_known; ++i)
     REQUIRE(rates.take(std::to_string(i), 2s));
-  CHECK(rates.take("bob", 2s));  // forgotten, which does him no harm
+  CHECK(rates.take("bob", 2s));  // his entry was dropped, without a disadvantage
 }
 
 TEST_CASE("A lease is kept while the run of its user is under way, released or not") {
@@ -95,7 +95,7 @@ TEST_CASE("A lease is kept while the run of its user is under way, released or n
   }
   CHECK_FALSE(leases.keep("R-000001", of_ada, 3s));  // it is kept already
   CHECK(leases.expire(100s).empty());
-  CHECK_FALSE(leases.holder("rig:bench", 100s));  // nobody is at it
+  CHECK_FALSE(leases.holder("rig:bench", 100s));  // no user is in control
   CHECK(leases.all(100s).size() == 1);
   CHECK(leases.acquire(requested("bob"), 100s).error().code == Errc::wrong_state);
   const auto again = leases.acquire(of_ada, 100s);
@@ -118,11 +118,11 @@ TEST_CASE("A run keeps a lease of its own beside another user's, which breaking 
   CHECK(leases.kept_for("R-000001")->user == "ada");
   REQUIRE(leases.break_lease(kept->id, "ada has left", 3s));
   CHECK_FALSE(leases.kept_for("R-000001"));
-  CHECK_FALSE(leases.keep("R-000001", requested("ada"), 4s));  // that run has none any more
+  CHECK_FALSE(leases.keep("R-000001", requested("ada"), 4s));  // that run has no lease any longer
   CHECK_FALSE(leases.end_keeping("R-000001", 5s));
   CHECK(leases.keep("R-000002", requested("ada"), 6s));
   REQUIRE(leases.end_keeping("R-000002", 7s));
-  CHECK(leases.all(7s).size() == 1);  // only kept: gone with its run
+  CHECK(leases.all(7s).size() == 1);  // it was only kept, and ended with its run
 }
 
 TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
@@ -227,7 +227,7 @@ TEST_CASE("An answer that is on the disk takes no memory, and is read when it is
   disk.reset();
   CHECK(cache.lookup("ada", "k", "A").found == Found::cut_short);
   CHECK(cache.lookup("ada", "secret", "A", false).found == Found::fresh);
-  cache.answered("ada", "secret", rpc::Outcome("wft_0"));  // of no disk
+  cache.answered("ada", "secret", rpc::Outcome("wft_0"));  // not stored on disk
   CHECK(**cache.lookup("ada", "secret", "A", false).outcome == "wft_0");
 }
 
@@ -256,7 +256,7 @@ TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or 
                                       outcome;
                                 },
                             .forgotten = {}};
-  // A token of its own, or one that its maker lets act for him.
+  // A token with its own user, or one that acts for its maker.
   const auto [user, token] = GENERATE(
       table<std::string, std::string>({{"token:looks-on", "looks-on"}, {"ada", "looks-on"}}));
   const bool persistent = GENERATE(false, true);
@@ -276,7 +276,7 @@ TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or 
   flood(second, "b");
   CHECK(second.lookup("ada", "k", "start").found == Found::answered);
   CHECK(second.lookup(user, "b" + std::to_string(IdempotencyCache::most_stored), "close").found ==
-        Found::under_way);  // one user's keys, whatever he comes with
+        Found::under_way);  // the keys belong to one user for all connections
 }
 
 TEST_CASE("A refusal that was kept as text is the same again") {

@@ -1,5 +1,5 @@
-// A catalogue that was lost or damaged is made again from the runs' folders, and a folder made by
-// `weft run` is added to it. SIMULATED.
+// A lost or damaged database is rebuilt from the runs' folders, and a folder made by `weft run` is
+// added. SIMULATED.
 
 #include "daemon/service/run_store/catalogue.hpp"
 
@@ -38,7 +38,7 @@ RunStore open_store(const TemporaryFolder& folder) {
   return std::move(RunStore::open(folder / store_file_name).value());
 }
 
-/// The catalogue loses its last page.
+/// Removes the last page of the database.
 std::string damage(const TemporaryFolder& folder) {
   const fs::path file = folder / store_file_name;
   fs::resize_file(file, fs::file_size(file) - 4096);
@@ -140,7 +140,7 @@ TEST_CASE("a damaged catalogue is kept aside, and only by the order to rebuild i
   RunStore store = open_store(folder);
   REQUIRE(store.runs()->size() == 1);
   CHECK(store.runs()->front().number == 3);
-  CHECK(store.next_number().value() == 41);  // the damaged file still says which were given
+  CHECK(store.next_number().value() == 41);  // the damaged file still has the used numbers
   CHECK_FALSE(store.rig_state()->can_move());
 }
 
@@ -189,10 +189,10 @@ TEST_CASE("a folder is added once, where it is, as a run that has ended") {
   REQUIRE(found);
   const auto run = add_found_run(store, paths, *found, "ada", now_us);
   REQUIRE(run);
-  CHECK(run->number == 1);  // that folder's number is another daemon's
+  CHECK(run->number == 1);  // the number in that folder's name is another daemon's
   CHECK(run->state == RunState::ended);
   CHECK(store.run(1).value()->folder == elsewhere / "R-000009");
-  fs::create_directories(folder / "R-000009");  // of a run of this daemon
+  fs::create_directories(folder / "R-000009");  // folder of a run of this daemon
   CHECK(store.run(1).value()->folder == elsewhere / "R-000009");
   const auto line = store.tail(run->id(), 1).value().front();
   CHECK(line.kind == "imported");

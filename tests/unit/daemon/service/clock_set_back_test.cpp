@@ -1,5 +1,4 @@
-// The wall clock is set back while the daemon runs: nothing that it keeps or waits for goes by
-// that.
+// The wall clock is set back while the daemon runs: records and waiting times do not depend on it.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -20,7 +19,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// A machine whose two clocks a test moves.
+/// A machine with two clocks set by a test.
 struct Clocks {
   std::chrono::nanoseconds wall = 1000h, steady = 5s;
   MonotonicUtcClock rising;
@@ -44,7 +43,7 @@ TEST_CASE(
   CHECK(c.utc_us() == first + 13'000'000);
   c.pass(2h);
   CHECK(c.utc_us() == first + 13'000'000 + 7'200'000'000);
-  c.wall += 3h;  // further on than it was set back
+  c.wall += 3h;  // more than it was set back
   CHECK(c.utc_us() == c.wall.count() / 1000);
   CHECK(c.utc_us() > first + 13'000'000 + 7'200'000'000);
 }
@@ -98,7 +97,7 @@ TEST_CASE("a run's deadline and its journal do not go by a wall clock that is se
   const CampaignRequest request = test::request_in(folder, test::tiny_recipe(1));
   auto store = runs::RunStore::open(folder / "weftd.sqlite");
   REQUIRE(store);
-  // nothing that the run's thread tells arrives: the manager is left with its clock
+  // no message of the run's thread arrives: the manager depends on its clock only
   runs::RunManager manager(runs::RunContext{.rig = request.rig,
                                             .data = folder.path(),
                                             .post = [](const std::function<void()>&) {},
@@ -124,7 +123,7 @@ TEST_CASE("a run's deadline and its journal do not go by a wall clock that is se
     CHECK((*lines)[i].sequence > (*lines)[i - 1].sequence);
     CHECK((*lines)[i].utc_us >= (*lines)[i - 1].utc_us);
   }
-  // The thread is silent to the last rung: the run counts as ended. It was never given the rig.
+  // The thread is silent to the last deadline: the run counts as ended. It never acquired the rig.
   for (const auto rung : {runs::RunState::halting, runs::RunState::ended}) {
     c.pass(1h);
     manager.tick();

@@ -1,5 +1,5 @@
-// The daemon as a process: its journal on an output, what it tells its service manager, and tokens
-// that were refused.
+// The daemon as a process: its journal on an output, its messages to the service manager, and
+// refused tokens.
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -170,7 +170,7 @@ TEST_CASE("refused tokens are journalled once a window for each address, and non
   CHECK(journal == Journal{{"192.0.2.7", 1}});
   tokens.tick(10s);
   CHECK(journal.back() == std::pair<std::string, std::size_t>{"192.0.2.7", 999});
-  tokens.on_refused("192.0.2.7", 11s);  // of the window that follows
+  tokens.on_refused("192.0.2.7", 11s);  // of the next window
   CHECK(journal.size() == 2);
   tokens.close();
   CHECK(journal.size() == 3);

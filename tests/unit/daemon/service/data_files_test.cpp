@@ -1,4 +1,4 @@
-// The files of a run that may be fetched: what is given out is what is listed.
+// Downloads of a run's files: exactly the listed contents are sent.
 
 #include "daemon/service/methods/data_files.hpp"
 
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 
 const std::string data_text(3'000'000, 'd');
 
-/// A certified run with a hand-over, as far as its lists go.
+/// The lists of a certified run with a handover.
 struct ListedRun {
   TemporaryFolder folder;
   fs::path run = folder / "R-000001";
@@ -65,7 +65,7 @@ std::string format_text(const OpenFile& file) {
   return text;
 }
 
-/// As a daemon has them some time after the run, when a file's times have ticked on.
+/// The files as a daemon sees them some time after the run, when their times are older than a tick.
 DataFiles later() {
   return DataFiles([] { return utc_now() + std::chrono::hours(1); });
 }
@@ -106,7 +106,7 @@ TEST_CASE("A file that was altered is not given out, whatever its length and its
   const ListedRun there;
   const fs::path file = there.run / "dataset.h5";
   DataFiles files = later();
-  REQUIRE(files.open(there.run, "dataset.h5"));  // it is remembered
+  REQUIRE(files.open(there.run, "dataset.h5"));  // its digest is cached
   const auto written = fs::last_write_time(file);
   std::string altered = data_text;
   altered[altered.size() / 2] ^= 1;
@@ -129,7 +129,7 @@ TEST_CASE("Lists are read and files hashed once, until somebody writes to them")
   DataFiles at_once(utc_now);
   REQUIRE(at_once.open(there.run, "dataset.h5"));
   REQUIRE(at_once.open(there.run, "dataset.h5"));
-  CHECK(at_once.work().files_hashed == 2);  // too new: it may be written to within the same tick
+  CHECK(at_once.work().files_hashed == 2);  // too new: a write within the same tick would not show
   DataFiles files = later();
   for (int i = 0; i < 5; ++i) REQUIRE(files.open(there.run, "dataset.h5"));
   CHECK(files.work().lists_read == 1);
@@ -162,7 +162,7 @@ TEST_CASE("No symbolic link leads to a file that is given out") {
   CHECK(refused("dataset.h5"));
   fs::remove(there.run / "dataset.h5");
   REQUIRE(mkfifo((there.run / "dataset.h5").c_str(), 0600) == 0);
-  CHECK(refused("dataset.h5"));  // and nobody waits for who would write into it
+  CHECK(refused("dataset.h5"));  // and it does not wait for a writer
 }
 
 TEST_CASE("A file is opened beneath its folder alike, all at once and step by step") {

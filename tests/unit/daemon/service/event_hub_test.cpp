@@ -1,4 +1,4 @@
-// Events: snapshots, deltas, gaps that are told, and replay.
+// Events: snapshots, deltas, reported gaps, and replay.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -42,7 +42,7 @@ TEST_CASE("Mode every gives each event once, in order, with its number and time"
   Hub hub;
   const Opened opened = hub.open(request(Mode::every));
   for (int rep = 1; rep <= 3; ++rep) hub.publish("run:1", {{"rep", rep}}, rep * 100);
-  hub.publish("rig", {{"rig", "safe"}}, 400);  // not asked for
+  hub.publish("rig", {{"rig", "safe"}}, 400);  // not subscribed
   const auto events = take_all(*opened.subscription, 0ns);
   REQUIRE(events.size() == 3);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -153,7 +153,7 @@ TEST_CASE("All events after one come again, however many are kept, and then what
   for (std::size_t i = 1; i <= count; ++i) hub.publish("run:1", {{"rep", i}}, 0);
   const auto again = hub.replay(request(Mode::every), 0);
   REQUIRE(again);
-  constexpr std::size_t more = Subscription::most_waiting + 5;  // while nobody reads
+  constexpr std::size_t more = Subscription::most_waiting + 5;  // without a reader
   for (std::size_t i = 1; i <= more; ++i) hub.publish("run:1", {{"rep", count + i}}, 0);
   const auto events = take_all(*again->subscription, 0ns);
   REQUIRE(events.size() == count + Subscription::most_waiting);
@@ -161,7 +161,7 @@ TEST_CASE("All events after one come again, however many are kept, and then what
   for (std::size_t i = 0; i < count; ++i)
     wrong += events[i]["seq"] == i + 1 && events[i]["dropped"] == 0 ? 0 : 1;
   CHECK(wrong == 0);
-  CHECK(events[count]["dropped"] == 5);  // the gap is told where it is
+  CHECK(events[count]["dropped"] == 5);  // the gap is reported at its place
   CHECK(events[count]["seq"] == count + 6);
   CHECK(events[count + 1]["dropped"] == 0);
 }
@@ -221,7 +221,7 @@ TEST_CASE("Votes of two explorations' models do not run into each other, merged 
   CHECK(json::parse(
             hub.open(request(Mode::every, {"vote:*"})).snapshot_json)["vote:1"]["probability"] ==
         expected);
-  hub.publish("vote:1", vote({}), 30);  // of a model that knows none
+  hub.publish("vote:1", vote({}), 30);  // from a model without unknown-fabric check
   const json now = json::parse(hub.open(request(Mode::every, {"vote:*"})).snapshot_json)["vote:1"];
   CHECK_FALSE(now.contains("probability"));
   CHECK(now["winner"] == "denim");

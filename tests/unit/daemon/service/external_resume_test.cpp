@@ -1,5 +1,5 @@
-// What is told of a run that is over, by what its folder holds: all of its trials although its
-// bench was aborted, and what others did there since. SIMULATED.
+// The reported state of a finished run, by the contents of its folder: all trials although its
+// bench was aborted, and later changes by others. SIMULATED.
 
 #include <future>
 
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t planned = 4;
 
-/// As `weft run --resume` does with the folder of a run; no campaign error check.
+/// Like `weft run --resume` in the folder of a run; without the campaign error check.
 CampaignSummary resumed_outside(const RunManagerBench& bench, const RunView& run) {
   CampaignRequest request = bench.request;
   request.out = run.stored.folder;
@@ -29,15 +29,15 @@ CampaignSummary resumed_outside(const RunManagerBench& bench, const RunView& run
   return *summary;
 }
 
-/// Until what was seen of a folder is told.
+/// Waits until the state of the folder is reported.
 bool reports(RunManagerBench& bench, const std::string& id) {
-  bench.now += std::chrono::seconds(1);  // so often it looks
+  bench.now += std::chrono::seconds(1);  // the interval of its checks
   bench.manager->tick();
   return bench.posted.run_until(
       [&] { return bench.manager->get(id)->external_resume.has_value(); });
 }
 
-/// Stopped after its first trial.
+/// A run stopped after its first trial.
 RunView stopped(RunManagerBench& bench) {
   bench.at_line = [](const TrialProgress&, RunOrders& orders) {
     orders.give({Order::stop, "test"});
@@ -61,12 +61,12 @@ TEST_CASE("a campaign that somebody completes without the daemon is told as that
   const RunView now = *bench.manager->get(id);
   CHECK(now.external_resume == ExternalResume{planned, planned, true, whole.dataset_sha256});
   CHECK(now.changed_by == "auto:folder");
-  CHECK(now.stored.outcome == "stopped");  // so its own bench ended
+  CHECK(now.stored.outcome == "stopped");  // the end of its own bench
   CHECK(now.stored.dataset_sha256 == before.stored.dataset_sha256);
   CHECK(now.trials_done == before.trials_done);
   const auto refused = bench.manager->request_to_recover(id);
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().hint.empty());  // there is nothing left to go on with
+  CHECK(refused.error().hint.empty());  // no trials remain to resume
 }
 
 TEST_CASE("what was completed while no daemon was there is seen by the next one") {
@@ -81,7 +81,7 @@ TEST_CASE("what was completed while no daemon was there is seen by the next one"
   REQUIRE(reports(bench, id));
   CHECK(bench.manager->get(id)->external_resume->complete);
   CHECK(bench.manager->get(id)->machine.state == RunState::interrupted);
-  REQUIRE(bench.recover(id, "test"));  // it is the daemon's own then
+  REQUIRE(bench.recover(id, "test"));  // then the run is the daemon's own
   CHECK_FALSE(bench.manager->get(id)->external_resume);
   const RunView own = bench.ended(id);
   CHECK(own.stored.outcome == "complete");

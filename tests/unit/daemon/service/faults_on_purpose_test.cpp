@@ -1,4 +1,4 @@
-// Faults that somebody lets befall the bench of a run under way, and emergency stops. SIMULATED.
+// Fault injection on the bench of a run in progress, and e-stops. SIMULATED.
 
 #include <catch2/catch.hpp>
 
@@ -22,7 +22,7 @@ void inject_fault(RunManagerBench& bench, const std::string& fault, bool ends, R
                               [&reported](const Status& done) { reported = done; });
 }
 
-/// A run whose thread waits at its first word, so that what is asked now is asked in time.
+/// A run with a thread that waits at its first message, so that requests come in time.
 RunView begun(RunManagerBench& bench) {
   bench.posted.hold();
   return bench.submit();

@@ -1,4 +1,4 @@
-// What the daemon does while its disk is full, and once it has room again.
+// The daemon while its disk is full, and after there is space again.
 
 #include <sys/resource.h>
 
@@ -26,7 +26,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// While it lives this process' files do not grow: what SQLite writes is refused.
+/// During its lifetime the files of this process cannot grow: SQLite's writes are refused.
 class FullDisk {
  public:
   FullDisk() : was_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -139,7 +139,7 @@ TEST_CASE("a file that is streamed to a full disk says why, and leaves the old o
       out << text;
       if (out.flush()) return {};
       return fail(
-          {.code = Errc::io, .what = "cannot write the model"});  // as the writers of models do
+          {.code = Errc::io, .what = "cannot write the model"});  // like the writers of models
     };
   };
   REQUIRE(write_streamed_file(path, writes("old\n")));

@@ -1,5 +1,5 @@
-// The hand-overs of weftd's runs over its own ends: how often one is begun, and who says so. The
-// campaigns are not there: what becomes of the work itself is handover_test's.
+// The handovers of weftd's runs across restarts of the daemon: the number of starts, and who
+// ordered them. There are no campaigns: handover_test covers the work itself.
 
 #include "daemon/service/handover/handover_service.hpp"
 
@@ -17,7 +17,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// One life of a daemon with one run that is complete.
+/// One lifetime of a daemon with one complete run.
 struct Life {
   test::Posted posted;
   RunStore store;
@@ -49,7 +49,7 @@ struct Life {
   }
 };
 
-/// The daemon dies: nothing is said any more, and what was on record while it ran stays.
+/// The daemon dies: it sends nothing any longer, and the records made while it ran stay.
 void kill(std::unique_ptr<Life>& life, const TemporaryFolder& folder) {
   const HandoverStatus then = life->on_record();
   const std::int64_t number = life->run.number;
@@ -63,7 +63,7 @@ void kill(std::unique_ptr<Life>& life, const TemporaryFolder& folder) {
 TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   const TemporaryFolder folder;
   auto life = std::make_unique<Life>(folder);
-  life->posted.hold();  // it does not come to tell its end
+  life->posted.hold();  // it does not report its end
   life->service->consider(life->run, true);
   CHECK(life->on_record().state == HandoverState::running);
   CHECK(life->on_record().attempts == 1);
@@ -85,7 +85,7 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   CHECK(life->reported == std::vector{HandoverState::failed});
   life.reset();
 
-  life = std::make_unique<Life>(folder);  // and so it stays
+  life = std::make_unique<Life>(folder);  // it stays so
   life->service->consider(life->run, {});
   CHECK(life->service->get(life->run.id())->state == HandoverState::failed);
   REQUIRE(life->service->again(life->run.id(), "ada"));

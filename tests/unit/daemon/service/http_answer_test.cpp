@@ -1,4 +1,5 @@
-// What is said over HTTP: refusals before a body is read, and where a stream of events goes on.
+// Answers over HTTP: refusals before a body is read, and the position at which an event stream
+// continues.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -91,7 +92,8 @@ TEST_CASE("The latest state is told anew: merged events have no one place to go 
   hub.publish("run:1", {{"rep", 2}}, 0);
   const json first = json::parse(opened.subscription->take({}));
   REQUIRE(first["seq"] == 2);
-  const auto replayed = hub.replay({{"*"}, Mode::every, 0}, 2);  // that run:1 runs is not in it
+  const auto replayed = hub.replay({{"*"}, Mode::every, 0}, 2);  // it does not include the running
+                                                                 // state of run:1
   REQUIRE(replayed);
   CHECK(json::parse(replayed->subscription->take({}))["delta"] == json{{"rep", 2}});
   CHECK(replayed->subscription->take({}).empty());

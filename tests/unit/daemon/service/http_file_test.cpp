@@ -1,4 +1,4 @@
-// Which bytes of a file are sent, and what is said before them.
+// The bytes of a file that are sent, and the head before them.
 
 #include "daemon/service/transport/http_answer.hpp"
 
@@ -69,7 +69,7 @@ TEST_CASE("Whole, in part, unchanged, other than asked for, behind the end") {
   CHECK(status_of(answer_to("If-None-Match: \"x\", W/\"abc\"\r\n")) == "304");
   CHECK(status_of(answer_to("If-None-Match: \"x\"\r\n")) == "200");
   CHECK(status_of(answer_to("If-Range: \"abc\"\r\nRange: bytes=1-2\r\n")) == "206");
-  // it has changed since the client had its first part: all of it
+  // it has changed since the client got its first part: all of it
   CHECK(status_of(answer_to("If-Range: \"old\"\r\nRange: bytes=1-2\r\n")) == "200");
   CHECK(status_of(answer_to("If-Match: \"old\"\r\n")) == "412");
   CHECK(status_of(answer_to("", "?sha256=abc")) == "200");

@@ -1,4 +1,4 @@
-// The page as a browser is given it.
+// The page as sent to a browser.
 
 #include <catch2/catch.hpp>
 

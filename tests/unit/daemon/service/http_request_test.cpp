@@ -1,4 +1,4 @@
-// Bytes to one HTTP request: in any pieces, within bounds, and the head before the body.
+// Parses bytes to one HTTP request: in any pieces, within limits, and the head before the body.
 
 #include <catch2/catch.hpp>
 #include <map>
@@ -18,7 +18,7 @@ const std::string post_head =
     "POST /rpc HTTP/1.1\r\nHost: 127.0.0.1:80\r\nContent-Type: application/json\r\n"
     "Authorization: Bearer wft_1\r\nContent-Length: 11\r\n\r\n";
 
-/// All that there is to take, as a server does once it has agreed to the head.
+/// Takes everything available, like a server after it has accepted the head.
 HttpStage take(HttpRequest& request, std::string_view bytes) {
   request.add(bytes);
   return request.add({});
@@ -169,7 +169,7 @@ TEST_CASE("Damaged requests are taken or refused alike in one piece and in many,
     for (std::size_t at = 0, n = 0; at < damaged.size(); at += n)
       take(pieces, std::string_view(damaged).substr(at, n = 1 + below(40)));
     INFO(damaged);
-    if (pieces.stage() == HttpStage::head) {  // no end of the head: what is wrong may be seen later
+    if (pieces.stage() == HttpStage::head) {  // the head is incomplete: the error may show later
       REQUIRE((whole.stage() == HttpStage::head || whole.stage() == HttpStage::refused));
       continue;
     }

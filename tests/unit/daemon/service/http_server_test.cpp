@@ -1,4 +1,4 @@
-// The HTTP server on a loop of the test's own, with times and seats that are short and few.
+// The HTTP server on a loop of the test, with short times and few places.
 
 #include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
@@ -22,7 +22,7 @@ using asio::ip::tcp;
 
 namespace {
 
-/// A client that reads whenever the test lets it.
+/// A client that reads only when the test lets it.
 struct WebClient {
   explicit WebClient(asio::io_context& context) : socket(context) {}
   void read() {
@@ -92,14 +92,14 @@ struct WebBench {
     return query("GET /events?mode=every&topics=*", "", reads);
   }
 
-  /// Lets both sides work; the suite's own time-out ends what never comes.
+  /// Lets both sides work; the suite's time-out ends an endless wait.
   template <class Done>
   void until(const Done& done) {
     while (!done()) {
       there.poll();
       if (server) server->pump();
       here.poll();
-      here.restart();  // it stops when nobody has anything to do
+      here.restart();  // it stops when there is no work
     }
   }
   int status_of(WebClient& client) {
@@ -190,7 +190,7 @@ TEST_CASE(
 TEST_CASE("A stream that nobody reads is closed and its seat free") {
   HttpLimits limits;
   limits.streams = 1;
-  limits.unread = 0s;  // as soon as a write has to wait
+  limits.unread = 0s;  // as soon as a write must wait
   WebBench bench(limits);
   bench.stream(false);
   const std::string filler(60000, 'x');
@@ -263,7 +263,7 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
   const std::string get = "GET /data/R-000001/f";
   WebClient& whole = bench.query(get, "");
   bench.until([&] { return requested.size() == 1; });
-  CHECK(bench.status_of(bench.call("now.say")) == 200);  // nobody waits for it
+  CHECK(bench.status_of(bench.call("now.say")) == 200);  // no client waits for it
   requested[0](served());
   CHECK(bench.status_of(whole) == 200);
   CHECK(whole.got.size() > text.size());
@@ -271,7 +271,7 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
   WebClient& cut = bench.query(get, "", false);  // reads nothing yet
   bench.until([&] { return requested.size() == 2; });
   requested[1](served());
-  for (int i = 0; i < 100; ++i) bench.there.poll();  // what the socket takes
+  for (int i = 0; i < 100; ++i) bench.there.poll();  // fills the socket's buffer
   test::write_file(folder / "f", std::string(text.size(), 'y'));
   cut.read();
   CHECK(bench.status_of(cut) == 200);
@@ -291,7 +291,7 @@ TEST_CASE("A file is looked at before it is sent; one that is written to meanwhi
     bench.until([&] { return requested.size() == 5; });
     gone.socket.close();
   }
-  requested[4](served());  // nobody is there
+  requested[4](served());  // the client has gone
 }
 
 TEST_CASE("The page needs no token, what it shows does") {

@@ -1,4 +1,4 @@
-// The daemon's journal, asked by run, kind and time, page by page.
+// Queries of the daemon's journal by run, kind and time, page by page.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -17,7 +17,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// Lines 1 to `lines`, a second apart; the runs take turns, every tenth is a halt.
+/// Lines 1 to `lines`, a second apart; the runs alternate, every tenth line is a halt.
 RunStore journal_of(const TemporaryFolder& folder, int lines) {
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
   RunChange change;

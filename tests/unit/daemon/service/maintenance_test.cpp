@@ -1,5 +1,4 @@
-// Retract, park and jog on a run manager: when they are refused, what is written, what stops them.
-// SIMULATED.
+// Retract, park and jog on a run manager: refusals, records, and interruptions. SIMULATED.
 
 #include <nlohmann/json.hpp>
 
@@ -39,7 +38,7 @@ Errc refused(RunManagerBench& bench, const MaintenanceOrder& order = retract) {
   return *code;
 }
 
-/// A run that was halted with the probe on the cloth, and the rig reset.
+/// A run halted with the probe on the fabric, followed by a reset of the rig.
 void halt_on_the_cloth(RunManagerBench& bench) {
   const std::string id = bench.submit().stored.id();
   REQUIRE(bench.posted.run_until([&] {
@@ -109,7 +108,7 @@ TEST_CASE("after a halt on the cloth and a reset, retract lifts the probe to the
 TEST_CASE("park goes to the home position; a jog moves one axis; without homing both are refused") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
-  const auto unhomed = moved(bench, park);  // nothing has homed this bench
+  const auto unhomed = moved(bench, park);  // this bench is not homed
   REQUIRE_FALSE(unhomed);
   CHECK(unhomed.error().code == Errc::wrong_state);
   CHECK(bench.manager->rig_state().facts().fact == RigFact::safe);

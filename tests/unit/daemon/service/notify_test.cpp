@@ -1,5 +1,5 @@
-// Which state changes are events, what is read of the settings, what becomes of a template, and
-// what an outbox does without a receiver.
+// State changes that are events, the settings that are read, the expansion of a template, and an
+// outbox without a receiver.
 
 #include <sys/stat.h>
 
@@ -49,7 +49,7 @@ TEST_CASE("ends, prompts and the empty queue are events, once each", "[notify]")
     Names expected;
   };
   const std::vector<std::vector<Row>> tables{
-      // A run that was over when the daemon started.
+      // A run that had ended when the daemon started.
       {{view(1, RunState::ended, "complete"), {}}, {view(2, RunState::interrupted), {}}},
       {{view(1, RunState::queued), {}},
        {view(1, RunState::arming), {}},
@@ -63,9 +63,9 @@ TEST_CASE("ends, prompts and the empty queue are events, once each", "[notify]")
        {view(2, RunState::ended, "aborted"), {"run.ended", "queue.empty"}}},
       {{view(1, RunState::running), {}},
        {view(1, RunState::interrupted), {"run.ended", "queue.empty"}}},
-      // Taken out of the queue: nothing has ended.
+      // Removed from the queue: no run has ended.
       {{view(1, RunState::queued), {}}, {view(1, RunState::ended), {}}},
-      {{prompted(1, ""), {}},  // not asked yet
+      {{prompted(1, ""), {}},  // not pending yet
        {prompted(1, "Q-1"), {"operator.needed"}},
        {prompted(1, "Q-1"), {}},
        {view(1, RunState::running), {}},
@@ -251,7 +251,7 @@ TEST_CASE("an outbox keeps the newest events and waits longer after each failure
   CHECK(outbox.on_failed("HTTP 500", second).count() == 500);
   const Clock late = second * 3602;
   outbox.on_failed("HTTP 500", late);
-  CHECK(outbox.counts().waiting == 0);  // an hour is enough
+  CHECK(outbox.counts().waiting == 0);  // it gives up after an hour
   CHECK(outbox.counts().lost == Outbox::most_waiting + 1);
 }
 
@@ -260,7 +260,7 @@ TEST_CASE("failures are reported once per window", "[notify]") {
   outbox.put(Event{}, second);
   outbox.on_failed("no route", second);
   outbox.on_failed("no route", second);
-  CHECK_FALSE(outbox.take_report(second));  // it may be passing
+  CHECK_FALSE(outbox.take_report(second));  // the failure may be temporary
   outbox.on_failed("no route", second);
   const auto first = outbox.take_report(second);
   REQUIRE(first);

@@ -1,4 +1,4 @@
-// Which operator prompt is open, and which confirmation it takes, with the time as an argument.
+// The open operator prompt, and the confirmation that it accepts, with the time as an argument.
 
 #include "daemon/service/run_model/operator_prompts.hpp"
 

@@ -1,4 +1,4 @@
-// People's steps between trials, asked and confirmed through the run manager. SIMULATED.
+// Operator steps between trials, prompted and confirmed through the run manager. SIMULATED.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -23,8 +23,8 @@ std::string asking_recipe() {
   return recipe.dump();
 }
 
-/// A folder in which a daemon was killed while its only run waited for satin to be mounted; what
-/// the ask was called.
+/// A folder in which a daemon was killed while its only run waited for satin to be mounted. Returns
+/// the name of the prompt.
 std::string leave_waiting(const TemporaryFolder& folder) {
   CampaignRequest request = test::request_in(folder, asking_recipe());
   request.error_check = false;
@@ -49,7 +49,7 @@ std::string leave_waiting(const TemporaryFolder& folder) {
   return "Q-3";
 }
 
-/// Until something is asked; its name.
+/// Waits until a prompt is pending; returns it.
 OperatorPrompt requested(RunManagerBench& bench, const std::string& id) {
   REQUIRE(bench.posted.run_until(
       [&] { return bench.manager->get(id)->machine.state == RunState::awaiting_operator; }));

@@ -1,5 +1,4 @@
-// The line of runs that wait for the rig: its order, its revision, and that both outlive the
-// daemon. SIMULATED.
+// The queue of runs: its order and its revision, which both outlive the daemon. SIMULATED.
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -19,7 +18,7 @@ namespace {
 
 using Numbers = std::vector<std::int64_t>;
 
-/// Three runs in a line that is held.
+/// Three runs in a paused queue.
 void fill(RunManagerBench& bench) {
   REQUIRE(bench.manager->pause_queue("ada"));
   for (int i = 0; i < 3; ++i) bench.submit();
@@ -109,7 +108,7 @@ TEST_CASE("the line outlives the daemon, which begins nothing of it before someb
     REQUIRE(bench.manager->resume_queue("ada"));
     bench.ended("R-000003");
     bench.manager->halt(RigState::Stop::halt, "ada");
-    bench.submit();  // R-000004 waits on a latched rig
+    bench.submit();  // R-000004 waits for a latched rig
   }
   RunManagerBench bench(folder);
   CHECK(bench.manager->queue().paused_by() == "auto:restart");
@@ -166,7 +165,7 @@ TEST_CASE("the next run waits for a person after every end but complete") {
   const std::string second = bench.submit().stored.id();
   CHECK(bench.ended(first).stored.outcome == row.paused_by.substr(5));
   bench.at_line = {};
-  const bool continues = keep_going && row.order;  // the rig is unknown where the bench broke
+  const bool continues = keep_going && row.order;  // the rig is unknown if the bench failed
   CHECK(bench.manager->queue().paused_by() == (keep_going ? "" : row.paused_by));
   CHECK(bench.manager->active().has_value() == continues);
   if (keep_going) return;
@@ -204,7 +203,7 @@ TEST_CASE("a reset pauses a queue in which runs wait") {
   CHECK(bench.manager->queue().paused_by() == "auto:reset");
   CHECK_FALSE(bench.manager->active());
   REQUIRE(bench.manager->remove(id, "ada"));
-  CHECK_FALSE(bench.manager->queue().is_paused());  // nobody waits
+  CHECK_FALSE(bench.manager->queue().is_paused());  // no run waits
 }
 
 TEST_CASE("a pause that no repetition is left to take pauses the queue") {
@@ -319,7 +318,7 @@ TEST_CASE("a run begins once the one that it follows has ended complete, and oth
 TEST_CASE("any sequence of changes leaves a line of exactly the runs that wait, kept as it is") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
-  bench.manager->halt(RigState::Stop::halt, "test");  // nothing begins
+  bench.manager->halt(RigState::Stop::halt, "test");  // no run starts
   std::mt19937 random(22);
   std::int64_t revision = bench.manager->queue().revision();
   for (int i = 0; i < 300; ++i) {

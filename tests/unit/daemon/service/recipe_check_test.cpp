@@ -1,5 +1,4 @@
-// recipe.check, recipe.plan and recipe.diff: what takes long of them is not done on the server's
-// thread.
+// recipe.check, recipe.plan and recipe.diff: their slow parts do not run on the server's thread.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -17,7 +16,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// The methods alone, with errands that the test does when it likes.
+/// Only the methods, with background tasks that the test runs when it needs them.
 struct CheckBench {
   using Report = api::Services::Report;
   explicit CheckBench(const TemporaryFolder& folder) : bench(folder, test::tiny_recipe(1)) {
@@ -43,13 +42,13 @@ struct CheckBench {
   }
   json answer() const { return json::parse(reply->value()); }
 
-  /// Asks, and does the errand that it takes.
+  /// Sends a request and runs its background task.
   rpc::Outcome answered(const char* method, const json& params) {
     query(params, method);
     REQUIRE_FALSE(reply);
     REQUIRE(workers.size() == 1);
     const Report report = workers.front()();
-    CHECK_FALSE(reply);  // that is for the server's thread
+    CHECK_FALSE(reply);  // the reply belongs on the server's thread
     report();
     workers.clear();
     REQUIRE(reply);
@@ -125,7 +124,7 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
   const auto checked = bench.answered("recipe.check", {{"recipe", "recipe"}});
   const auto started = bench.bench.submit({bench.bench.request.recipe, {}, {}, "test"});
   REQUIRE_FALSE(started);
-  if (!reply) {  // the file as such
+  if (!reply) {  // the file itself
     CHECK(checked.error().error.what == reply.error().what);
     return;
   }
@@ -141,7 +140,7 @@ TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and 
 TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about it") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
-  constexpr std::size_t depth = 200'000;  // a call for each would be more than a stack holds
+  constexpr std::size_t depth = 200'000;  // a recursive call for each would exceed the stack
   for (const char* leaf : {"1", "2"})
     test::write_file(folder / (std::string("deep") + leaf + ".json"),
                      std::string(depth, '[') + leaf + std::string(depth, ']'));

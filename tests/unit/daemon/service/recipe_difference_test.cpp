@@ -1,4 +1,4 @@
-// What differs between two recipes, by JSON pointer.
+// Differences between two recipes, by JSON pointer.
 
 #include "daemon/service/methods/helpers.hpp"
 

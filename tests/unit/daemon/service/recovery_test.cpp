@@ -1,4 +1,4 @@
-// What becomes of an interrupted run: it is discarded, or kept as far as it came. SIMULATED.
+// Recovery of an interrupted run: it is discarded, or kept with its complete trials. SIMULATED.
 
 #include "daemon/campaign/resume.hpp"
 

@@ -1,4 +1,4 @@
-// The state of the rig as a value: what each event makes of it, and which run may move it.
+// The state of the rig as a value: the effect of each event, and the run that may move it.
 
 #include "daemon/service/run_model/rig_state.hpp"
 
@@ -99,7 +99,7 @@ TEST_CASE("which run may move the rig") {
   CHECK(RigState().can_move(1));
   RigState left(RigFact::unknown, "R-000001");
   CHECK_FALSE(left.can_move(1));
-  left.allow_resumed(2);  // which did not leave it so
+  left.allow_resumed(2);  // run 2 did not leave it so
   CHECK_FALSE(left.can_move(2));
   left.allow_resumed(1);
   CHECK(left.can_move(1));

@@ -1,4 +1,4 @@
-// Lines to requests and back, and what the table of methods refuses.
+// Lines to requests and back, and refusals by the table of methods.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -147,7 +147,7 @@ TEST_CASE("The OpenRPC document has every method with its parameters, role and e
   CHECK(document["openrpc"] == "1.2.6");
   const json& method = document["methods"].at(0);
   CHECK(method["name"] == "stage.move");
-  CHECK(method["params"].size() == 4);  // and the key
+  CHECK(method["params"].size() == 4);  // including the key
   CHECK(method["params"].at(1)["schema"]["type"] == "number");
   CHECK(method["x-role"] == "operator");
   CHECK(method["x-changes"] == true);

@@ -1,5 +1,5 @@
-// The time left of a run: before its first trial, as trials end, held, with people, at another
-// pace.
+// The time left of a run: before its first trial, as trials end, held, with operator steps, at
+// another simulation speed.
 
 #include "daemon/campaign/orders/run_forecast.hpp"
 
@@ -17,7 +17,7 @@ using recipes::Step;
 
 namespace {
 
-// 10 trials of 60 s, 30 s afterwards, people for 100 s in all.
+// 10 trials of 60 s, 30 s afterwards, operator steps of 100 s in all.
 constexpr PlannedTime plan{
     .trials = 10, .trial_s = 60, .finally_s = 30, .people_s = 100, .is_real_time = false};
 constexpr PlannedTime real{
@@ -36,13 +36,13 @@ TEST_CASE("the plan gives the time left before the first trial, at any pace that
   const RunForecast waits(plan);
   CHECK(waits.left_s(1, 0s) == Approx(730));
   CHECK(waits.left_s(10, 5s) == Approx(163));
-  CHECK_FALSE(waits.left_s(0, 0s));  // as fast as it can: nothing is measured
+  CHECK_FALSE(waits.left_s(0, 0s));  // as fast as possible: nothing is measured
   CHECK_FALSE(waits.left_until_s(3, 1, 0s));
   CHECK_FALSE(RunForecast().left_s(1, 0s));
   RunForecast run(plan);
   run.on_step(Step::clearing, 20, 1, 100s);
   CHECK(run.left_s(1, 130s) == Approx(700));
-  CHECK(run.left_s(1, 1000s) == Approx(670));  // no more than a trial passes unseen
+  CHECK(run.left_s(1, 1000s) == Approx(670));  // at most one unobserved trial counts
   CHECK(run.trial_left_s(1, 130s) == Approx(30));
   CHECK(run.left_until_s(2, 1, 130s) == Approx(90));
 }
@@ -68,7 +68,7 @@ TEST_CASE("another pace counts at once") {
   CHECK(run.left_s(1, 1s) == Approx(540 + 30 + 100));
   CHECK_FALSE(run.left_s(0, 1s));
   run.on_trial(2, 140, 0, 2s);
-  CHECK_FALSE(run.left_s(0, 2s));  // the pace changed within that trial
+  CHECK_FALSE(run.left_s(0, 2s));  // the simulation speed changed within that trial
   run.on_trial(3, 200, 0, 3s);
   CHECK(run.left_s(0, 3s) == Approx(7 + 0.5 + 100));
 }
@@ -77,7 +77,7 @@ TEST_CASE("a bench that does not keep its pace is forecast by what it does") {
   RunForecast run = begun(plan, 60);
   run.on_trial(1, 80, 60, 4s);  // 15 times, not 60
   CHECK(run.left_s(60, 4s) == Approx(540 / 15.0 + 2 + 100));
-  RunForecast other = begun(real, 60);  // a pace is that of simulated benches
+  RunForecast other = begun(real, 60);  // only simulated benches have a simulation speed
   other.on_trial(1, 80, 60, 60s);
   CHECK(other.left_s(60, 60s) == Approx(540 + 30 + 100));
 }
@@ -103,7 +103,7 @@ TEST_CASE("people take as much longer as they have so far, and count for what is
   run.on_step(Step::awaiting_operator, 20, 1, 0s);
   CHECK_FALSE(run.left_until_s(2, 1, 10s));
   run.on_confirmed(mount);
-  run.on_step(Step::clearing, 20, 1, 40s);  // twice as long as the recipe says
+  run.on_step(Step::clearing, 20, 1, 40s);  // twice as long as the recipe states
   CHECK(run.left_s(1, 40s) == Approx(630 + 2 * 80));
   run.skip_prompt(mount);
   CHECK(run.left_s(1, 40s) == Approx(630 + 2 * 60));

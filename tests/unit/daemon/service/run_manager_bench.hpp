@@ -1,5 +1,5 @@
 #pragma once
-// A run manager of weftd whose thread is the test's.
+// A run manager of weftd on the test's thread.
 
 #include <catch2/catch.hpp>
 #include <condition_variable>
@@ -12,7 +12,7 @@
 
 namespace weft::daemon::test {
 
-/// Work for the manager's thread, which is the test's.
+/// Work for the manager's thread, which is the test's thread.
 class Posted {
  public:
   void post(std::function<void()> work) {
@@ -23,15 +23,15 @@ class Posted {
     arrived_.notify_all();
   }
   void throw_once() { throws_ = true; }
-  /// Whoever posts waits until `let_go`.
+  /// Threads that post wait until `let_go`.
   void hold() { held_.lock(); }
   void let_go() { held_.unlock(); }
-  /// Something is posted, which stays there.
+  /// Waits until something is posted, and leaves it there.
   bool arrives() {
     std::unique_lock lock(mutex_);
     return comes(lock);
   }
-  /// Does what is posted until `enough`; false when nothing comes any more.
+  /// Does the posted work until `enough`; false when nothing comes any longer.
   bool run_until(const std::function<bool()>& enough) {
     while (!enough()) {
       std::unique_lock lock(mutex_);
@@ -47,8 +47,9 @@ class Posted {
     }
     return true;
   }
-  /// A run's thread waits here until the test has done what was posted: else a simulated run may be
-  /// over before a busy machine lets the test give an order. Not for ever, as some tests never do.
+  /// A run's thread waits here until the test has done the posted work. Otherwise a simulated run
+  /// may end before a busy machine lets the test give an order. The wait is limited, as some tests
+  /// never do the work.
   void keep_step() {
     std::unique_lock lock(mutex_);
     drained_.wait_for(lock, std::chrono::seconds(2),
@@ -73,7 +74,7 @@ class Posted {
   bool throws_ = false;
 };
 
-/// With the check of its recipe, on this thread.
+/// Checks the recipe and submits it, on this thread.
 inline Result<runs::RunView> submit(runs::RunManager& manager, const runs::RunRequest& wanted,
                                     const std::filesystem::path& rig) {
   return manager.submit(wanted, check_quickly(runs::request_for(wanted, rig)));
@@ -100,19 +101,19 @@ struct RunManagerBench {
   CampaignRequest request;
   Posted posted;
   runs::RunStore store;
-  /// What every run's thread does at each line of its progress.
+  /// Called by every run's thread at each line of its progress.
   std::function<void(const TrialProgress&, RunOrders&)> at_line = {};
-  /// Likewise, at each change of its engine's step.
+  /// Called at each change of its engine's step.
   std::function<void(const RunStatusUpdate&)> at_moment = {};
-  /// Likewise, before it looks at anything.
+  /// Called before the run's thread does anything.
   std::function<void()> at_start = {};
-  /// Likewise, when it asks for the rig.
+  /// Called when the run's thread requests the rig.
   std::function<void()> at_asking = {};
-  /// Likewise, once it has the rig and before anything moves.
+  /// Called when the run has the rig, before any motion.
   std::function<void()> at_rig = {};
-  /// What the thread of a motion outside a run does before anything moves.
+  /// Called by the thread of a motion outside a run, before any motion.
   std::function<void()> at_motion = {};
-  /// What its bench tells at the end may be changed.
+  /// May change the final summary of the bench.
   std::function<void(CampaignSummary&)> bench_ends = {};
   bool no_bench_comes_up = false;
   std::atomic<bool> disk_is_full = false;
@@ -128,7 +129,7 @@ struct RunManagerBench {
     manager = std::make_unique<runs::RunManager>(
         runs::RunContext{
             .rig = request.rig,
-            .data = where.path() / "",  // as a person types it, with a slash
+            .data = where.path() / "",  // with a slash, as a user may type it
             .post = [this](std::function<void()> work) { posted.post(std::move(work)); },
             .now = [this] { return now; },
             .utc_us = [] { return std::int64_t{0}; },
@@ -183,7 +184,7 @@ struct RunManagerBench {
     if (summary && bench_ends) bench_ends(*summary);
     return summary;
   }
-  /// With its check, on this thread.
+  /// Checks the recipe and submits it, on this thread.
   Result<runs::RunView> submit(const runs::RunRequest& wanted) const {
     return test::submit(*manager, wanted, request.rig);
   }
@@ -205,8 +206,7 @@ struct RunManagerBench {
   }
 };
 
-/// A folder in which a daemon died under its only run, at least so many trials of which are on
-/// record.
+/// A folder in which a daemon died during its only run, with at least `trials` trials recorded.
 inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2,
                               std::size_t trials = 2) {
   CampaignRequest request = request_in(folder, tiny_recipe(repetitions));
@@ -216,7 +216,7 @@ inline void leave_interrupted(const TemporaryFolder& folder, int repetitions = 2
   run.rig = request.rig;
   run.folder = request.out = folder / "R-000001";
   run.state = runs::RunState::running;
-  // A daemon was there before its run.
+  // A daemon was started before its run.
   REQUIRE(runs::RunStore::open(folder / "weftd.sqlite")
               ->append_journal(0, "", "daemon.started", "test"));
   REQUIRE(killed_at(request, {.write = 10, .after_trials = trials}) == true);

@@ -1,5 +1,5 @@
-// A run whose trials are all on record and whose data set could not be written: what is known of
-// its bench stays known while it is only concluded. SIMULATED.
+// A run with all trials recorded and without data set, because it could not be written: the facts
+// about its bench stay known while the run is only concluded. SIMULATED.
 
 #include <atomic>
 #include <filesystem>
@@ -28,7 +28,7 @@ fs::path in_the_way(const RunManagerBench& bench) {
   return bench.folder / "R-000001" / "dataset.h5";
 }
 
-/// The only run, to whose end something lay where its data set belongs.
+/// The only run; until its end a file was in the place of its data set.
 std::string run_without_dataset(RunManagerBench& bench) {
   bench.at_line = [&](const TrialProgress& line, RunOrders&) {
     if (line.done == line.planned) fs::create_directories(in_the_way(bench) / "a folder");
@@ -112,7 +112,7 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
   bench.at_start = [&] { answers.get_future().wait(); };
   REQUIRE(bench.recover(id, "test"));
   REQUIRE(bench.manager->order(id, Order::abort, "test"));
-  for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+  for (int i = 0; i < 2; ++i) {  // up the deadlines: halting, lost
     CHECK_FALSE(bench.manager->status().unresponsive);
     bench.now += std::chrono::hours(1);
     bench.manager->tick();
@@ -150,7 +150,7 @@ TEST_CASE("where a run that does not answer any more has left the rig nobody kno
   REQUIRE(bench.posted.run_until([&] { return !bench.store.runs()->front().rig_untaken; }));
   has_rig.wait(false);
   REQUIRE(bench.manager->order(id, Order::abort, "test"));
-  for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+  for (int i = 0; i < 2; ++i) {  // up the deadlines: halting, lost
     bench.now += std::chrono::hours(1);
     bench.manager->tick();
   }
@@ -170,9 +170,9 @@ TEST_CASE("a run that is lost while it asks for the rig ends as it did before, w
   bench.at_asking = [&] { bench.posted.post([&] { asks_next = true; }); };
   REQUIRE(bench.recover(id, "test"));
   REQUIRE(bench.posted.run_until([&] { return asks_next; }));
-  REQUIRE(bench.posted.arrives());  // it has asked, and is not answered
+  REQUIRE(bench.posted.arrives());  // it has sent the request, which is not answered
   REQUIRE(bench.manager->order(id, Order::abort, "test"));
-  for (int i = 0; i < 2; ++i) {  // up the ladder: halting, lost
+  for (int i = 0; i < 2; ++i) {  // up the deadlines: halting, lost
     bench.now += std::chrono::hours(1);
     bench.manager->tick();
   }

@@ -1,4 +1,4 @@
-// What is known of a run's end, of where its campaign lies and of its thread. SIMULATED.
+// The facts about a run's end, its campaign's place and its thread. SIMULATED.
 
 #include <filesystem>
 #include <fstream>
@@ -21,7 +21,7 @@ std::string only_run(const RunManagerBench& bench) {
   return bench.manager->loaded().front().stored.id();
 }
 
-/// Goes on with the only run until so many trials are done, and stops it there.
+/// Resumes the only run until `trials` trials are complete, and stops it there.
 RunView stopped_at(RunManagerBench& bench, std::size_t trials) {
   bench.at_line = [trials](const TrialProgress& line, RunOrders& orders) {
     if (line.done == trials) orders.give({Order::stop, "test"});
@@ -114,7 +114,7 @@ TEST_CASE("a data set that cannot be written changes nothing of how the bench en
     const RunView run = bench.ended(id);
     CHECK(facts_of(run) == Facts{"complete", "done", "safe", "", ""});
     CHECK(run.stored.dataset_error.find(in_the_way.string()) != std::string::npos);
-    CHECK(run.machine.state == RunState::interrupted);  // its data set can be made yet
+    CHECK(run.machine.state == RunState::interrupted);  // its data set can still be made
     CHECK(bench.manager->rig_state() == RigState{});
   }
   RunManagerBench bench(folder, test::tiny_recipe(1));
@@ -153,7 +153,7 @@ TEST_CASE("while the daemon's folder is away nothing of the line begins, and not
   const RunView cut = bench.ended(first);
   CHECK(facts_of(cut) == Facts{"complete", "done", "safe", "", ""});
   CHECK_FALSE(cut.stored.dataset_error.empty());
-  CHECK(cut.machine.state == RunState::interrupted);  // its data set can be made yet
+  CHECK(cut.machine.state == RunState::interrupted);  // its data set can still be made
   bench.manager->tick();
   CHECK(bench.manager->get(second)->machine.state == RunState::queued);
   CHECK(bench.manager->queue().is_paused());
@@ -197,7 +197,8 @@ TEST_CASE("a run of which it cannot be kept that it has the rig does not take it
   RunManagerBench bench(folder, test::tiny_recipe(1));
   bool has_rig = false;
   bench.at_rig = [&] { has_rig = true; };
-  const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
+  const std::string id = bench.submit().stored.id();  // its thread sends a request, which is
+                                                      // answered below
   const fs::path file = folder / "weftd.sqlite", away = folder / "away.sqlite";
   fs::rename(file, away);
   const RunView run = bench.ended(id);
@@ -275,7 +276,7 @@ TEST_CASE(
   REQUIRE(bench.manager->pause_queue("test"));
   REQUIRE(bench.recover(only_run(bench), "test"));
   CHECK(bench.manager->get(only_run(bench))->trials_done >= 2);
-  fs::rename(campaign, elsewhere);  // it waits in line
+  fs::rename(campaign, elsewhere);  // the run is queued
   REQUIRE(bench.manager->resume_queue("test"));
   const RunView refused = bench.ended(only_run(bench));
   CHECK(refused.machine.state == RunState::interrupted);
@@ -314,7 +315,7 @@ TEST_CASE("a bench that does not come up costs one run; the others wait for a wo
   CHECK(bench.ended(second).stored.outcome == "complete");
   bench.no_bench_comes_up = true;
   CHECK(bench.ended(bench.submit().stored.id()).stored.outcome == "failed");
-  CHECK_FALSE(bench.manager->queue().is_paused());  // nobody waits
+  CHECK_FALSE(bench.manager->queue().is_paused());  // no run waits
 }
 
 TEST_CASE("a rig file that is damaged while runs wait costs none of them") {
@@ -383,7 +384,7 @@ TEST_CASE("a run that was stopped, aborted or failed is recovered as an interrup
   if (!order) REQUIRE(bench.manager->reset("looked at it", "test"));
   REQUIRE(bench.manager->pause_queue("test"));
   REQUIRE(bench.recover(id, "test"));
-  REQUIRE(bench.manager->remove(id, "test"));  // it is as it was before
+  REQUIRE(bench.manager->remove(id, "test"));  // back to its earlier state
   const RunView removed = bench.manager->get(id).value();
   CHECK(removed.machine.state == RunState::ended);
   CHECK(facts_of(removed) == facts_of(cut));
@@ -416,7 +417,7 @@ TEST_CASE("a run that was aborted is discarded, and never recovered after that")
   REQUIRE(discarded);
   CHECK(discarded->stored.recovered == "discard");
   CHECK(bench.recover(id, "test").error().code == Errc::wrong_state);
-  CHECK(bench.store.run(discarded->stored.number).value()->recovered == "discard");  // written
+  CHECK(bench.store.run(discarded->stored.number).value()->recovered == "discard");  // stored
 }
 
 TEST_CASE("a run that is over leaves no thread behind") {
@@ -427,7 +428,7 @@ TEST_CASE("a run that is over leaves no thread behind") {
     return address_space_mb();
   };
   const std::size_t before = run_some(3);
-  CHECK(run_some(10) < before + 40);  // a thread's stack is 8 MB
+  CHECK(run_some(10) < before + 40);  // the stack of a thread is 8 MB
 }
 
 }  // namespace run_manager_facts_test

@@ -1,5 +1,5 @@
-// A daemon's run manager killed at every write to its own memory and to the campaign's file: the
-// run that was told of is there again, and comes to the data of one that nobody touched. SIMULATED.
+// A daemon's run manager killed at every write to its own database and to the campaign file: a
+// reported run exists again, and its data equal those of an undisturbed one. SIMULATED.
 
 #include "daemon/storage/certificate/verify.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
@@ -16,7 +16,7 @@ using test::tiny_recipe;
 
 namespace {
 
-/// What a child said before it died, in memory that outlives it.
+/// The last messages of a child, in memory that outlives it.
 class LastWords {
  public:
   LastWords() = default;
@@ -33,8 +33,8 @@ class LastWords {
       mmap(nullptr, sizeof(Facts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
 };
 
-/// Work done in a child that dies at the point. True when it died; false when it came to the end of
-/// all that, with the status 0.
+/// Runs the work in a child that dies at the point. True if it died; false if it finished the work
+/// with status 0.
 bool killed_in(test::KillPoint point, const std::function<int()>& work) {
   const pid_t child = fork();
   if (child == 0) {
@@ -50,7 +50,7 @@ bool killed_in(test::KillPoint point, const std::function<int()>& work) {
   return killed;
 }
 
-/// A run manager opened, a run submitted and waited for.
+/// Opens a run manager, submits a run and waits for it.
 bool killed_at_manager(const TemporaryFolder& folder, test::KillPoint point,
                        const LastWords& reported) {
   return killed_in(point, [&] {
@@ -78,14 +78,15 @@ const Dataset& untouched_run() {
   return known;
 }
 
-/// The next daemon in that folder: each run ended complete, or is interrupted and goes on.
+/// The next daemon in that folder: each run has ended complete, or is interrupted and can be
+/// resumed.
 void inspect_again(const TemporaryFolder& folder, const LastWords& reported) {
   RunManagerBench bench(folder, tiny_recipe(1));
   const auto found = bench.manager->loaded();
   REQUIRE(found.size() <= 1);
   if (reported.facts().submitted) REQUIRE(found.size() == 1);
   const std::string id = found.empty() ? bench.submit().stored.id() : found.front().stored.id();
-  // A run that waited when the daemon died goes on waiting for somebody's word.
+  // A run that waited when the daemon died still waits for a user's order.
   if (bench.manager->queue().is_paused()) REQUIRE(bench.manager->resume_queue("test"));
   RunView run = bench.ended(id);
   if (reported.facts().complete) REQUIRE(run.machine.state == RunState::ended);
@@ -153,7 +154,7 @@ TEST_CASE("a daemon killed while a run only concludes leaves rig and run as they
     });
     RunManagerBench bench(folder, tiny_recipe(1));
     if (bench.manager->queue().is_paused())
-      REQUIRE(bench.manager->remove(id, "test"));  // it waited
+      REQUIRE(bench.manager->remove(id, "test"));  // it was queued
     const RunView run = *bench.manager->get(id);
     CHECK(bench.manager->rig_state() == RigState{});
     CHECK(run.machine.state == RunState::interrupted);

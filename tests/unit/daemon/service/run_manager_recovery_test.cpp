@@ -90,7 +90,7 @@ TEST_CASE("a run that is withdrawn before it goes on is as interrupted as it was
   leave_interrupted(folder);
   RunManagerBench bench(folder);
   const std::string id = bench.manager->loaded().front().stored.id();
-  bench.manager->halt(RigState::Stop::halt, "test");  // nothing begins on a latched rig
+  bench.manager->halt(RigState::Stop::halt, "test");  // no run starts on a latched rig
   REQUIRE(bench.recover(id, "test"));
   REQUIRE(bench.manager->remove(id, "test"));
   CHECK(bench.manager->get(id).value().stored.outcome == "interrupted");
@@ -115,7 +115,7 @@ TEST_CASE(
   bench.posted.hold();
   query();
   query();
-  CHECK(reported.empty());  // the look takes as long as the test holds it
+  CHECK(reported.empty());  // the check takes as long as the test holds it
   bench.manager->halt(RigState::Stop::halt, "test");
   bench.manager->tick();
   CHECK(bench.manager->rig_state().is_latched());
@@ -140,7 +140,7 @@ TEST_CASE("who goes on with a run of a safe rig has said nothing of one that is 
   RunManagerBench bench(folder);
   const std::string first = bench.manager->loaded().front().stored.id();
   REQUIRE(bench.manager->reset("looked at it", "test"));
-  bench.posted.throw_once();  // the second run ends without knowing where it left the rig
+  bench.posted.throw_once();  // the second run ends with an unknown state of the rig
   const std::string second = bench.submit().stored.id();
   REQUIRE(bench.recover(first, "test"));
   CHECK(bench.ended(second).stored.rig_fact == "unknown");
@@ -157,7 +157,7 @@ TEST_CASE("the wish to go on with a run does not outlive the daemon where the ri
   {
     RunManagerBench bench(folder);
     id = bench.manager->loaded().front().stored.id();
-    bench.manager->halt(RigState::Stop::halt, "test");  // keeps it in line
+    bench.manager->halt(RigState::Stop::halt, "test");  // keeps it in the queue
     REQUIRE(bench.recover(id, "test"));
     REQUIRE(bench.store.commit({.rig = RigState{RigFact::unknown, id}}));
   }

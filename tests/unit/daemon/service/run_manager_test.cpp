@@ -1,4 +1,4 @@
-// The run manager of weftd: runs on threads of their own, told on the manager's. SIMULATED.
+// The run manager of weftd: runs on their own threads, reports on the manager's. SIMULATED.
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -75,10 +75,10 @@ TEST_CASE(
   for (const char* part : {"", "-wal", "-shm"})
     std::filesystem::remove(folder / ("weftd.sqlite" + std::string(part)));
   RunManagerBench bench(folder);
-  CHECK(bench.manager->rig_state().facts().fact == RigFact::unknown);  // what ran is not known
+  CHECK(bench.manager->rig_state().facts().fact == RigFact::unknown);  // the earlier run is unknown
   REQUIRE(bench.manager->reset("looked at it", "test"));
   const RunView run = bench.ended(bench.submit().stored.id());
-  CHECK(run.stored.id() == "R-000002");  // a folder's number is never given again
+  CHECK(run.stored.id() == "R-000002");  // the number of a folder is never used again
   CHECK(run.stored.outcome == "complete");
   CHECK(run.stored.folder != old);
   CHECK(test::read_file(old / "campaign.sqlite") == before);
@@ -92,7 +92,7 @@ TEST_CASE("a run that is refused before it has touched the rig leaves it as it w
   REQUIRE(bench.manager->reset("looked at it", "test"));
   test::write_file(bench.request.recipe, test::tiny_recipe(3));
   REQUIRE(bench.recover(id, "test"));
-  CHECK(bench.ended(id).stored.rig_fact == "unknown");  // as it was: only a motion changes it
+  CHECK(bench.ended(id).stored.rig_fact == "unknown");  // as before: only a motion changes it
   CHECK(bench.manager->rig_state() == RigState{RigFacts{RigFact::unknown, id, true}});
 }
 
@@ -102,7 +102,8 @@ TEST_CASE("a run that is told to end before it has the rig does not take it") {
   bool has_rig = false;
   bench.at_rig = [&] { has_rig = true; };
   const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
-  const std::string id = bench.submit().stored.id();  // its thread asks, and is answered below
+  const std::string id = bench.submit().stored.id();  // its thread sends a request, which is
+                                                      // answered below
   if (order == Order::halt)
     bench.manager->halt(RigState::Stop::halt, "test");
   else
@@ -193,7 +194,7 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
   const RunView failed = bench.ended(bench.submit().stored.id());
   CHECK(failed.stored.outcome == "failed");
   CHECK(failed.stored.error.find("cut short") != std::string::npos);
-  CHECK(failed.stored.rig_fact == "safe");  // nothing was said to a device
+  CHECK(failed.stored.rig_fact == "safe");  // no device got a command
 }
 
 TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file says by then") {

@@ -1,4 +1,4 @@
-// Which runs are in memory; the others are read from the store, page by page. SIMULATED.
+// Runs in memory; the others are read from the store, page by page. SIMULATED.
 
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t run_count = 200, interrupted = 3, unfinished = 4;
 
-/// Runs that are over; all complete but two of the oldest.
+/// Ended runs; all are complete except two of the oldest.
 void store_runs(const TemporaryFolder& folder) {
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
   RunChange change;

@@ -1,4 +1,4 @@
-// The queue as a value: what each change makes of it, and which run is next.
+// The queue as a value: the effect of each change, and the next run.
 
 #include "daemon/service/run_model/run_queue.hpp"
 
@@ -100,7 +100,7 @@ TEST_CASE("the queue goes on after a complete run, and where keep_going covers t
       {{"failed", !keep, rig}, "auto:failed"},
       {{"failed", keep, rig}, ""},
       {{"failed", keep, !rig},
-       "auto:failed"},  // the bench did not come up: nor would it for others
+       "auto:failed"},  // the bench did not start, and would not for other runs
       {{"failed", keep, rig, full}, "auto:disk"},
       {{"interrupted", !keep, rig, !full, cut}, "auto:interrupted"},
       {{"interrupted", keep, rig, !full, cut}, "auto:interrupted"},

@@ -1,4 +1,4 @@
-// A run's states: what each takes, and that each has its deadline.
+// The states of a run: the orders that each accepts, and its deadline.
 
 #include <catch2/catch.hpp>
 #include <map>
@@ -82,7 +82,7 @@ TEST_CASE("What nobody ends climbs the ladder to the end by its deadlines") {
     }
     INFO(to_string(from));
     CHECK(std::is_sorted(given.begin(), given.end()));
-    CHECK(lost);  // nobody answered: the rig is unknown
+    CHECK(lost);  // no answer came: the rig is unknown
   }
 }
 

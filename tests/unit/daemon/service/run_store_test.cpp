@@ -1,4 +1,4 @@
-// What the daemon remembers of its runs: its file, older files, and what is written together.
+// The daemon's store of its runs: its file, older files, and joint writes.
 
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 

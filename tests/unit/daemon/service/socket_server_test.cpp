@@ -1,4 +1,4 @@
-// The socket server among clients of the test's own, on its Unix socket and on TCP.
+// The socket server with clients of the test, on its Unix socket and on TCP.
 
 #include "daemon/service/transport/socket_server.hpp"
 
@@ -25,7 +25,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// A client that waits for each line; the suite's own time-out ends what never comes.
+/// A client that waits for each line; the suite's time-out ends an endless wait.
 template <class Socket>
 struct LineClient {
   asio::io_context context{1};
@@ -37,7 +37,7 @@ struct LineClient {
     socket.connect(place);
   }
   void send(const std::string& lines) { asio::write(socket, asio::buffer(lines + "\n")); }
-  /// Nothing where the server has closed the connection.
+  /// Empty if the server has closed the connection.
   std::optional<json> read() {
     asio::error_code error;
     const std::size_t size = asio::read_until(socket, asio::dynamic_buffer(held), '\n', error);
@@ -55,7 +55,7 @@ using Unix = asio::local::stream_protocol;
 using Local = LineClient<Unix::socket>;
 using Remote = LineClient<asio::ip::tcp::socket>;
 
-/// Runs on a thread of its own, as in weftd; members are looked at once it has ended.
+/// Runs on its own thread, as in weftd; members are read after it has ended.
 struct SocketBench {
   explicit SocketBench(const Limits& most = {}) {
     shared = {&methods, &hub, &answered, "e1", {}, {}, {}, [] { return Clock(); }};
@@ -111,7 +111,7 @@ TEST_CASE("Lines that came together are worked off in turn with whatever else ha
   const std::string call = R"({"jsonrpc":"2.0","id":1,"method":"now.say"})";
   client.send(call + "\n" + call + "\n" + call);
   for (int i = 0; i < 3; ++i) REQUIRE(client.read());
-  REQUIRE(client.query("session.whoami").contains("error"));  // all before it has been done
+  REQUIRE(client.query("session.whoami").contains("error"));  // everything before it has been done
   bench.end();
   CHECK(bench.happened ==
         std::vector<std::string>{"line", "another's", "line", "another's", "line", "another's"});
@@ -188,7 +188,7 @@ TEST_CASE("Who floods the port with clients that never say who they are keeps no
     silent.emplace_back(bench.port());
     REQUIRE(silent.back().read());  // greeted: the one before has its place
   }
-  CHECK_FALSE(silent.front().read());  // the oldest made room
+  CHECK_FALSE(silent.front().read());  // the oldest was closed for another
   Remote late(bench.port());
   REQUIRE(late.read());
   CHECK(late.query("session.open", open_params).contains("result"));
@@ -229,11 +229,11 @@ TEST_CASE("A socket that is full of known clients has places for stops, and for 
   CHECK(waits.query("now.stop").at("result") == 2);
   Local third(bench.place());
   REQUIRE(third.read());
-  CHECK_FALSE(halts.read());  // the oldest of these made room
+  CHECK_FALSE(halts.read());  // the oldest of these was closed for another
   known.pop_front();
   json answer;
   for (int i = 0; i < 100'000 && !answer.contains("result"); ++i) answer = waits.query("now.say");
-  CHECK(answer.at("result") == 1);  // it has the place that is free now
+  CHECK(answer.at("result") == 1);  // it has the place that became free
   CHECK(known.front().query("now.say").at("result") == 1);
 }
 

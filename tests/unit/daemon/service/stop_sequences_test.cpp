@@ -1,7 +1,7 @@
-// Random sequences of orders, motions by hand, faults, a full disk, a catalogue that is away,
-// restarts and passing time on a run manager, whose bench is scripted and whose time is virtual:
-// nothing moves without a person's order after an end other than complete, nor while latched,
-// locked out or unacknowledged; it ends idle, and a person can bring the rig to safe. SIMULATED.
+// Random sequences of orders, manual motions, faults, a full disk, a missing database, restarts and
+// passing time on a run manager with a scripted bench in virtual time. Nothing moves without a
+// person's order after an end other than complete, nor while latched, locked out or unacknowledged.
+// It ends idle, and a person can bring the rig to safe. SIMULATED.
 
 #include <condition_variable>
 #include <mutex>
@@ -20,10 +20,10 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// What happens at the bench of the run under way.
+/// Events at the bench of the run in progress.
 enum class BenchEvent : std::uint8_t { poll_orders, trial_done, device_fails, disk_full };
 
-/// Takes one event after the other from the test's thread; the run's thread waits in between.
+/// Takes events one by one from the test's thread; the run's thread waits in between.
 class ScriptedBench {
  public:
   static constexpr std::size_t planned = 3;
@@ -31,7 +31,8 @@ class ScriptedBench {
   Result<CampaignSummary> perform(const CampaignRequest& request, const CampaignHooks& hooks) {
     std::error_code ignored;
     std::filesystem::create_directories(request.out, ignored);
-    std::ofstream(request.out / campaign_file_name) << "scripted";  // what a recovery looks for
+    std::ofstream(request.out / campaign_file_name) << "scripted";  // the file that a recovery
+                                                                    // requires
     if (is_down) return fail({.code = Errc::io, .where = "stage.x", .what = "no device answers"});
     if (Status granted = hooks.rig_acquired(); !granted) return pass(granted.error());
     ++motions;
@@ -66,7 +67,7 @@ class ScriptedBench {
     }
   }
 
-  /// A motion by hand: of each trial's end it makes its own.
+  /// A manual motion: it converts each trial's end to its own.
   Result<MaintenanceSummary> maintain(const MaintenanceHooks& hooks) {
     if (is_down) return fail({.code = Errc::io, .where = "stage.z", .what = "no device answers"});
     ++motions;
@@ -87,7 +88,7 @@ class ScriptedBench {
 
   void give(BenchEvent event) {
     const std::lock_guard lock(mutex_);
-    if (!is_waiting_) return;  // nobody is at the bench
+    if (!is_waiting_) return;  // no run is at the bench
     event_ = event;
     is_waiting_ = false;
     given_.notify_all();
@@ -96,7 +97,7 @@ class ScriptedBench {
     const std::lock_guard lock(mutex_);
     return is_waiting_;
   }
-  /// The daemon dies: its run looks at its orders until it is told to end.
+  /// The daemon dies: its run polls its orders until it gets one to end.
   void set_dying(bool dying) {
     const std::lock_guard lock(mutex_);
     is_dying_ = dying;
@@ -107,7 +108,7 @@ class ScriptedBench {
   std::atomic<int> motions = 0;
 
  private:
-  /// Where the rig is left, where an order ends the run at once.
+  /// State in which the rig is left if an order ends the run at once.
   std::optional<RigFact> cut_by_orders(RunOrders& orders) {
     while (const auto given = orders.take()) {
       if (given->order == Order::abort) return RigFact::safe;
@@ -136,10 +137,10 @@ class ScriptedBench {
   std::condition_variable given_;
   std::optional<BenchEvent> event_;
   bool is_waiting_ = false, is_dying_ = false;
-  bool is_held_ = false, is_pausing_ = false, is_stopping_ = false;  // of the run's thread
+  bool is_held_ = false, is_pausing_ = false, is_stopping_ = false;  // used by the run's thread
 };
 
-/// A daemon over a folder, its people, and what they have said.
+/// A daemon over a folder, its users, and their orders.
 class Sequence final : private RunObserver {
  public:
   Sequence(const TemporaryFolder& folder, const CampaignRequest& request, const Checked& checked,
@@ -160,7 +161,7 @@ class Sequence final : private RunObserver {
   }
 
  private:
-  using Word = std::int64_t;  ///< the order of what happens, from 1
+  using Word = std::int64_t;  ///< sequence number of an event, from 1
 
   std::size_t below(std::size_t n) { return random_() % n; }
 
@@ -201,7 +202,7 @@ class Sequence final : private RunObserver {
     waiting_.push_back(std::move(work));
     posted_.notify_all();
   }
-  /// Until the run under way waits for the next event of its bench, or none is.
+  /// Waits until the run in progress waits for the next event of its bench, or there is none.
   void settle() {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -221,7 +222,7 @@ class Sequence final : private RunObserver {
   [[nodiscard]] bool is_busy() const {
     return manager_->active() || manager_->status().maintenance;
   }
-  /// An order that needs the catalogue is refused while it is away.
+  /// An order that needs the database is refused while it is missing.
   void put_catalogue(bool here) {
     if (here == is_catalogue_here_) return;
     const auto file = folder_ / "weftd.sqlite", away = folder_ / "away.sqlite";
@@ -232,7 +233,7 @@ class Sequence final : private RunObserver {
   void person(const std::function<void(std::string_view id)>& orders) {
     orders(run_id(1 + static_cast<std::int64_t>(below(runs_ + 1))));
   }
-  /// What starts no motion, whatever it changes.
+  /// Does something that must start no motion.
   void no_motion(const std::function<void()>& what) {
     const int before = bench_.motions;
     const auto active = manager_->active();
@@ -248,7 +249,7 @@ class Sequence final : private RunObserver {
     wanted.copies = 1 + below(3) / 2;
     if (runs_ > 0 && below(4) == 0)
       wanted.after = run_id(1 + static_cast<std::int64_t>(below(runs_)));
-    ++word_;  // they may begin at once
+    ++word_;  // they may start at once
     for (std::size_t i = 1; i <= wanted.copies; ++i)
       words_[static_cast<std::int64_t>(runs_ + i)] = word_;
     if (manager_->submit(wanted, checked_)) runs_ += wanted.copies;
@@ -259,7 +260,7 @@ class Sequence final : private RunObserver {
     for (const std::int64_t run : manager_->queue().runs()) words_[run] = word_;
     if (!manager_->resume_queue("ada")) words_ = before;
   }
-  /// A run that need not wait for another may begin by that.
+  /// A run that need not wait for another may start because of this.
   void edit(std::string_view id) {
     if (below(2) == 0) return static_cast<void>(manager_->edit(id, {.place = below(3)}, "ada"));
     const auto before = words_;
@@ -277,7 +278,7 @@ class Sequence final : private RunObserver {
       if (manager_->unlock({"ada"}, "ada")) bad_end_ = ++word_;
     });
   }
-  /// A person puts right what keeps the rig at rest, else little would move.
+  /// A person removes the obstacles to motion; otherwise little would move.
   void set_going() {
     no_motion([this] {
       put_catalogue(true);
@@ -397,7 +398,7 @@ class Sequence final : private RunObserver {
   }
 
   void on_run_changed(const RunView& run) override {
-    if (manager_) static_cast<void>(manager_->status());  // as a daemon asks in each callback
+    if (manager_) static_cast<void>(manager_->status());  // as a daemon does in each callback
     const std::int64_t number = run.stored.number;
     const RunState before = std::exchange(states_[number], run.state());
     if (run.state() == RunState::arming && before != RunState::arming) on_begun(run);
@@ -427,11 +428,11 @@ class Sequence final : private RunObserver {
     const bool is_full = is_disk_event_ && stored.outcome == "failed";
     const bool is_covered = stored.keep_going && has_moved && !is_full;
     const bool is_complete = stored.outcome == "complete" && run.state() == RunState::ended;
-    const bool is_stopped = stopped_ == stored.number;  // perhaps too late to end it
+    const bool is_stopped = stopped_ == stored.number;  // possibly too late to end it
     if ((!is_complete || is_stopped) && !is_covered) bad_end_ = ++word_;
   }
 
-  /// By itself; then a person can make the rig safe.
+  /// The daemon ends idle by itself; then a person can make the rig safe.
   void end_idle() {
     put_catalogue(true);
     for (int i = 0; i < 40 && is_busy(); ++i) {
@@ -471,10 +472,10 @@ class Sequence final : private RunObserver {
   std::atomic<bool> is_disk_full_ = false;
   std::size_t runs_ = 0;
   Word word_ = 0, bad_end_ = 0;
-  std::map<std::int64_t, Word> words_;  ///< of a person that a run may begin
+  std::map<std::int64_t, Word> words_;  ///< of a person's permission for a run to start
   std::map<std::int64_t, RunState> states_;
   bool is_disk_event_ = false, is_catalogue_here_ = true;
-  std::shared_ptr<std::optional<RigFact>> moved_by_hand_;  ///< what came of the newest
+  std::shared_ptr<std::optional<RigFact>> moved_by_hand_;  ///< result of the newest one
   int motions_before_ = 0;
   std::int64_t stopped_ = 0;  ///< the run that a person ordered to end
 };
@@ -492,7 +493,7 @@ void play_sequences(unsigned first, unsigned count) {
     sequence.play(60);
     begun += sequence.begun;
   }
-  CHECK(begun > static_cast<int>(count));  // else it would say nothing
+  CHECK(begun > static_cast<int>(count));  // otherwise the test would check little
 }
 
 }  // namespace
@@ -501,7 +502,7 @@ TEST_CASE("nothing begins without a person's order after an end other than compl
   play_sequences(1, 150);
 }
 
-// 100 000 sequences, in two halves: each takes a core.
+// 100 000 sequences in two halves: each takes a core.
 TEST_CASE("the same in 50 000 sequences", "[.][sequences-1]") {
   play_sequences(1000, 50'000);
 }

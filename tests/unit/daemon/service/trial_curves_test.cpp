@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t period_ns = 1'000'000, pause_ns = 1'000'000'000;
 
-/// `count` samples, one each millisecond, a second longer after the samples in `pauses`.
+/// `count` samples, one a millisecond, with a pause of a second after the samples in `pauses`.
 std::vector<std::int64_t> times(std::size_t count, const std::vector<std::size_t>& pauses = {}) {
   std::vector<std::int64_t> out;
   std::int64_t now = 0;
@@ -47,7 +47,7 @@ TEST_CASE("Every sample is in one point of at most so many, and a gap has a poin
       CHECK(next == 1000);
     }
   CHECK(reduce_samples({}, 10).empty());
-  // More gaps than points: the curve goes through them.
+  // More gaps than points: the curve crosses the gaps.
   std::vector<std::size_t> every;
   for (std::size_t i = 0; i < 100; i += 10) every.push_back(i);
   CHECK(std::ranges::count(reduce_samples(times(100, every), 10), true, &SampleRange::is_gap) == 0);

@@ -1,5 +1,5 @@
-// Every verb in every state of a run, tried on a run manager: docs/reference/run-verbs.md is what
-// came of it. With WEFT_WRITE_DOCS in the environment the page is written anew. SIMULATED.
+// Every verb in every state of a run, tried on a run manager: docs/reference/run-verbs.md has the
+// results. With WEFT_WRITE_DOCS in the environment the page is written again. SIMULATED.
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 const std::filesystem::path verbs_page = WEFT_SOURCE_DIR "/docs/reference/run-verbs.md";
 
-/// A row of the page: a state, which in the last row is one of a run with trials left.
+/// A row of the page: a state; in the last row that of a run with trials left.
 struct VerbRow {
   RunState state;
   bool has_rest = false;
@@ -35,8 +35,8 @@ std::string verb_recipe(RunState state) {
   return recipe.dump();
 }
 
-/// A run manager with one run in a state. What the run's thread says is not heard unless it is
-/// waited for.
+/// A run manager with one run in a state. Messages of the run's thread are handled only when the
+/// test waits for them.
 struct VerbCase {
   TemporaryFolder folder;
   std::unique_ptr<RunManagerBench> bench;
@@ -165,7 +165,7 @@ constexpr std::array all_verbs{
            return status_of(of.bench->submit({of.bench->request.recipe, {}, {}, "test"}));
          }}};
 
-/// What each verb makes of the state, cell by cell; a verb that is refused changes nothing.
+/// Effect of each verb on the state, cell by cell; a refused verb changes nothing.
 std::string verb_row(VerbRow row) {
   auto at = std::make_unique<VerbCase>(row);
   const bool timed =
@@ -177,7 +177,8 @@ std::string verb_row(VerbRow row) {
     const bool taken = reply.has_value();
     out += taken ? " " + std::string(to_string(at->now())) + " |" : " - |";
     if (taken) {
-      at.reset();  // its threads first: the next case may fork, and a lock they hold stays locked
+      at.reset();  // its threads first: the next case may fork, and a lock that they hold would
+                   // stay locked
       at = std::make_unique<VerbCase>(row);
     } else {
       CHECK(at->now() == row.state);

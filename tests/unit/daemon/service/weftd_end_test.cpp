@@ -1,4 +1,4 @@
-// What becomes of what is under way where the daemon is told to end. SIMULATED.
+// Work in progress when the daemon gets the order to end. SIMULATED.
 
 #include "tests/unit/daemon/service/run_manager_bench.hpp"
 
@@ -13,7 +13,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// What is told of a choice that was made just before the daemon was told to end.
+/// Result of a recovery ordered just before the daemon got the order to end.
 Result<RunView> settled_at_the_end(RunManagerBench& bench, Recovery choice) {
   std::optional<Result<RunView>> reported;
   const std::string id = bench.manager->loaded().front().stored.id();
@@ -25,7 +25,7 @@ Result<RunView> settled_at_the_end(RunManagerBench& bench, Recovery choice) {
   return *reported;
 }
 
-/// A run's end, where somebody gave it orders within a trial and the daemon was told to end then.
+/// A run's end after orders within a trial and the daemon's order to end.
 RunView ended_in_a_trial(RunManagerBench& bench,
                          const std::function<void(const std::string&)>& orders) {
   std::atomic<bool> given = false;
@@ -92,7 +92,7 @@ TEST_CASE("a daemon that ends waits for a run that is being discarded") {
 
 TEST_CASE("keeping a part of a run gives way to the daemon's end before it has written anything") {
   bool gave_way = false;
-  // Where its thread is done before this one goes on, it has been kept.
+  // If its thread is faster than this one, the run has been kept.
   for (int i = 0; i < 20 && !gave_way; ++i) {
     const TemporaryFolder folder;
     leave_interrupted(folder);

@@ -1,4 +1,5 @@
-// What the daemon's own methods tell one client: lists and journals in pages, who did what, leases.
+// Answers of the daemon's own methods to one client: lists and journals in pages, users of actions,
+// leases.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -51,7 +52,7 @@ TEST_CASE("The journal comes in pages that a line can hold, whole") {
 TEST_CASE("Runs are listed in pages, the oldest first") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
-  talk.bench.manager->halt(runs::RigState::Stop::halt, "test");  // nothing begins
+  talk.bench.manager->halt(runs::RigState::Stop::halt, "test");  // no run starts
   for (int i = 0; i < 5; ++i) talk.bench.submit();
   const auto page = [&](const json& params) { return talk.query("run.list", params).at("result"); };
   const json first = page({{"most", 3}});

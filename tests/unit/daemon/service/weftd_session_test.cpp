@@ -1,4 +1,4 @@
-// One client's conversation with the daemon's own methods: what is refused, and what is never
+// One client's session with the daemon's own methods: refusals, and requests that are never
 // refused.
 
 #include <catch2/catch.hpp>
@@ -25,7 +25,7 @@ TEST_CASE("A stop is done while as many calls wait for their answers as may") {
   CHECK(talk.query("rig.estop").at("result").at("latch") == "estop");
   for (const char* order : {"run.pause", "run.stop", "run.abort"})
     CHECK(talk.kind_of(talk.query(order, {{"run", "R-000009"}})) ==
-          "not_found");  // and not too many
+          "not_found");  // and not request.too_many
   CHECK(talk.query("rig.state").contains("result"));
 }
 
@@ -49,7 +49,7 @@ TEST_CASE("Whatever is wrong with a stop beside its name, it is done, and the an
   using Kinds = std::vector<std::string>;
   CHECK(warned(with("{}")).empty());
   CHECK(warned(with(R"({"reason":"smoke","idem":"k"})")).empty());
-  CHECK(warned(with(R"({"reason":"smoke","idem":"k"})")).empty());  // a key stops each time
+  CHECK(warned(with(R"({"reason":"smoke","idem":"k"})")).empty());  // with a key it halts each time
   CHECK(warned(with(R"({"raeson":"smoke"})")) == Kinds{"param.unknown"});
   CHECK(warned(with(R"({"reason":7,"x":1})")) == Kinds{"param.type", "param.unknown"});
   CHECK(warned(with(R"({"reason":")" + std::string(5000, 'x') + "\"}")) == Kinds{"param.range"});
@@ -79,7 +79,7 @@ TEST_CASE(
   test::write_file(talk.bench.request.rig, rig.dump());
   CHECK(blockers().contains("rig.invalid"));
   test::write_file(talk.folder / "cloths.json", test::read_file(test::source / "sim/fabrics.json"));
-  CHECK(blockers().empty());  // the table alone is another
+  CHECK(blockers().empty());  // only the table is another one
   const auto plugins = talk.folder / "plugins";
   rig["plugins"] = {plugins.string()};
   test::write_file(talk.bench.request.rig, rig.dump());

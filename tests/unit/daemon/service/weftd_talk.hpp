@@ -1,5 +1,5 @@
 #pragma once
-// One client's conversation with the daemon's own methods, without sockets.
+// One client's session with the daemon's own methods, without sockets.
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -12,14 +12,14 @@
 
 namespace weft::daemon::test {
 
-/// A daemon whose clock is the test's, and one client of it.
+/// A daemon with the test's clock, and one client of it.
 struct Talk {
   explicit Talk(server::Peer peer = {true, "ada", access::Role::admin});
   ~Talk();
   Talk(const Talk&) = delete;
   Talk& operator=(const Talk&) = delete;
 
-  /// The last that is said to a line, an answer or an event.
+  /// The last message in reply to a line, an answer or an event.
   nlohmann::json on_message(const std::string& line);
   nlohmann::json query(const std::string& method);
   nlohmann::json query(const std::string& method, const nlohmann::json& params);

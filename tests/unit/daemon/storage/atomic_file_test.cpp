@@ -1,4 +1,4 @@
-// What a write leaves behind, and what it takes over from the file that it replaces.
+// The files after a write, and the properties taken from the replaced file.
 
 #include "daemon/base/file/atomic_file.hpp"
 
@@ -33,7 +33,7 @@ Dataset small_set(const TemporaryFolder& folder) {
   return std::move(*dataset);
 }
 
-/// A process that is over.
+/// The id of a process that has ended.
 pid_t gone() {
   const pid_t child = fork();
   REQUIRE(child >= 0);
@@ -77,7 +77,7 @@ TEST_CASE("a file that is written again keeps its mode, and is never more open m
   REQUIRE(write_hdf5(dataset, set));
   REQUIRE(write_text_file(text, "a"));
   const mode_t fresh = mode_of(text);
-  CHECK(mode_of(set) == (fresh | (mode_of(set) & 0022)));  // as the umask has it
+  CHECK(mode_of(set) == (fresh | (mode_of(set) & 0022)));  // as set by the umask
   for (const mode_t mode : {0600, 0640, 0444}) {
     for (const auto& file : {set, text}) REQUIRE(::chmod(file.c_str(), mode) == 0);
     REQUIRE(write_hdf5(dataset, set));

@@ -25,9 +25,10 @@ Error load_error(const std::filesystem::path& path) {
   return dataset.error();
 }
 
-/// A number of rows whose bytes, as 64-bit numbers go, are `bytes`, though `bytes` is no multiple.
+/// A number of rows with a size that wraps, in 64-bit numbers, to `bytes`, although `bytes` is no
+/// multiple.
 std::uint64_t rows_that_wrap(std::uint64_t bytes, std::uint64_t row) {
-  std::uint64_t inverse = row;  // Newton's rule for odd numbers, correct bits double each time
+  std::uint64_t inverse = row;  // Newton's rule for odd numbers: the correct bits double each time
   for (int i = 0; i < 6; ++i) inverse *= 2 - row * inverse;
   return bytes * inverse;
 }
@@ -138,7 +139,8 @@ TEST_CASE(
     const auto dataset = load_campaign(folder / "flipped");
     if (dataset && !same_content(*dataset, original)) ++unnoticed;
   }
-  // Samples have CRCs; SQLite's catalogue rows (names, times) have none: docs/dataset.md says so.
+  // Samples have CRCs; SQLite's own catalogue rows (names, times) have none, as docs/dataset.md
+  // states.
   CHECK(unnoticed <= 2);
 }
 

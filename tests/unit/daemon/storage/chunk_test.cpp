@@ -1,4 +1,4 @@
-// Quanta are what std::round() makes of a value, and the range ends where it says.
+// Quanta are the results of std::round(), and the range has the stated ends.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t axes = 6;
 
-/// The quantum of the first force; nothing where it cannot be recorded.
+/// The quantum of the first force; empty if it cannot be recorded.
 std::optional<std::int32_t> recorded(double force_n) {
   Bytes row(row_bytes(Stream::wrench, axes));
   WrenchSample sample;

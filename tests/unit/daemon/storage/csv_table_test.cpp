@@ -25,7 +25,7 @@ Result<Rows> read(const std::string& text, const CsvRules& rules = {}) {
   return out;
 }
 
-/// "where: what" of the complaint about a text; nothing where it is read.
+/// "where: what" of the error for a text; empty if it is read.
 std::string complaint(const std::string& text, const CsvRules& rules = {}) {
   const auto rows = read(text, rules);
   return rows ? "" : rows.error().where + ": " + rows.error().what;

@@ -1,5 +1,5 @@
-// Kinds of faults that public bug reports tell of, in imports. Each has its input here; where the
-// inputs of the cases are (environment WEFT_CASES, or /work/shared/cases/data/inputs), those too.
+// Kinds of import faults from public bug reports. Each has its input here; the original inputs of
+// the cases are used too if they exist (environment WEFT_CASES, or /work/shared/cases/data/inputs).
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 using test::TemporaryFolder;
 using test::write_file;
 
-/// The case's own input; nothing, with a message, where it is not on this machine.
+/// The case's own input; empty, with a message, if it is not on this machine.
 std::optional<std::filesystem::path> input(const std::string& name) {
   const char* const set = std::getenv("WEFT_CASES");
   const std::filesystem::path path =
@@ -48,7 +48,7 @@ Result<Dataset> table(const std::string& text) {
   return import_imprint_table(folder / "t.csv", 2, 2);
 }
 
-/// A set whose only trial, or recording, is `text`.
+/// A set with `text` as its only trial or recording.
 struct OneFile {
   explicit OneFile(const std::string& text, const std::string& file = "a.csv",
                    const std::string& label = "denim") {
@@ -91,7 +91,7 @@ TEST_CASE("F1: a table with the column label has a heading, whatever the others 
 
 TEST_CASE("F1: a heading that cannot be known is refused") {
   for (const char* heading :
-       {"class,object,0,1,2,3\n",  // of no name, with numbers that count up
+       {"class,object,0,1,2,3\n",  // without a name, with numbers that count up
         "class,object,a,b,c,d\n",  // no numbers
         "0,1,2,3,4,5\n",           // pandas, without any names
         "label,group,0,1,10,2\n",  // sorted as text
@@ -318,7 +318,7 @@ TEST_CASE("F36: a path with backslashes is refused with the sign that separates 
   CHECK(set.trial().error().code == Errc::not_found);
   CHECK(set.trial().error().where.ends_with("m.csv:2"));
   CHECK(set.trial().error().hint.find('/') != std::string::npos);
-  write_file(set.folder / "data\\a.csv", "t_s,ch1\n0,1\n0.02,2\n");  // a name like any other here
+  write_file(set.folder / "data\\a.csv", "t_s,ch1\n0,1\n0.02,2\n");  // a normal name on this system
   CHECK(set.trial());
   if (const auto path = input("csv/27_windows_path/m.csv"))
     CHECK(import_manifest(*path).error().hint.find('/') != std::string::npos);

@@ -8,7 +8,7 @@
 namespace weft::daemon::data_warnings_test {
 namespace {
 
-// Five recordings of a signal that moves; `faulty` of them do not.
+// Five recordings of a signal that changes, except in the `faulty` ones.
 CheckedSignal constant_in(const std::string& name, const std::vector<std::size_t>& faulty) {
   CheckedSignal out{name, std::vector<classifier::SignalState>(5)};
   for (const std::size_t i : faulty) out.states[i].constant = true;
@@ -45,7 +45,7 @@ TEST_CASE("a lower limit is one where the signal does not rest") {
   signal.rest.assign(5, 90.0);
   CHECK(texts_of({signal}) ==
         std::vector<std::string>{"taxel 1 is saturated in 1 of 5 trials (b)"});
-  signal.states[0].low.value = -1.0;  // so there is a value below
+  signal.states[0].low.value = -1.0;  // now there is a value below
   CHECK(texts_of({signal}).empty());
 }
 

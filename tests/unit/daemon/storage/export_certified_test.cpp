@@ -1,4 +1,4 @@
-// Data set and certificate of one reading are those of two.
+// Data set and certificate of one reading equal those of two.
 
 #include <catch2/catch.hpp>
 
@@ -15,7 +15,7 @@ using namespace weft::daemon::test;
 
 namespace {
 
-/// Trials 0 and 2 complete, 1 failed, 3 never ended.
+/// Trials 0 and 2 complete, 1 failed, 3 without an end.
 std::filesystem::path recorded(const TemporaryFolder& folder) {
   auto path = folder / campaign_file_name;
   auto recorder = Recorder::create(path, small_header());

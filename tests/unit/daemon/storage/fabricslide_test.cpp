@@ -57,7 +57,7 @@ TEST_CASE("fabric and grip of the public layout are one mounting of the fabric's
   std::vector<std::uint32_t> mountings;
   for (const TrialRecord& record : dataset->records) {
     CHECK(record.spec.place.piece == 1);
-    CHECK(record.spec.place.patch == 0);  // the files do not say
+    CHECK(record.spec.place.patch == 0);  // the files do not state it
     mountings.push_back(record.spec.place.mounting);
   }
   CHECK(mountings == std::vector<std::uint32_t>{1, 1, 2, 1});
@@ -121,7 +121,7 @@ TEST_CASE("the real fabricslide set is read whole") {
   CHECK(dataset->trials.size() == 644);
   CHECK(labels.size() == 7);
   CHECK(groups == std::set<std::string>{"0", "1"});
-  CHECK(samples == 445915 - 644);  // lines less headers, by wc
+  CHECK(samples == 445915 - 644);  // lines minus headers, by wc
   CHECK(dataset->info.taxel_rate_hz == Approx(35.7).epsilon(0.02));
 }
 

@@ -76,7 +76,7 @@ TEST_CASE("a sweep's factors stand beside the features of their trials and of th
   CHECK(read_file(folder / "f.csv") ==
         "file,label,group,force_n,speed_mps,mean.P\nb#w0,Silk,1,5,0.0040000000000000001,7\n"
         "a,Silk,2,2,0.001,7\n");
-  features.files[0] = "a+b";  // of two trials: no one setting
+  features.files[0] = "a+b";  // from two trials: no single setting
   CHECK(factor_columns(dataset, features).names.empty());
 }
 

@@ -1,5 +1,5 @@
-// What a data set says twice says the same: no digest covers where a trial's rows begin, the runs
-// of its phases and what a quantum is, and other programs go by them.
+// Redundant parts of a data set agree: no digest covers the first row of a trial, the sections of
+// its phases and the quanta, but other programs use them.
 
 #include <limits>
 

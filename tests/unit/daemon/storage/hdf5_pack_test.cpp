@@ -1,5 +1,5 @@
-// Chunks that are packed on all cores lie where HDF5 would have put them, with the bytes that its
-// own filters make.
+// Chunks packed on all cores have the place and the bytes that HDF5 and its own filters would give
+// them.
 
 #include <hdf5.h>
 
@@ -47,7 +47,7 @@ std::vector<StoredChunk> stored_chunks(const std::filesystem::path& path) {
   return out;
 }
 
-/// The same column by the library alone, with the properties that the file at `like` has.
+/// The same column written by the library, with the properties of the file at `like`.
 template <class Number>
 void write_by_library(const std::filesystem::path& path, const std::filesystem::path& like,
                       const std::vector<Number>& values) {
@@ -73,7 +73,7 @@ void check_like_library(std::size_t rows, std::size_t width) {
   std::uint32_t state = 7;
   for (std::size_t i = 0; i < values.size(); ++i) {
     state = state * 1664525U + 1013904223U;
-    values[i] = static_cast<Number>(i / 3 + (state >> 29));  // neither all alike nor all noise
+    values[i] = static_cast<Number>(i / 3 + (state >> 29));  // neither constant nor pure noise
   }
   const hdf5::QuietErrors quiet;
   auto out = hdf5::Writer::create(folder / "packed.h5");

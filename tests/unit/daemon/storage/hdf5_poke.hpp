@@ -1,5 +1,5 @@
 #pragma once
-// Changes of an HDF5 file behind the format's back.
+// Changes of an HDF5 file that bypass the format.
 
 #include <hdf5.h>
 
@@ -29,7 +29,7 @@ void poke(const std::filesystem::path& path, const char* column_name, hsize_t ro
                    &value) >= 0);
 }
 
-/// Flips a bit in the middle of the stored chunk that holds a row of a column.
+/// Flips a bit in the middle of the stored chunk with this row of a column.
 inline void flip_stored_bit(const std::filesystem::path& path, const char* column_name,
                             hsize_t row) {
   using hdf5::Handle;
@@ -54,7 +54,7 @@ inline void flip_stored_bit(const std::filesystem::path& path, const char* colum
   REQUIRE(file.good());
 }
 
-/// Puts another number into an attribute of a group or column.
+/// Changes a number in an attribute of a group or column.
 inline void poke_attribute(const std::filesystem::path& path, const char* object, const char* name,
                            double value) {
   using hdf5::Handle;
@@ -67,7 +67,7 @@ inline void poke_attribute(const std::filesystem::path& path, const char* object
   REQUIRE(H5Awrite(attribute.id(), H5T_NATIVE_DOUBLE, &value) >= 0);
 }
 
-/// Takes a group, a column, or (`attribute` not null) an attribute of it out of the file.
+/// Removes a group, a column, or (`attribute` not null) an attribute of it from the file.
 inline void take_out(const std::filesystem::path& path, const char* object,
                      const char* attribute = nullptr) {
   const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);

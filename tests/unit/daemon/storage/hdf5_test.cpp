@@ -18,8 +18,7 @@
 
 namespace hdf5_test {
 
-/// The HDF5 library forgets memory when it gives up on a damaged file. Read by the leak sanitizer
-/// only.
+/// The HDF5 library leaks memory when it rejects a damaged file. Used only by the leak sanitizer.
 extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libhdf5_serial";
@@ -95,7 +94,7 @@ TEST_CASE("fractional counts, missing device clocks, streams and qualities survi
 
 namespace {
 
-// Objects of a file, groups and columns; each must carry no time.
+// Number of objects of a file, groups and columns; none may contain a time.
 std::size_t count_timeless(const std::filesystem::path& path) {
   const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   std::size_t objects = 0;

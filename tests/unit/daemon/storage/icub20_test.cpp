@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t steps = 5, taxels = 60, triangles = 6;
 
-// What taxel `c` of frame `t` feels.
+// Value of taxel `c` in frame `t`.
 double felt(std::size_t t, std::size_t c) {
   return 100.0 * static_cast<double>(t) + static_cast<double>(c);
 }
@@ -25,7 +25,7 @@ std::string header() {
   return out + "\n";
 }
 
-// A slide as the table has it: the frames' triangles in the order of time, written as six series
+// A stroke in the table's form: the frames' triangles in the order of time, written as six series
 // of `steps` groups, and these as columns.
 std::string slide(const std::string& names) {
   std::vector<std::vector<double>> groups;
@@ -45,7 +45,7 @@ std::string slide(const std::string& names) {
   return out;
 }
 
-// Correlation of a taxel's counts with its own one sample later, of all slides and taxels together.
+// Correlation of a taxel's counts with its own one sample later, over all strokes and taxels.
 double continuity(const Dataset& dataset) {
   double together = 0.0, alone = 0.0;
   for (const classifier::Trial& trial : dataset.trials)
@@ -106,7 +106,7 @@ TEST_CASE("an icub20 table that is none is refused with its line") {
   const auto line = [&](std::size_t n) { return file.string() + ":" + std::to_string(n); };
   CHECK(where(whole + slide("7,16,0")) == line(7));  // twice
   CHECK(where(whole + slide("8,3,2").substr(slide("8,3,2").find('\n') + 1)) == line(7));
-  CHECK(where(whole + slide("8,3,2") + slide("7,16,0")) == line(12));  // comes back
+  CHECK(where(whole + slide("8,3,2") + slide("7,16,0")) == line(12));  // again after another one
   for (const char* names : {",3,2", "8,,2", "8,3,", "8,\xff,2", "8,3,\xff", "\xff,3,2"})
     CHECK(where(whole + slide(names)) == line(7));
   std::string other = whole;

@@ -1,4 +1,4 @@
-// A campaign file that this process writes, looked at meanwhile by it and by others.
+// A campaign file that this process writes, read at the same time by it and by others.
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@ using namespace weft::daemon::test;
 
 namespace {
 
-/// Locks of this process on the file, as the system sees them (proc_locks(5)).
+/// Locks of this process on the file, as reported by the system (proc_locks(5)).
 int locks_on(const std::filesystem::path& file) {
   struct stat status {};
   REQUIRE(stat(file.c_str(), &status) == 0);

@@ -1,4 +1,4 @@
-// The write-ahead log frame by frame, against what SQLite itself reads of it.
+// The write-ahead log frame by frame, compared with SQLite's own reading.
 
 #include "daemon/storage/recorder/log_check.hpp"
 
@@ -27,7 +27,7 @@ sqlite::Database opened(const std::filesystem::path& file) {
   return std::move(*database);
 }
 
-/// A copy as a kill would leave it: `to` with its log, while `from` is open.
+/// A copy as after a kill: `to` with its log, while `from` is open.
 void copy_both(const std::filesystem::path& from, const std::filesystem::path& to) {
   write_file(to, read_file(from));
   write_file(log_of(to), read_file(log_of(from)));
@@ -43,7 +43,7 @@ std::int64_t rows_read(const std::filesystem::path& file) {
   return row && *row ? query->integer(0) : -1;
 }
 
-/// One row in each transaction, with pages enough for several frames.
+/// One row a transaction, with enough pages for several frames.
 void insert_rows(sqlite::Database& database, int count) {
   for (int i = 0; i < count; ++i)
     REQUIRE(database.execute("INSERT INTO t VALUES (randomblob(3000))"));
@@ -76,7 +76,7 @@ TEST_CASE("a log that nothing happened to holds as many transactions as SQLite r
   CHECK(state.transactions == 8);
   CHECK_FALSE(state.damage);
   CHECK(state.bytes == std::filesystem::file_size(folder / "a-wal"));
-  // Begun anew from its first byte: what lies behind is of the log before.
+  // Restarted from its first byte: the rest belongs to the earlier log.
   REQUIRE(database.execute("PRAGMA wal_checkpoint(PASSIVE)"));
   insert_rows(database, 2);
   CHECK(state_of(folder / "a").transactions == 2);
@@ -91,7 +91,7 @@ TEST_CASE("every flipped bit of a log is found, unless it costs the last transac
   REQUIRE((whole.size() - header_bytes) % frame_bytes == 0);
   std::size_t last = whole.size() - 2 * frame_bytes;
   while (!commits(whole, last)) last -= frame_bytes;
-  last += frame_bytes;  // where the last transaction begins
+  last += frame_bytes;  // start of the last transaction
   REQUIRE(rows_read(folder / "b") == 5);
   for (std::size_t at = 0; at < whole.size(); at += at % frame_bytes < header_bytes + 24 ? 1 : 37) {
     std::string bent = whole;
@@ -128,7 +128,7 @@ TEST_CASE("what a killed process had begun, behind what the next one wrote, is n
   const TemporaryFolder folder;
   auto first = with_rows(folder / "a", 2);
   REQUIRE(first.execute("PRAGMA cache_size=4; BEGIN"));
-  insert_rows(first, 12);  // more than the cache holds: some is in the log already
+  insert_rows(first, 12);  // more than the cache holds: a part is in the log already
   copy_both(folder / "a", folder / "b");
   const auto begun = std::filesystem::file_size(folder / "b-wal");
   auto second = opened(folder / "b");

@@ -1,4 +1,4 @@
-// What a manifest tells beside file, label and group: the bench, and columns of any name.
+// Contents of a manifest beside file, label and group: the bench, and columns of any name.
 #include <catch2/catch.hpp>
 
 #include "daemon/storage/dataset/group_columns.hpp"
@@ -16,7 +16,7 @@ using namespace weft::daemon::test;
 
 namespace {
 
-// Two files that are a trial each, a recording each and, as matrices, an imprint each.
+// Two files; each is a trial, a recording and, as a matrix, an imprint.
 struct TwoFiles {
   TemporaryFolder folder;
 

@@ -21,7 +21,7 @@ Error import_error(const TemporaryFolder& folder) {
   return dataset.error();
 }
 
-/// The complaint about a set whose only trial file is `trial`.
+/// The error for a set with `trial` as its only trial file.
 Error trial_error(const std::string& trial) {
   const TemporaryFolder folder;
   write_file(folder / "m.csv", "file,label,group\na.csv,Silk,0\n");
@@ -106,7 +106,7 @@ TEST_CASE("an imported set becomes an HDF5 file's worth of content without a gro
 TEST_CASE("numbers are read the same whatever the locale") {
   const char* before = std::setlocale(LC_ALL, nullptr);
   const std::string saved = before;
-  std::setlocale(LC_ALL, "de_DE.UTF-8");  // has a decimal comma, where installed
+  std::setlocale(LC_ALL, "de_DE.UTF-8");  // has a decimal comma, if installed
   const TemporaryFolder folder;
   write_file(folder / "m.csv", "file,label\na.csv,Silk\n");
   write_file(folder / "a.csv", good_trial);
@@ -117,7 +117,7 @@ TEST_CASE("numbers are read the same whatever the locale") {
 }
 
 TEST_CASE("a trial file cut anywhere in its last line is refused with the line") {
-  // "0.1,3,41" cut after "4" would be a number still, but another one.
+  // "0.1,3,41" cut after "4" would still be a number, but another one.
   for (const char* cut : {"0", "0.1", "0.1,3", "0.1,3,", "0.1,3,4", "0.1,3,41"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n") + cut);
     CHECK(error.code == Errc::parse);

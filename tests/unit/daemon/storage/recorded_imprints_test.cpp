@@ -1,4 +1,4 @@
-// Imprints in the scans that a run has recorded.
+// Imprints in the recorded scans of a run.
 
 #include <catch2/catch.hpp>
 
@@ -11,7 +11,7 @@ namespace {
 constexpr const char* identity =
     R"({"reported": {"rows": "2", "cols": "3", "serial": "5"}, "scale": {}})";
 
-/// A trial of `phases`, letter by letter; scan k holds 10 k, 10 k + 1 and so on.
+/// A trial with the given phases as letters; scan k has 10 k, 10 k + 1 and so on.
 void add_trial(Dataset& dataset, const std::string& object, const std::string& phases,
                TrialOutcome outcome = TrialOutcome::complete) {
   classifier::Trial trial;
@@ -54,7 +54,7 @@ TEST_CASE("a trial's imprint is its last scan of phase P, folded as the array sa
   const auto& pixels = rasp.image.data();
   CHECK(std::vector<double>(pixels.begin(), pixels.end()) ==
         std::vector<double>{30, 31, 32, 33, 34, 35});
-  CHECK(rasp.label == "RASP1");  // no recipe, no classes
+  CHECK(rasp.label == "RASP1");  // without a recipe there are no classes
   CHECK(rasp.object == "RASP1");
   CHECK(imprints->back().file == "KNIT21");
 }

@@ -135,7 +135,7 @@ TEST_CASE(
     REQUIRE(recorder->begin_trial(small_spec(trial), at_ms(0)));
     REQUIRE(recorder->taxel({at_ms(1), 0, 0}, sample, Phase::none));
     REQUIRE(recorder->taxel({at_ms(2), 1, 0}, sample, Phase::motion));
-    if (trial == 2) break;  // never ended
+    if (trial == 2) break;  // without an end
     REQUIRE(recorder->end_trial(trial == 0 ? TrialOutcome::complete : TrialOutcome::failed, {},
                                 at_ms(3)));
   }
@@ -343,7 +343,7 @@ TEST_CASE("a full disk is an error that stays, and what was committed before it 
                 record_samples(*recorder, 0, 40) &&
                 recorder->end_trial(TrialOutcome::complete, {}, at_ms(1)) &&
                 recorder->begin_trial(small_spec(1), at_ms(2));
-    // No file may grow beyond 512 KiB from here on: as a disk that fills up.
+    // No file can grow beyond 512 KiB from here on, like on a full disk.
     const rlimit limit{1 << 19, 1 << 19};
     setrlimit(RLIMIT_FSIZE, &limit);
     Status done;

@@ -8,7 +8,7 @@
 namespace weft::daemon::sample_times_test {
 namespace {
 
-// Times whose intervals are these [ms], over and over.
+// Times with these intervals [ms], repeated.
 std::vector<std::int64_t> times(const std::vector<double>& intervals_ms, int samples) {
   std::vector<std::int64_t> out{0};
   for (int i = 1; i < samples; ++i)
@@ -26,7 +26,7 @@ std::vector<std::int64_t> paused(std::vector<std::int64_t> t_ns,
   return t_ns;
 }
 
-// Samples read in batches of so many, 100 a second.
+// Samples read in batches of `batch`, 100 a second.
 std::vector<std::int64_t> in_batches(std::size_t batch, double within_ms, int samples) {
   std::vector<double> intervals_ms(batch, within_ms);
   intervals_ms.back() =
@@ -53,7 +53,7 @@ TEST_CASE("a pause is where no sample was taken, not where an adapter held sampl
 }
 
 constexpr double seconds = 6.0;
-constexpr double tick_s = 0.015625;  // of Windows
+constexpr double tick_s = 0.015625;  // tick of Windows
 
 using Times = std::vector<std::int64_t>;
 
@@ -63,7 +63,7 @@ Times in_ns(const std::vector<double>& t_s) {
   return out;
 }
 
-// Even samples that a clock of this step stamps.
+// Even samples with time stamps of a clock with this step.
 Times ticked(double rate_hz, double step_s, double begin_s = 0.003) {
   std::vector<double> out;
   for (int i = 0; i < rate_hz * seconds; ++i)
@@ -71,7 +71,7 @@ Times ticked(double rate_hz, double step_s, double begin_s = 0.003) {
   return in_ns(out);
 }
 
-// Samples of 100 Hz of which this share is lost, stamped with normal scatter.
+// Samples of 100 Hz of which this share is lost, with normal scatter of the stamps.
 Times lossy(double share, double scatter_s, unsigned seed) {
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> lot;
@@ -83,7 +83,7 @@ Times lossy(double share, double scatter_s, unsigned seed) {
   return in_ns(out);
 }
 
-// Samples of 100 Hz by a reader that stalls for 50 ms at this share of them, and catches up.
+// Samples of 100 Hz by a reader that stalls for 50 ms at this share of them, and then catches up.
 Times stalling(double share, unsigned seed) {
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> lot;
@@ -101,7 +101,7 @@ double rate_hz(const Times& t_ns) {
   return 1 / sampled_time(t_ns).period_s();
 }
 
-// Such times are refused where a rate is needed, and compared with none.
+// Such times are refused if a rate is needed, and are not compared with any.
 bool know_nothing(const Times& t_ns) {
   return sampled_time(t_ns).intervals == 0 && common_period_s({t_ns}) == 0 &&
          can_have_period(t_ns, 0.01);
@@ -216,7 +216,7 @@ TEST_CASE("a recording may be of the rate that its times tell, or of any where t
 
 TEST_CASE("the period in common is the mean one") {
   const auto clean = times({10}, 400);
-  CHECK(common_period_s({clean, clean, lossy(0.3, 0, 1)}) == 0.01);  // which tells none
+  CHECK(common_period_s({clean, clean, lossy(0.3, 0, 1)}) == 0.01);  // which has no rate
   CHECK(common_period_s({times({8, 9, 9, 8, 9}, 101), times({9, 8, 8, 9, 9}, 101)}) ==
         Approx(0.0086));
   CHECK(common_period_s({times({1, 2}, 101), times({2, 1}, 100)}) == Approx(0.0015).epsilon(0.01));

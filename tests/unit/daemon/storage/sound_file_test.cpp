@@ -1,4 +1,4 @@
-// Sound files whose headers do not tell the truth.
+// Sound files with wrong headers.
 
 #include "daemon/storage/recordings/import_recordings.hpp"
 
@@ -92,7 +92,7 @@ TEST_CASE("a sound file is whole when its samples are, whatever else its header 
   CHECK(complaint(wav(36 + sample_bytes, sample_bytes)).empty());
   CHECK(complaint(wav(44 + sample_bytes, sample_bytes)).empty());  // with the first 8 bytes
   CHECK(complaint(wav(60 + sample_bytes, sample_bytes)).empty());
-  const std::string list = "LIST" + number(26, 4) + "INFO";  // and no more of it
+  const std::string list = "LIST" + number(26, 4) + "INFO";  // without the rest
   CHECK(complaint(wav(36 + sample_bytes + 34, sample_bytes, list)).empty());
   for (const std::uint32_t unknown : {0x7ffff000U, 0x7fffff00U, 0x80000000U, 0xffffffffU})
     CHECK(complaint(wav(unknown, unknown)).empty());

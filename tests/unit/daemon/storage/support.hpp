@@ -37,7 +37,7 @@ inline TimePoint at_ms(std::int64_t ms) {
   return TimePoint(std::chrono::milliseconds(ms));
 }
 
-/// Frame i of trial `trial`: numbers that a mix-up of rows, columns or trials would change.
+/// Frame i of trial `trial`: a mix-up of rows, columns or trials would change the numbers.
 inline std::array<std::uint16_t, 3> frame(std::uint32_t trial, std::uint32_t i) {
   return {static_cast<std::uint16_t>(1000 * trial + i), static_cast<std::uint16_t>(65535 - i),
           static_cast<std::uint16_t>(7 * i)};

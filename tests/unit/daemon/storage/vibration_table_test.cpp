@@ -1,4 +1,4 @@
-// Tables of vibration whose times are late, or lack samples.
+// Tables of vibration with late times or missing samples.
 
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -47,7 +47,7 @@ double rate_hz(const std::vector<double>& t_s) {
   return set ? set->recordings[0].channels[0].rate_hz : 0.0;
 }
 
-// Refused with the advice to state the rate, which is then taken.
+// Refused with the advice to state the rate; accepted with a stated one.
 void needs_a_stated_rate(const std::vector<double>& t_s) {
   const TemporaryFolder folder;
   const auto refused = imported(folder, {table(t_s)});

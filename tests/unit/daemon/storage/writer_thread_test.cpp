@@ -1,4 +1,4 @@
-// The thread that writes behind a control loop's back: order of errors, a disk that does not
+// The thread that writes in the background of a control loop: order of errors, a disk that does not
 // answer, its priority.
 
 #include "daemon/storage/recorder/writer_thread.hpp"
