@@ -25,7 +25,7 @@ std::size_t weft::allocations() {
   return count;
 }
 
-// All forms that pair with each other, so that a sanitizer sees one allocator.
+// Replaces all matching forms, so that a sanitizer sees one allocator.
 void* operator new(std::size_t size) {
   return counted(std::malloc(size == 0 ? 1 : size));
 }

@@ -1,12 +1,12 @@
 #pragma once
-// Counts what a test program takes from the heap: features, drivers and recorder promise nothing in
-// steady state. Programs that count have allocations.cpp among their sources.
+// Counts the heap allocations of a test program: features, drivers and recorder must not allocate
+// in steady state. Programs that count have allocations.cpp among their sources.
 
 #include <cstddef>
 
 namespace weft {
 
-/// Calls of operator new, of all threads, so far.
+/// Number of calls of operator new so far, over all threads.
 std::size_t allocations();
 
 }  // namespace weft

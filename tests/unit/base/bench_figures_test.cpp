@@ -1,4 +1,4 @@
-// What a benchmark says of a figure that misses its limit, and that it does not fail by it.
+// A benchmark reports a figure that misses its limit, and does not fail.
 
 #include <catch2/catch.hpp>
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Hashes of texts that seeds are made of: these may never change.
+// Hashes of texts that are used for seeds: these must never change.
 
 #include "protocols/base/hash.hpp"
 

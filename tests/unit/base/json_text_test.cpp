@@ -1,4 +1,4 @@
-// JSON that is refused though a lenient parser takes it.
+// JSON that is refused although a lenient parser accepts it.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 #pragma once
-// Made-up campaigns for the audit: labels carried by a real feature, and a column tied to them or
-// not. SIMULATED numbers; nothing here comes from a plant.
+// Made-up campaigns for the audit: labels carried by a real feature, and a column that depends on
+// them or not. SIMULATED numbers; nothing here comes from a plant.
 
 #include <string>
 #include <string_view>
@@ -25,10 +25,10 @@ struct Planted {
 
 constexpr std::size_t made_up_labels = 4;
 constexpr std::size_t made_up_groups = 6;
-constexpr std::size_t made_up_repeats = 2;  ///< of a label in a group
+constexpr std::size_t made_up_repeats = 2;  ///< of each label in each group
 
-/// `columns` of noise, common to a group and a trial's own, and `effect` times the label's place in
-/// a corner of a cube: what differs between labels.
+/// `columns` of noise, shared by a group and of each trial, plus `effect` times the label's corner
+/// of a cube: the difference between labels.
 inline Probe noise_probe(const FeatureMatrix& rows, std::string name, std::size_t columns,
                          double effect, RandomEngine& engine) {
   Probe out{std::move(name), rows};
@@ -48,8 +48,8 @@ inline Probe noise_probe(const FeatureMatrix& rows, std::string name, std::size_
   return out;
 }
 
-/// Four labels in each of six groups, twice: 48 trials. The full features hold what the material
-/// shows and, as real ones do, what the planted probe has.
+/// Four labels in each of six groups, twice: 48 trials. The full features have the material's
+/// effect and, like real ones, that of the planted probe.
 inline MadeUpCampaign made_up_campaign(std::uint64_t seed, const Planted& planted) {
   RandomEngine engine(seed);
   MadeUpCampaign out;

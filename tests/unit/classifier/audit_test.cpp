@@ -144,7 +144,7 @@ TEST_CASE("Too few units to permute cannot be told, whatever the probe reaches")
   MadeUpCampaign campaign = made_up_campaign(10, {"pad pattern", 9.0});
   for (std::size_t r = 0; r < campaign.full.size(); ++r)
     campaign.full.groups[r] = campaign.full.labels[r] < "cloth c" ? "0" : "1";
-  std::vector<std::size_t> rows;  // two labels in two groups: 2! ways in each
+  std::vector<std::size_t> rows;  // two labels in two groups: 2! permutations in each
   for (std::size_t r = 0; r < 24; ++r) rows.push_back(r);
   for (std::size_t r = 0; r < 24; ++r) campaign.full.groups[r] = std::to_string(r % 2);
   campaign.full = select_rows(campaign.full, rows);

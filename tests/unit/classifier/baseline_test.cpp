@@ -40,7 +40,7 @@ std::vector<Learner> available_learners() {
   return out;
 }
 
-/// Others are over before they could be asked a second time whether to stop.
+/// The other learners end before they could poll a second time whether to stop.
 bool asks_twice(Learner learner) {
   return is_choice(learner) || is_cores(learner) || learner == Learner::svc ||
          learner == Learner::trees || learner == Learner::forest || learner == Learner::nn ||
@@ -89,7 +89,7 @@ Matrix formula_rows(std::size_t from, std::size_t count, std::size_t features) {
 
 TEST_CASE("LDA answers as scikit-learn's with more rows than features and with fewer") {
   // scikit-learn 1.2.1, StandardScaler and LinearDiscriminantAnalysis(solver='lsqr',
-  // shrinkage='auto'), trained on rows 0 to 11 of class r % 3, asked for rows 100 to 139
+  // shrinkage='auto'), trained on rows 0 to 11 of class r % 3, predictions for rows 100 to 139
   const auto answers = [](std::size_t features) {
     std::vector<std::size_t> of_row;
     for (std::size_t r = 0; r < 12; ++r) of_row.push_back(r % 3);
@@ -256,7 +256,8 @@ TEST_CASE("A hundred trials are tried in one round") {
 }
 
 TEST_CASE("The first of the candidates with the fewest errors is taken, tried on every trial") {
-  FeatureMatrix data = gaussian_classes(2, 30, 3, 0, 61);  // a ball in a shell: LDA sees nothing
+  FeatureMatrix data = gaussian_classes(2, 30, 3, 0, 61);  // a ball in a shell: LDA finds no
+                                                           // difference
   for (std::size_t r = 0; r < data.size(); ++r)
     for (double& value : data.values.row(r)) value *= data.labels[r] == "classa" ? 1.0 : 4.0;
   const auto chosen = train_learner(data, Learner::best, {});
@@ -268,7 +269,7 @@ TEST_CASE("The first of the candidates with the fewest errors is taken, tried on
   CHECK(least->errors < chosen->scores.front().errors);
   CHECK(least->tested == all);
   CHECK(least->recipe == chosen->recipe);
-  // The others were dropped no sooner than they could not win any more.
+  // The others were dropped only when they could not win any longer.
   std::size_t before = all;
   for (const RecipeScore& score : chosen->scores) {
     CHECK((score.tested == all || score.errors >= before));
@@ -291,7 +292,7 @@ TEST_CASE("Where nothing can be tried the simplest candidate is taken") {
 
 TEST_CASE("Compression brings a tail that hides everything else back into sight") {
   FeatureMatrix data = gaussian_classes(2, 40, 1, 0, 71);
-  for (std::size_t r = 0; r < data.size(); ++r)  // signs of numbers from 1e-2 to 1e6
+  for (std::size_t r = 0; r < data.size(); ++r)  // signed numbers from 1e-2 to 1e6
     data.values(r, 0) = (data.labels[r] == "classa" ? 1 : -1) *
                         std::pow(10.0, static_cast<double>(r % 40) / 5.0 - 2.0);
   const auto plain = train_recipe(data, {Learner::lda, 20}, {});

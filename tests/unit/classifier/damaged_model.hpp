@@ -1,5 +1,5 @@
 #pragma once
-// Model files as older programs wrote them, and such as no reader takes.
+// Model files of older programs, and files that no reader accepts.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@
 
 namespace weft::classifier::testing {
 
-/// The lines of `text` that begin with none of these words.
+/// The lines of `text` that do not begin with one of these words.
 inline std::string without_lines(const std::string& text, const std::vector<std::string>& words) {
   std::istringstream in(text);
   std::string out;
@@ -22,14 +22,14 @@ inline std::string without_lines(const std::string& text, const std::vector<std:
   return out;
 }
 
-/// What lies between first line and checksum, without the lines that "weft-model 1" brought.
+/// The lines between the first line and the checksum, without those that "weft-model 1" added.
 inline std::string older_body(const std::string& text) {
   return without_lines(text.substr(text.find('\n') + 1),
                        {"modality", "stages", "head_crc32", "trained_on", "digests", "crc32"});
 }
 
-/// What every stored model with a header line and a checksum is refused for: an altered byte behind
-/// the header, an end that is missing, another version, another kind of file.
+/// Damage for which every stored model with a header line and a checksum is refused: an altered
+/// byte after the header, a missing end, another version, another kind of file.
 template <class Load>
 void check_damage_is_refused(const std::string& text, const Load& load) {
   const std::size_t header_size = model_file_header.size();

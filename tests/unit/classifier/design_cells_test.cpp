@@ -1,5 +1,5 @@
-// Cells weighed against each other: separability without leaks, intervals of answers that hang
-// together, the rule that takes a cell and how sure it is.
+// Comparison of cells: separability without leaks, intervals of correlated answers, the rule that
+// chooses a cell and its certainty.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -18,7 +18,7 @@ using test::share_of;
 
 namespace {
 
-/// Trial k of each fabric is of replicate k; the first replicates have the wrong answers.
+/// Trial k of each fabric belongs to replicate k; the first replicates have the wrong answers.
 WeighedCell cell(std::size_t fabrics, std::size_t trials, std::size_t wrong, double seconds,
                  double snr_db) {
   WeighedCell out{std::vector<std::vector<CellTrial>>(fabrics)};
@@ -31,7 +31,7 @@ WeighedCell cell(std::size_t fabrics, std::size_t trials, std::size_t wrong, dou
 }  // namespace
 
 TEST_CASE("Of cells within a standard error of the best the quickest is taken") {
-  // wrong answers one in each replicate: they do not hang together. 60 answers: 0.95 +- 0.03
+  // one wrong answer in each replicate: they are not correlated. 60 answers: 0.95 +- 0.03
   const auto spread = [](std::size_t wrong, double seconds, double snr_db) {
     WeighedCell out = cell(6, 10, 0, seconds, snr_db);
     for (std::size_t i = 0; i < wrong; ++i) out.fabrics[i % 6][i % 10].right = false;
@@ -66,14 +66,14 @@ TEST_CASE("Seconds that hardly differ are equal, and the signal over noise decid
   CHECK(take(near, 60) == 1);  // 5 % of 10 s
   CHECK_FALSE(is_cheaper(near[0], near[1]));
   CHECK(is_cheaper(near[0], near[2]));
-  // medians that are as uncertain as that are equal too
+  // medians with this uncertainty are equal too
   std::vector<CellStatistics> loose = near;
   for (CellStatistics& one : loose) one.seconds_error = 0.2;  // of a difference: 1.96 x 0.28
   CHECK(take(loose, 60) == 2);
-  // separability comes first: 0.9 against 0.5 of 60 answers is no draw
+  // separability comes first: 0.9 against 0.5 of 60 answers is a clear difference
   const std::vector<CellStatistics> worse{{0.9, 10, 0, 1}, {0.5, 10, 0, 30}};
   CHECK(take(worse, 60) == 0);
-  // many milliseconds in a chain are no reason to take a slow cell
+  // a chain of small differences must not lead to a slow cell
   std::vector<CellStatistics> chain;
   for (int i = 0; i < 10; ++i) chain.push_back({0.9, 10 + 0.3 * i, 0, double(i)});
   CHECK(take(chain, 60) == 1);
@@ -91,7 +91,8 @@ TEST_CASE("Of equal times a pilot done again takes the cell with the larger sign
 TEST_CASE("The front has what no cell beats in accuracy and time") {
   const std::vector<CellStatistics> cells{
       {0.9, 20, 0, 0}, {0.8, 10, 0, 0}, {0.9, 20.5, 0, 0}, {0.8, 12, 0, 0}, {0.85, 19.5, 0, 0}};
-  CHECK(find_front(cells) == std::vector<std::size_t>{1, 0, 2});  // 3 is slow, 4 no quicker than 0
+  CHECK(find_front(cells) == std::vector<std::size_t>{1, 0, 2});  // 3 is slow, 4 is not quicker
+                                                                  // than 0
   const std::vector<CellStatistics> plain{{0.5, 1, 0, 0}, {0.7, 2, 0, 0}, {0.6, 3, 0, 0}};
   CHECK(find_front(plain) == std::vector<std::size_t>{0, 1});
 }
@@ -101,7 +102,7 @@ TEST_CASE("Answers that hang together in a replicate count for fewer") {
   const ClusteredShare together{{{1, 6}, {1, 6}, {0, 6}}};
   const ClusteredShare apart{{{some, 6}, {some, 6}, {some, 6}}};
   const std::vector<ClusteredShare> all{together}, none{apart}, both{together, apart};
-  CHECK(design_effect(all) == 6);   // all or nothing: 3 answers, not 18
+  CHECK(design_effect(all) == 6);   // all or none: 3 independent answers, not 18
   CHECK(design_effect(none) == 1);  // less than by chance
   // between: 6 x 1/3 + 0; if independent: 2/9 x 18/17 of each
   CHECK(design_effect(both) == Approx(2 / (2 * 2.0 / 9 * 18 / 17)));
@@ -173,7 +174,7 @@ TEST_CASE("Separability leaves each replicate out: what only a replicate shares 
   CHECK(share_of(*apart) == 1);
   CHECK_FALSE(separability(clouds(3, 2, 8, 1), Learner::lda, 1));
   CHECK_FALSE(separability(clouds(1, 5, 8, 1), Learner::lda, 1));
-  // every replicate has five copies of each trial, and nothing but the copies tells a label
+  // every replicate has five copies of each trial, and only the copies reveal a label
   const FeatureMatrix once = clouds(3, 6, 0, 2, 60);
   FeatureMatrix copies = once;
   std::vector<std::size_t> rows;
@@ -182,7 +183,7 @@ TEST_CASE("Separability leaves each replicate out: what only a replicate shares 
   const auto blind = separability(copies, Learner::lda, 1);
   REQUIRE(blind);
   CHECK(share_of(*blind) < 0.6);
-  // the test sees the leak: left out one by one, the copies give the answer away
+  // the test detects the leak: left out singly, the copies reveal the answer
   FeatureMatrix leaking = copies;
   for (std::size_t i = 0; i < leaking.size(); ++i) leaking.groups[i] = "r" + std::to_string(i % 5);
   const auto seen = separability(leaking, Learner::lda, 1);
@@ -195,7 +196,7 @@ TEST_CASE("A fabric that is in one replicate alone cannot be asked about") {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < lacking.size(); ++i)
     if (lacking.labels[i] != "l2" || lacking.groups[i] == "r100") rows.push_back(i);
-  rows.push_back(2);  // twice, so that a learner takes it
+  rows.push_back(2);  // twice, so that a learner accepts it
   const auto refused = separability(select_rows(lacking, rows), Learner::lda, 1);
   REQUIRE_FALSE(refused);
   CHECK_THAT(to_string(refused.error()), Catch::Contains("one replicate alone"));

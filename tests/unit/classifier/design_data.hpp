@@ -1,5 +1,5 @@
 #pragma once
-// Features and answers that the tests of campaign design share.
+// Features and answers shared by the tests of campaign design.
 
 #include <algorithm>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace weft::classifier::design::test {
 
-/// Labels apart by `gap` deviations in one of the first three of so many features.
+/// Labels that differ by `gap` deviations in one of the first three of `features` features.
 inline FeatureMatrix clouds(std::size_t labels, std::size_t groups, double gap, std::uint64_t seed,
                             std::size_t features = 3) {
   FeatureMatrix m;

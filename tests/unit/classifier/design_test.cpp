@@ -27,7 +27,7 @@ std::vector<ErrorPoint> points_on(const PowerLaw& law) {
   return out;
 }
 
-/// Phase P of white noise of +-1 in turn, then M of a sinusoid of `amplitude` at `hz` on a ramp.
+/// Phase P of alternating noise of +-1, then M of a sinusoid of `amplitude` at `hz` on a ramp.
 Trial sinusoid(double amplitude, double hz, double rate_hz, std::size_t motion) {
   Trial trial;
   trial.file = "t";
@@ -58,7 +58,7 @@ TEST_CASE("A power law is found again from points on it") {
 }
 
 TEST_CASE("A power law has no negative floor, and a curve that rises is taken for a flat one") {
-  // through the origin: a floor under 0 would fit better
+  // through the origin: a negative floor would fit better
   const std::vector<ErrorPoint> steep{{1, 0.5, 1}, {2, 0.2, 1}, {4, 0.05, 1}};
   const PowerLaw law = fit_power_law(steep, 1.0);
   CHECK(law.floor == 0);
@@ -139,7 +139,7 @@ TEST_CASE("A point of a learning curve without an error has an interval all the 
   REQUIRE(last.accuracy == 1);
   CHECK(last.ci95.low == Approx(wilson_interval(24, 24).low));  // 0.862
   CHECK(last.ci95.high == 1);
-  // repetitions that fail as a whole: wider by up to sqrt(3), for the other points have a say
+  // repetitions that fail as a whole: wider by up to sqrt(3), because the other points count too
   FeatureMatrix moved = clouds(3, 8, 12, 5);
   for (std::size_t r = 0; r < 6; ++r) moved.labels[r] = "l" + std::to_string((r + 1) % 3);
   const auto partly = learning_curve(moved, options);
@@ -154,7 +154,7 @@ TEST_CASE("A forecast of a noiseless curve lies on its law, and says how many ar
   LearningCurve curve;
   curve.repetitions = 10;
   curve.fabrics = 100;
-  curve.trials = 100'000'000;  // so many that only the law is left
+  curve.trials = 100'000'000;  // large enough that only the law remains
   const PowerLaw truth{0.05, 0.4, 1};
   for (std::size_t n = 3; n <= 10; ++n)
     curve.points.push_back({n,

@@ -51,7 +51,7 @@ TEST_CASE("windows of silence that two recordings have in common make no copies 
   const std::vector<Split> splits{{{0, 1, 2, 3}, {4, 5, 6, 7}}};
   CHECK(find_duplicates(matrix, splits).found == 0);
   matrix.values.row(6)[0] = 1;
-  matrix.values.row(6)[1] = 2;  // and now all that a holds: it is what b begins with
+  matrix.values.row(6)[1] = 2;  // now row 6 has all values of a, which is the beginning of b
   CHECK(find_duplicates(matrix, splits).found == 3);
   CHECK(find_duplicates(matrix, std::vector<Split>{{{0, 1}, {2, 3}}}).found == 0);  // one recording
 }

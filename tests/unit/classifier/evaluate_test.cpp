@@ -98,7 +98,7 @@ TEST_CASE("Recall and accuracy of a confusion matrix worked by hand") {
   CHECK(c.total() == 6);
   CHECK(c.accuracy() == Approx(5.0 / 6.0));
   CHECK(c.recall() == std::vector<double>{0.75, 1.0, 0.0});
-  CHECK(c.balanced_accuracy() == 0.875);  // of the two that were tested
+  CHECK(c.balanced_accuracy() == 0.875);  // of the two tested labels
   CHECK(c.base_rate() == Approx(4.0 / static_cast<double>(c.total())));
 }
 
@@ -160,7 +160,7 @@ TEST_CASE("Splits of unlike size weigh by what they asked, worked by hand, in an
   CHECK(split_interval(one, {8, 8}).method == wilson_interval(6, 8).method);
 }
 
-// Groups whose trials are right with one of two probabilities.
+// Groups with one of two accuracies for their trials.
 double coverage_of_groups(std::size_t groups, std::size_t trials, std::uint64_t seed) {
   constexpr double good = 0.98, bad = 0.62, share_of_bad = 0.2;
   constexpr int sets = 2000;
@@ -215,7 +215,7 @@ TEST_CASE("The interval over groups left out does not depend on which group come
   const FeatureMatrix matrix = gaussian_classes(3, 20, 4, 1.0, 11);
   std::vector<std::string> groups;
   for (std::size_t r = 0; r < matrix.size(); ++r) {
-    const std::size_t trial = r % 20;  // of 20 trials 2, 6 and 12
+    const std::size_t trial = r % 20;  // groups of 2, 6 and 12 of 20 trials
     groups.emplace_back(trial < 2 ? "small" : trial < 8 ? "mid" : "large");
   }
   auto splits = leave_one_group_out(groups, matrix.labels).value();
@@ -254,7 +254,7 @@ TEST_CASE("Permuting the labels brings the accuracy to chance, the true labels d
   CHECK(permuted->trials == 12 * 48);
   CHECK(permuted->chance == Approx(0.25).epsilon(1e-12));
   CHECK(permuted->mean == Approx(compute_mean(permuted->accuracy)));
-  // 576 answers at chance: standard deviation 0.018; four of them are passed once in 16 000 seeds
+  // 576 answers at chance: standard deviation 0.018; four of them are exceeded once in 16 000 seeds
   CHECK(permuted->mean == Approx(0.25).margin(4 * 0.018));
 }
 
@@ -273,7 +273,7 @@ TEST_CASE("Permutations repeat with their seed, differ among each other, and non
 }
 
 TEST_CASE("Chance follows the answers where labels are unequally frequent") {
-  // columns tell nothing; 3 of 4 trials are of one label
+  // the columns are useless; 3 of 4 trials have one label
   FeatureMatrix matrix = gaussian_classes(2, 20, 4, 0.0, 6);
   for (std::size_t r = 20; r < 30; ++r) matrix.labels[r] = "classa";
   const auto permuted = evaluate_permuted(matrix, Learner::pvalue, {}, {.permutations = 4});

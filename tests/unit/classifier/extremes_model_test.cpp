@@ -1,4 +1,4 @@
-// Models at their ends: of 1024 taxels, learnt, asked and stored; of two fabrics that are one.
+// Models at their limits: 1024 taxels, trained, used and stored; two identical fabrics.
 
 #include <catch2/catch.hpp>
 
@@ -14,7 +14,7 @@ using testing::gaussian_classes;
 
 constexpr std::size_t many_taxels = 1024;
 
-// Two cloths x `of_each` trials with all four phases; of the second every eighth taxel is louder.
+// Two fabrics x `of_each` trials with all four phases; every eighth taxel of the second is louder.
 std::vector<Trial> wide_trials(std::size_t of_each, std::uint64_t seed) {
   constexpr std::string_view phases = "SSPPMMMMMMMEE";
   RandomEngine engine(seed);
@@ -67,7 +67,7 @@ TEST_CASE("Extremes: 1024 taxels with all phases are learnt, asked and stored") 
   }
 }
 
-// Classes "classa" and "twin" row by row the same, and a third far from both.
+// Classes "classa" and "twin" with equal rows, and a third far from both.
 FeatureMatrix duplicates_and_another() {
   FeatureMatrix out = gaussian_classes(3, 6, 8, 40.0, 2);
   for (std::size_t r = 0; r < 6; ++r) {
@@ -93,7 +93,7 @@ TEST_CASE("Extremes: of two identical classes one is answered by the rule for ti
       const bool is_third = matrix.labels[row] == "classc";
       CHECK(vote.votes[third] == (is_third ? 2 : 0));
       if (is_third) CHECK(vote.winner == third);
-      // A core's decision above 0 is the first one's vote, any other the second one's.
+      // A decision of a core above 0 is a vote for the first class, otherwise for the second.
       else
         CHECK(vote.winner == (vote.decision[duplicate_core] > 0.0 ? first : duplicate));
     }

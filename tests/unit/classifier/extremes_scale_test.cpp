@@ -1,4 +1,4 @@
-// Features at the ends of double: scaled, learnt from, answered and refused by name.
+// Features at the limits of double: scaled, trained on, predicted, and refused by name.
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -61,7 +61,7 @@ TEST_CASE("Extremes: a column that is constant up to rounding says nothing, what
     REQUIRE(model);
     const auto postprocessing = fit_postprocessing(model->trained, matrix, {});
     REQUIRE((postprocessing && *postprocessing));
-    // of distances too nothing comes from it: two columns that tell classes apart, two that do not
+    // distances are not affected either: two columns separate the classes, two do not
     for (const std::size_t k : {2U, 3U}) CHECK((*postprocessing)->profile.deviation[k] > 1e12);
     std::size_t right = 0;
     for (std::size_t r = 0; r < fresh.size(); ++r) {

@@ -1,4 +1,4 @@
-// What the method does at its ends: the documented value or a clear error, and never a NaN.
+// The method at its limits: the documented value or a clear error, and never a NaN.
 
 #include <array>
 #include <bit>
@@ -35,8 +35,8 @@ enum At : std::size_t {
   at_sh
 };
 
-// Of one taxel, which is worked on by itself; sixteen such side by side must have the same bits,
-// but for the spectrum: where they share a transform they may differ in its last bits.
+// Features of one taxel alone. Sixteen of them together must have the same bits, except for the
+// spectrum: a shared transform may change its last bits.
 std::vector<double> compute_features(const std::vector<double>& signal) {
   const auto out = extract(motion_trial(signal));
   REQUIRE(out);
@@ -71,7 +71,7 @@ Trial with_phases(std::size_t each, std::size_t motion, double level) {
   return out;
 }
 
-// 64 bits of every number's bits: equal on two compilers when every number is.
+// A hash of 64 bits over the bits of every number: equal on two compilers if every number is.
 class Hash {
  public:
   void add(double v) {
@@ -99,7 +99,7 @@ class Hash {
   bool finite_ = true;
 };
 
-// Trains every kind and votes on the training rows; nothing that comes out may be NaN or infinite.
+// Trains every kind and votes on the training rows; no result may be NaN or infinite.
 void trains_and_votes(const FeatureMatrix& matrix, TrainOptions options = {}) {
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all}) {
     INFO(to_string(r));
@@ -189,7 +189,7 @@ TEST_CASE("Extremes: moments do not depend on the level or the unit of a signal"
                                               {0.8e-12, 1e-15, 1e-9}}) {
       INFO(count << " samples at " << level);
       const auto out = compute_features(moved(count, level, unit));
-      // of the peaks, which spread by two: a mean at 1e15 is exact to a sixteenth
+      // moments of the peaks, which differ by two: a mean at 1e15 is exact to a sixteenth
       CHECK(out[at_skew] == Approx(plain[at_skew]).margin(2 * within));
       CHECK(out[at_kurt] == Approx(plain[at_kurt]).margin(within));
       CHECK(out[at_var] / unit / unit == Approx(plain[at_var]).epsilon(within));
@@ -236,7 +236,8 @@ TEST_CASE("Extremes: subnormal counts are a constant, up to the rounding that is
 
 TEST_CASE("Extremes: duplicate trials, two identical classes and constant columns train and vote") {
   FeatureMatrix matrix = gaussian_classes(3, 6, 8, 2.0, 2);
-  for (std::size_t r = 0; r < 6; ++r) {  // one class six times the same trial, another its twin
+  for (std::size_t r = 0; r < 6; ++r) {  // one class is six copies of one trial, another is its
+                                         // twin
     std::copy(matrix.values.row(0).begin(), matrix.values.row(0).end(),
               matrix.values.row(r).begin());
     std::copy(matrix.values.row(0).begin(), matrix.values.row(0).end(),
@@ -337,7 +338,8 @@ TEST_CASE("Extremes: every compiler and processor computes the same bits") {
     for (double& v : row) v = static_cast<double>(random_below(engine, 65536));
   hash.add(*extract(motion_trial(rows)));
   FeatureMatrix matrix = gaussian_classes(4, 7, 30, 0.0, 8);
-  for (std::size_t r = 0; r < matrix.size(); ++r)  // no logarithm of the C library in the input
+  for (std::size_t r = 0; r < matrix.size(); ++r)  // the input does not use a logarithm of the C
+                                                   // library
     for (std::size_t k = 0; k < 30; ++k)
       matrix.values(r, k) = static_cast<double>(random_below(engine, 1000) + (r / 7) * k % 400);
   hash.add(train(matrix).value(), matrix);

@@ -139,7 +139,7 @@ TEST_CASE("The fast search, the whole one and libsvm's train the same cores, bit
 }
 
 TEST_CASE("Nested selection never sees the held-out trials: noise alone scores at chance") {
-  // 400 pure-noise features: chosen outside the folds they look separable, inside they do not.
+  // 400 features of pure noise: chosen outside the folds they look separable, inside they do not.
   std::size_t nested_errors = 0, paper_errors = 0, trials = 0;
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const FeatureMatrix noise = gaussian_classes(2, 10, 400, 0.0, 100 + seed);
@@ -169,7 +169,7 @@ TEST_CASE("Votes: most votes, then the sum of tanh(f), then the lowest class") {
   CHECK(count_votes(pairs, {1.0, -1.0, 1.0 + 1e-12}, 3).winner == 0);  // equal to 1e-9
 }
 
-// What PackedCore lays out, as plain loops.
+// The computation of PackedCore as plain loops.
 double plain_decision(const FabricCore& core, std::span<const double> features) {
   std::vector<double> x(core.reducer().directions());
   core.reducer().project(features, x);
@@ -273,7 +273,7 @@ TEST_CASE("Training refuses unusable options and folds") {
   CHECK_FALSE(train(matrix, options));
   options.make_folds = [](std::span<const int>) { return std::vector<Fold>{{{0, 99}, {2}}}; };
   CHECK_FALSE(train(matrix, options));
-  // one row of each class: no degree of freedom to select with inside the fold
+  // one row of each class: no degree of freedom for a selection inside the fold
   options.make_folds = [](std::span<const int>) { return std::vector<Fold>{{{0, 4}, {1, 5}}}; };
   const auto tiny = train(matrix, options);
   REQUIRE_FALSE(tiny);
@@ -283,8 +283,8 @@ TEST_CASE("Training refuses unusable options and folds") {
 }
 
 TEST_CASE("Two training trials a fabric: the delta is chosen on evidence, not on column 0") {
-  // The first 20 of 60 columns tell nothing, the others tell the four classes apart; folds of one
-  // row each cannot know (all t are 0) and give 0.55 here.
+  // The first 20 of 60 columns are useless, the others separate the four classes; folds of one row
+  // each cannot know that (all t are 0) and give 0.55 here.
   const std::size_t classes = 4, trials = 12;
   double accuracy = 0.0;
   std::size_t inputs = 0;

@@ -127,7 +127,8 @@ TEST_CASE("A view of rows is the view of each, and the plain one changes nothing
   }
 }
 
-// Two classes by the sign of their middle part only; every row has one wild value elsewhere.
+// Two classes that differ by the sign of their middle part only; every row has one outlier
+// elsewhere.
 TEST_CASE("Ranks find what tails hide") {
   RandomEngine engine(9);
   FeatureMatrix data = testing::gaussian_classes(2, 60, 12, 0.0, 8);
@@ -149,7 +150,7 @@ TEST_CASE("Ranks find what tails hide") {
   }
   for (const std::size_t by_rank : {right[1], right[2]}) {
     CHECK(by_rank > right[0] + 5);
-    CHECK(by_rank >= 50);  // of 60; the best possible rule has 55 +- 2
+    CHECK(by_rank >= 50);  // of 60; the best possible rule gets 55 +- 2
   }
 }
 

@@ -19,7 +19,7 @@ using testing::slow_magnitudes;
 
 constexpr std::size_t most = Spectrum::most_signals;
 
-// Of each of `width` signals, a row per sample.
+// The largest value of each of `width` signals, with a row per sample.
 std::vector<double> largest_of(std::span<const double> rows, std::size_t width) {
   std::vector<double> out(width, 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -92,7 +92,7 @@ TEST_CASE("Levels that are taken two at a time have the bits of one after the ot
 }
 
 TEST_CASE("A transform beyond the near cache finds three lines where they were put") {
-  // prime: 65536 elements of 128 bytes and more; a power of two: 32768
+  // prime: at least 65536 elements of 128 bytes; a power of two: 32768
   const auto n = static_cast<std::size_t>(GENERATE(30'011, 32'768));
   constexpr std::array<std::size_t, 3> bins = {1, 4'999, 15'000};
   std::vector<double> signal(n);
@@ -116,8 +116,7 @@ TEST_CASE("Two signals by themselves have the bits that they have among sixteen"
     const auto among = fast_magnitudes(signals);
     std::vector<double> rows;
     for (std::size_t i = 0; i < n; ++i)
-      rows.insert(rows.end(),
-                  {signals[3][i], signals[3 + most / 2][i]});  // partners of a transform
+      rows.insert(rows.end(), {signals[3][i], signals[3 + most / 2][i]});  // both share a transform
     const std::vector<double> offset(2, 0.0);
     simd::AlignedDoubles scratch;
     const Spectrum spectrum(n);
@@ -146,7 +145,7 @@ TEST_CASE(
   std::vector<std::vector<double>> signals(most, noise(100, 3));
   for (std::size_t s = 0; s < signals.size(); ++s)
     for (double& v : signals[s]) v *= s == 7 ? 1e-300 : 1e300;
-  signals[0] = weak;  // its partner, eight further on, is at 1e300
+  signals[0] = weak;  // the signal eight places further, in the same transform, is at 1e300
   signals[10].assign(100, 0.0);
   const auto got = fast_magnitudes(signals);
   const auto want = slow_magnitudes(weak), tiny = slow_magnitudes(noise(100, 3));

@@ -1,5 +1,5 @@
 #pragma once
-// Trials and look-ups that the tests of the features share.
+// Trials and look-ups shared by the tests of the features.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -31,7 +31,7 @@ inline std::vector<double> noise(std::size_t n, std::uint64_t seed) {
   return out;
 }
 
-/// Counts like those of a slide: levels, ripple and noise that differ between taxels, flat tops.
+/// Counts like those of a stroke: levels, ripple and noise that differ between taxels, flat tops.
 inline Trial slide(std::size_t taxels, std::size_t motion, std::uint64_t seed) {
   RandomEngine engine(seed);
   Trial out;

@@ -1,4 +1,4 @@
-// Only the features that a model reads are computed for an answer; the answer stays.
+// An answer computes only the features that the model reads; the answer stays the same.
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@ namespace {
 
 using testing::slide;
 
-// Each block by itself, and some together.
+// Each block alone, and some combinations.
 std::vector<BlockSet> masks() {
   std::vector<BlockSet> out{BlockSet{}, BlockSet{Block::norm, Block::range, Block::mode},
                             BlockSet{Block::mean, Block::sh}, BlockSet{Block::skew, Block::hfrq},

@@ -1,5 +1,5 @@
-// Folds where a label has too few groups, recordings or trials: only that label is dealt finer or
-// left out of the test, and it is said.
+// Folds if a label has too few groups, recordings or trials: only that label is split further or
+// left out of the test, and the report names it.
 
 #include "classifier/fabric/folds.hpp"
 
@@ -19,7 +19,7 @@ namespace {
 using testing::gaussian_classes;
 using testing::normal;
 
-constexpr std::size_t windows = 3;  // of every recording
+constexpr std::size_t windows = 3;  // in every recording
 
 // Labels with the groups of their recordings.
 using Recorded = std::map<std::string, std::vector<std::string>>;
@@ -55,7 +55,7 @@ TrainOptions by_groups(std::uint64_t seed = 1) {
   return out;
 }
 
-// No unit of the rows of these labels is on both sides of a fold.
+// Checks that no unit with rows of these labels is on both sides of a fold.
 void check_whole(const FeatureMatrix& data, const std::vector<Fold>& folds,
                  const std::set<std::string>& labels, const std::vector<std::string>& unit) {
   for (const Fold& fold : folds) {
@@ -126,7 +126,7 @@ TEST_CASE("Labels of some of the groups are dealt by groups whatever the seed") 
   const std::vector<Recorded> cases = {
       {{"a", four_groups}, {"b", four_groups}, {"c", {"g0", "g1"}}},
       {{"a", four_groups}, {"b", four_groups}, {"c", {"g1", "g3"}}, {"d", {"g0", "g3"}}},
-      // in two folds no dealing parts all three
+      // no division into two folds separates all three
       {{"c", {"g0", "g1"}}, {"d", {"g1", "g2"}}, {"e", {"g0", "g2"}}}};
   for (const Recorded& recorded : cases) {
     const FeatureMatrix data = windows_of(recorded);
@@ -151,7 +151,7 @@ TEST_CASE("Folds of a core keep the groups of one label where the other has a si
   check_whole(data, problem.folds, {"c"}, recordings(data));
 }
 
-// Three labels of twelve trials, and one of two far from them.
+// Three labels of twelve trials, and one with `rare` trials, far from them.
 FeatureMatrix with_rare_label(std::size_t rare, std::uint64_t seed) {
   FeatureMatrix data = gaussian_classes(4, 12, 6, 1.5, seed);
   std::vector<std::size_t> rows;
@@ -167,7 +167,8 @@ TEST_CASE("A label of two trials is never held out, and the others are tested al
   CHECK(held_out(data, folds) ==
         std::map<std::string, std::size_t>{{"classa", 12}, {"classb", 12}, {"classc", 12}});
   CHECK(format_folds(fold_report(data, Learner::svc, {})) == "not tested: classd (2 trials)");
-  CHECK(fold_report(data, Learner::all, {}).as_requested());  // a pair's folds hold both out
+  CHECK(fold_report(data, Learner::all, {}).as_requested());  // the folds of a pair hold both of
+                                                              // them out
   CHECK(fold_report(with_rare_label(3, 3), Learner::best, {}).as_requested());
 }
 
@@ -231,7 +232,7 @@ TEST_CASE(
     const auto* machine = svc->as<MultiClassSvc>();
     REQUIRE(machine != nullptr);
     CHECK(machine->c() == 8.0);
-    CHECK(machine->gamma() == 0.125);  // of the grid the nearest to 1 / 6
+    CHECK(machine->gamma() == 0.125);  // the grid value nearest to 1 / 6
   }
   CHECK(format_folds(fold_report(lone, Learner::svc, {})) ==
         "none: label classb has 2 trials, too few for 5 folds that train on 2 of each");

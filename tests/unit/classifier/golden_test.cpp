@@ -1,5 +1,5 @@
-// Features, t, p, subsets, chosen grid points and votes against tests/golden/features/fabric.json,
-// which make_fabric.py wrote with numpy, scipy and scikit-learn.
+// Features, t, p, subsets, chosen grid points and votes compared with
+// tests/golden/features/fabric.json, which make_fabric.py wrote with numpy, scipy and scikit-learn.
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// Imprints at their ends: the documented value or a clear error, and never a NaN.
+// Imprints at their limits: the documented value or a clear error, and never a NaN.
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -91,7 +91,7 @@ TEST_CASE("small images at every scale: finite features, and smoothing within wh
         CHECK(value <= *high + 1e-9);
       }
     }
-    // Larger than the image: hardly anything is left of what stood in it, and no extremum.
+    // A scale larger than the image: hardly any signal and no extremum remain.
     for (const double sigma : {10.0, 100.0, 1000.0}) {
       INFO(rows << " x " << cols << ", sigma " << sigma);
       Image smooth;
@@ -159,7 +159,7 @@ TEST_CASE("values and settings that mean nothing are refused, with their place")
     CHECK(values.error().where == "row 2, column 3");
   }
   CHECK(!features->extract(Image()));
-  CHECK(features->extract(Image(4, 5, 1.0)));  // and goes on working
+  CHECK(features->extract(Image(4, 5, 1.0)));  // it still works
   for (const double sigma : {-1.0, 1001.0, std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::infinity()})
     CHECK(!GaussianFilter::make(sigma));

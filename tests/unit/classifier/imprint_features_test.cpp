@@ -100,8 +100,8 @@ TEST_CASE("the noise estimate is the deviation of the gradient that white noise 
   }
 }
 
-// Beyond 8 taxels or so the cut of the window at four deviations counts: its jump does not shrink
-// with the third derivative.
+// Beyond about 8 taxels the limit of the window at four deviations matters: its jump does not
+// shrink with the third derivative.
 TEST_CASE("for larger scales the noise factor tends to 2 sigma^2 / sqrt(15)") {
   const Image image = smoothed(noise_image(64, 64, 1.0, 5), 5.0);
   const GaussianFilter filter = filter_of(5.0);
@@ -161,7 +161,7 @@ TEST_CASE("a ridge two taxels wide counts once, and one that runs at a slant is 
   StepEdges edges;
   auto found = edges.find(slope, 1.0, 127.0, {});
   REQUIRE(found.size() == 1);
-  CHECK(found[0].col == 3);  // larger than ahead, not smaller than behind
+  CHECK(found[0].col == 3);  // larger than the next, not smaller than the previous one
   Gradient slant{Image(3, 3), Image(3, 3), Image(3, 3)};
   slant.x(1, 1) = 4.0;
   slant.y(1, 1) = 3.0;
@@ -184,7 +184,7 @@ TEST_CASE("extrema are strict, interior and measured against their ring") {
   REQUIRE(found.maxima.size() == 1);
   REQUIRE(found.minima.size() == 1);
   CHECK(found.maxima[0] == 8.0);
-  CHECK(found.minima[0] == 10.5);  // its ring has one of the thirties: 12.5 on average
+  CHECK(found.minima[0] == 10.5);  // its ring has one of the 30 values: 12.5 on average
 }
 
 TEST_CASE("orientations are spread modulo pi, or as plain angles where asked") {
@@ -201,7 +201,7 @@ TEST_CASE("orientations are spread modulo pi, or as plain angles where asked") {
         orientation_spread(pair, OrientationSpread::circular) ==
         Approx(std::sqrt(-2.0 * std::log1p(-2.0 * std::pow(std::sin(a), 2))) / 2.0).epsilon(1e-6));
   }
-  // All directions alike often: R at least 1/n.
+  // All directions equally often: R at least 1/n.
   std::vector<EdgeTaxel> all;
   for (int k = 0; k < 8; ++k) all.push_back(edge(k * M_PI / 8));
   CHECK(orientation_spread(all, OrientationSpread::circular) ==

@@ -55,8 +55,8 @@ TEST_CASE("Maps need an array of their size") {
 
 constexpr TaxelGrid grid{12, 12, 0.0, 0};
 
-// The same blob, with the same noise, in one of four corners, as often as it has rows: its place
-// alone tells the class.
+// The same blob, with the same noise, in one of four corners with equal frequency: only its place
+// reveals the class.
 std::vector<Imprint> four_places(std::uint64_t seed) {
   RandomEngine engine(seed);
   std::vector<Imprint> out;
@@ -88,7 +88,7 @@ TEST_CASE("A choice takes maps where the place of the contact tells the class, a
   CHECK(to_string(stored) == chosen->recipe.features);
   const UsedFeatures used = used_features(chosen->trained, *matrix);
   CHECK(used.matrix.names == used.learner.feature_names());
-  // Together with the probabilities and the reject rule, which know as many features.
+  // Also with the probabilities and the reject rule, which have the same number of features.
   auto postprocessing = fit_postprocessing(used.learner, used.matrix, {});
   REQUIRE(postprocessing);
   std::ostringstream text;

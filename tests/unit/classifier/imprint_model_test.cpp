@@ -1,4 +1,4 @@
-// Models of imprints as files: the same again, and what is refused.
+// Models of imprints as files: equal after reading, and refusals.
 
 #include <catch2/catch.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr TaxelGrid grid{16, 12, 0.281e-3, 7};
 
-// Stripes of two pitches, and a plain with bumps; whole counts of seven bits, noise in each.
+// Stripes of two pitches, and a plain with bumps; whole counts of seven bits, with noise.
 std::vector<Imprint> three_textures(std::uint64_t seed, std::size_t of_each = 6) {
   RandomEngine engine(seed);
   std::vector<Imprint> out;
@@ -145,7 +145,8 @@ TEST_CASE("A model of imprints refuses another array and says both") {
   CHECK(refused({16, 12, 0.281e-3, 8}).find("8 bits") != std::string::npos);
   CHECK(classify_imprints(model, grid, requested));
   CHECK(classify_imprints(model, {16, 12, 36e-3 / 128, 7}, requested));  // the same to 1 %
-  CHECK(classify_imprints(model, {16, 12, 0.0, 0}, requested));  // which says nothing of itself
+  CHECK(classify_imprints(model, {16, 12, 0.0, 0}, requested));  // the set does not state its
+                                                                 // geometry
 }
 
 TEST_CASE("An imprint that its array cannot give is refused by name") {

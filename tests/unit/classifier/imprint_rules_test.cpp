@@ -1,5 +1,5 @@
-// The rules that learn from imprints' features, and the four experiments, on small cases worked out
-// by hand.
+// The rules trained on imprints' features, and the four experiments, on small cases computed by
+// hand.
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -34,8 +34,9 @@ TEST_CASE("two classes, worked out by hand: weights, rounds and the tie to the l
   const std::vector<std::size_t> of_row{0, 1};
   const auto out = train_kesler(rows, of_row, 2, {});
   REQUIRE(out);
-  // Round 1: (2, 1) ties and is right; (-1, 1) ties, is taken for class 0: w1 = (-1, 1), w0 = -w1.
-  // Round 2: (2, 1): w0 gives 1, w1 gives -1; (-1, 1): w1 gives 2. Clean.
+  // Round 1: (2, 1) ties and is right; (-1, 1) ties and is predicted as class 0: w1 = (-1, 1), w0 =
+  // -w1.
+  // Round 2: (2, 1): w0 gives 1, w1 gives -1; (-1, 1): w1 gives 2. No errors.
   CHECK(out->converged);
   CHECK(out->rounds == 2);
   CHECK(out->rule.weight()(0, 0) == 1.0);
@@ -80,7 +81,7 @@ TEST_CASE("what no line separates is said plainly: after 1000 rounds, and by the
 }
 
 TEST_CASE("raw features of unlike size keep a perceptron from what the hull proves in steps") {
-  // Separable by a hair in a feature of size 1, beside one of size 1000 that says nothing.
+  // Just separable in a feature of size 1, beside a useless one of size 1000.
   RandomEngine engine(12);
   Matrix rows(20, 2);
   std::vector<std::size_t> of_row;
@@ -117,7 +118,7 @@ TEST_CASE("the hull agrees with how the rows were made, for many classes") {
           static_cast<std::size_t>(std::max_element(score.begin(), score.end()) - score.begin()));
     }
     CHECK(separability_of(rows, of_row, 4).verdict == Separability::separable);
-    // A row in the middle of a class's own rows, labelled otherwise.
+    // A row in the middle of a class's own rows, with another label.
     const std::size_t own = of_row[0];
     Matrix more(61, 5);
     double members = 0;
@@ -135,7 +136,7 @@ TEST_CASE("the hull agrees with how the rows were made, for many classes") {
 }
 
 TEST_CASE("minimum squared error is the regression on indicators, worked out by hand") {
-  // x = -1, 0, 3 of classes 0, 0, 1: slope of the indicator of class 1 is cov / var.
+  // x = -1, 0, 3 of classes 0, 0, 1: the slope of the indicator of class 1 is cov / var.
   const auto rule = train_least_squares(rows_of({{-1.0}, {0.0}, {3.0}}),
                                         std::vector<std::size_t>{0, 0, 1}, 2, FeatureScaling::none);
   REQUIRE(rule);
@@ -210,7 +211,7 @@ TEST_CASE("every rule tells stripes of three widths apart, object by object") {
     INFO(to_string(rule));
     CHECK(out->total == 24);
     CHECK(out->correct + out->wrong.size() == out->total);
-    // A perceptron stops at the first line that separates what it has seen.
+    // A perceptron stops at the first line that separates its training rows.
     const bool perceptron = rule == Learner::perceptron || rule == Learner::perceptron_zscore;
     CHECK(out->wrong.size() <= (perceptron ? 2 : 0));
     CHECK(out->converged);
@@ -268,8 +269,8 @@ TEST_CASE(
       continue;
     }
     CHECK(out->total == 8);
-    // Equal products and discriminants go to the first class; of a machine's two classes, whose
-    // decision is 0, the second has the vote.
+    // Equal products and discriminants give the first class. For two classes of an SVM with a
+    // decision of 0, the second class gets the vote.
     const bool first =
         rule == Learner::least_squares || rule == Learner::ridge || rule == Learner::lda;
     CHECK(out->wrong == (first ? Rows{4, 5, 6, 7} : Rows{0, 1, 2, 3}));

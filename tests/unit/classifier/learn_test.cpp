@@ -161,8 +161,7 @@ TEST_CASE("Windows of one recording are never split between training and validat
   }
 }
 
-// A random layout: units of 1 to 3 rows, each row of either class at random; at least two units a
-// class.
+// A random layout: units of 1 to 3 rows, each row of a random class; at least two units a class.
 struct Layout {
   std::vector<int> sign;
   std::vector<std::size_t> unit;
@@ -179,7 +178,7 @@ Layout random_layout(RandomEngine& engine) {
   for (;;) {
     Layout out;
     const std::size_t units = 2 + random_below(engine, 7);
-    const std::size_t mixing = random_below(engine, 4);  // 0: every unit has one class only
+    const std::size_t mixing = random_below(engine, 4);  // 0: every unit has only one class
     for (std::size_t u = 0; u < units; ++u) {
       const int own = random_below(engine, 2) == 0 ? 1 : -1;
       for (std::size_t r = 1 + random_below(engine, 3); r > 0; --r) {
@@ -239,7 +238,7 @@ TEST_CASE("Two trials of each class are left out one at a time, so that a fold c
     REQUIRE(folds.size() == 4);
     for (const Fold& fold : folds) CHECK(fold.train.size() == 3);
   }
-  // whole recordings where those suffice: 1 and 9 windows of each class
+  // whole recordings if those suffice: 1 and 9 windows of each class
   std::vector<int> windows(10, 1);
   windows.resize(20, -1);
   std::vector<std::size_t> recording(20);

@@ -1,4 +1,4 @@
-// Learners as they are trained in parts, stored and asked.
+// Learners trained in parts, stored and used.
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -15,7 +15,7 @@ namespace {
 
 using testing::gaussian_classes;
 
-// Two shares of every task, put together as two processes would.
+// Two shares of every task, joined as two processes would.
 TaskTrainer in_two_shares(const FeatureMatrix& matrix, const TrainOptions& options,
                           std::size_t& tasks) {
   return [&](const CoreTask& task) -> Result<std::vector<FabricCore>> {
@@ -66,7 +66,7 @@ TEST_CASE("Cores trained in shares decide bit for bit as in one piece, whatever 
   CHECK_FALSE(train_task(data, {Reduction::all, View::plain, 99}, options));
 }
 
-// All but the decisions, which predict_all() of many rows leaves out.
+// Compares all but the decisions, which predict_all() omits for many rows.
 void check_same(const Result<Prediction>& many, const Result<Prediction>& one) {
   REQUIRE(many.has_value() == one.has_value());
   if (!one) {
@@ -147,7 +147,7 @@ TEST_CASE("Probabilities of every learner are distributions, and say more of nea
             Approx(1.0));
       of_truth += reply->probability[r / 40];
     }
-    // Chance: 0.25. Two of six columns say something, and a tree looks at two of them at a time.
+    // Chance: 0.25. Two of six columns are useful, and a tree considers two of them at a time.
     CHECK(of_truth / 160.0 > (kind == Learner::trees ? 0.4 : 0.5));
   }
 }
@@ -164,7 +164,7 @@ TEST_CASE("A trial far from every class is none of these, whichever learner is a
     std::size_t refused = 0;
     for (std::size_t r = 0; r < data.size(); ++r)
       refused += predict(*learner, some, data.values.row(r))->none_of_these ? 1 : 0;
-    CHECK(refused <= 4);  // asked for: 5 % of 45
+    CHECK(refused <= 4);  // requested: 5 % of 45
   }
 }
 

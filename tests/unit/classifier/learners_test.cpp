@@ -48,7 +48,7 @@ TrainOptions quick(std::uint64_t seed = 1) {
   return out;
 }
 
-/// Those that are not a choice between several.
+/// All learners except those that choose between several.
 std::vector<Learner> concrete_learners() {
   std::vector<Learner> out = all_learners();
   std::erase_if(out, is_choice);
@@ -110,7 +110,7 @@ TEST_CASE("The winner has the largest score, and a score stands for every class"
       CHECK(scores->winner == made->classify(test.rows.row(r)).value());
       agree += place_of_largest(scores->score) == scores->winner ? 1 : 0;
     }
-    // Votes of pairs are counted before their margins.
+    // Votes of pairs count before their margins.
     const bool is_of_pairs =
         is_cores(learner) || learner == Learner::svc || learner == Learner::svm;
     CHECK(agree >= (is_of_pairs ? 70 : 90));
@@ -219,7 +219,7 @@ TEST_CASE("A tree cuts between the values that part the classes") {
 }
 
 TEST_CASE("The forest finds which features matter") {
-  Set set = gaussian_set(2, 100, 3, 4.0, 7);  // feature 0 alone tells two classes apart
+  Set set = gaussian_set(2, 100, 3, 4.0, 7);  // only feature 0 separates the two classes
   const FeatureMatrix matrix = set.matrix();
   const Classes classes = find_classes(matrix);
   const auto importance = forest_importance({matrix, classes}, quick()).value();
@@ -279,7 +279,7 @@ TEST_CASE("A product of matrices is the sum of products at every size") {
 
 TEST_CASE("Features are scaled, turned to components, and refused where they are others") {
   Set train = gaussian_set(4, 30, 5, 5.0, 9), test = gaussian_set(4, 30, 5, 5.0, 10);
-  for (Set* set : {&train, &test})  // what tells apart is in four features, so in two components
+  for (Set* set : {&train, &test})  // the difference is in four features, so in two components
     for (std::size_t r = 0; r < set->rows.rows(); ++r)
       for (std::size_t f = 0; f < 2; ++f) set->rows(r, f + 2) += set->rows(r, f);
   const auto explained = [](const TrainedLearner& learner) {
@@ -307,7 +307,7 @@ TEST_CASE("Features are scaled, turned to components, and refused where they are
 }
 
 TEST_CASE("As many components as there are features, or more, turn all of them") {
-  // Both features rise and fall together; their difference is what tells the classes apart.
+  // Both features rise and fall together; their difference separates the classes.
   Set train = gaussian_set(2, 40, 2, 0.0, 3);
   for (std::size_t r = 0; r < train.rows.rows(); ++r)
     train.rows(r, 1) = train.rows(r, 0) + 0.1 * train.rows(r, 1) + (train.of_row[r] == 0 ? 0 : 0.6);

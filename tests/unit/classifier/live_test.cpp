@@ -1,4 +1,4 @@
-// Votes while a slide goes on.
+// Live votes during a stroke.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 constexpr double rate_hz = 40;
 constexpr std::size_t taxels = 2;
 
-// A cloth's ripple has its own height; 8 frames of S, 8 of P, `motion` of M, 8 of E.
+// A fabric's ripple has its own height; 8 frames of S, 8 of P, `motion` of M, 8 of E.
 Trial slide(std::size_t cloth, std::size_t number, std::size_t motion) {
   RandomEngine engine(100 * cloth + number);
   Trial trial;
@@ -143,7 +143,7 @@ TEST_CASE(
     if (i % 4 < 2) some[i] = slide(i / 4, i % 4, 120);
   const auto model = train_staged(some, rate_hz, options_of_lda());
   REQUIRE(model);
-  CHECK(model->stages.size() == 2);  // 0.5, 1 s; of 2 and 3 s there are two slides of each
+  CHECK(model->stages.size() == 2);  // 0.5 and 1 s; only two strokes of each fabric reach 2 and 3 s
   for (const LiveStage& stage : model->stages) CHECK(stage.model.postprocessing);
   const auto few = train_staged(slides(2), rate_hz, options_of_lda());
   REQUIRE(few);
@@ -175,7 +175,7 @@ TEST_CASE("a staged model comes back from its file as it was, and nothing else i
   CHECK_FALSE(loaded_stages(format_text(swapped)));
 }
 
-// As version 2 had it: an opening, then a file of each stage.
+// In the format of version 2: an opening, then a file of each stage.
 std::string as_version_2(const StagedModel& model) {
   std::string opening = "sample_rate_hz 40\nstages " + std::to_string(model.stages.size()) + "\n";
   std::string models;
@@ -327,7 +327,7 @@ TEST_CASE("a frame that is no frame is refused and the votes go on") {
   CHECK_FALSE(voter.add(Phase::motion, bad));
   CHECK_FALSE(voter.add(Phase::motion, std::vector<double>{1}));
   CHECK(votes_of(voter, slide(1, 60, 20)).size() == 1);
-  CHECK(votes_of(voter, slide(1, 61, 400)).size() == 4);  // longer than any that trained
+  CHECK(votes_of(voter, slide(1, 61, 400)).size() == 4);  // longer than any training stroke
 }
 
 }  // namespace weft::classifier::live_test

@@ -84,7 +84,7 @@ TEST_CASE("Equal rows of both classes lose 2 for the pair held out, whatever C")
   for (double& d : problem.squared.data()) d = 0.0;
   const double least =
       LossBound(problem.squared, problem.train, problem.held_out).least_loss(1e12, 1e3);
-  CHECK(least == Approx(2.0).epsilon(1e-6));  // f is the bias alone: no C tells equal rows apart
+  CHECK(least == Approx(2.0).epsilon(1e-6));  // f is the bias alone: no C separates equal rows
 }
 
 }  // namespace loss_bound_test

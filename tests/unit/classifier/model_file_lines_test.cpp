@@ -1,4 +1,4 @@
-// What the parser of a model file says to a wrong line behind a right checksum.
+// Error messages of the parser of a model file for a wrong line before a correct checksum.
 
 #include <catch2/catch.hpp>
 #include <optional>
@@ -79,8 +79,8 @@ TEST_CASE("a wrong line of a learner without cores is refused with its number") 
   CHECK_FALSE(stored.error().got.empty());
 }
 
-// Text with word `place` (from 0) of the first line that begins with `keyword`, from the line on
-// that says how many trees there are.
+// Text with word `place` (from 0) of the first line that begins with `keyword` replaced, after the
+// line with the number of trees.
 std::string with_token(const std::string& text, const std::string& keyword, std::size_t place,
                        const std::string& word) {
   const std::size_t line = text.find("\n" + keyword + " ", text.find("\ntrees "));
@@ -117,7 +117,7 @@ TEST_CASE("wrong trees behind a right checksum are refused, each for what is wro
   CHECK(to_string(stored.error()).find(says) != std::string::npos);
 }
 
-// A root on one feature, a leaf of class 0, a leaf of shares; line 3 says where they lead.
+// A root on one feature, a leaf of class 0, a leaf of shares; line 3 has their links.
 struct TreeLines {
   std::vector<std::size_t> child{1, 0, 2};
   std::size_t mixed = 1;

@@ -20,7 +20,7 @@ std::vector<Learner> stored_kinds() {
   return {Learner::pvalue, Learner::pca, Learner::all, Learner::lda, Learner::svc, Learner::trees};
 }
 
-// Bits of everything that an answer says.
+// The bits of all parts of an answer.
 std::vector<std::uint64_t> bits_of(const Prediction& answer) {
   std::vector<double> all(answer.ballot.votes.begin(), answer.ballot.votes.end());
   for (const auto* part : {&answer.ballot.support, &answer.ballot.decision, &answer.probability})
@@ -84,7 +84,7 @@ TEST_CASE("a learner without cores refuses kinds of vote that are for cores") {
   }
 }
 
-// The file was written by the last program that knew version 3 only.
+// The file was written by the last program that supported only version 3.
 TEST_CASE("a file of version 3 is read, and stored as the version of today") {
   const std::string text = weft::testing::source_text("tests/golden/model/version_3.weft");
   REQUIRE(text.starts_with("weft-fabric-model 3\n"));
@@ -105,7 +105,7 @@ TEST_CASE("a file of version 3 is read, and stored as the version of today") {
   CHECK_FALSE(loaded(replaced(text, "reduction pvalue", "reduction lda")));
 }
 
-// The file was written by the last program that knew version 4 only.
+// The file was written by the last program that supported only version 4.
 TEST_CASE("a file of version 4 with compressed features is read as such") {
   const std::string text = weft::testing::source_text("tests/golden/model/version_4.weft");
   REQUIRE(text.starts_with("weft-fabric-model 4\n"));
@@ -120,7 +120,7 @@ TEST_CASE("a file of version 4 with compressed features is read as such") {
   CHECK_FALSE(loaded(replaced(text, "compressed 1", "compressed 0")));
 }
 
-// The file was written by the last program that knew version 5 only.
+// The file was written by the last program that supported only version 5.
 TEST_CASE("a file of version 5 with ranked features is read as such, and knows no trees") {
   const std::string text = weft::testing::source_text("tests/golden/model/version_5.weft");
   REQUIRE(text.starts_with("weft-fabric-model 5\n"));

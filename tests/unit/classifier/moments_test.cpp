@@ -33,7 +33,7 @@ std::vector<double> moved(std::vector<double> signal, double factor, double leve
   return signal;
 }
 
-// By name without the taxel; of one taxel alone and of the last of eighteen.
+// Features by name without the taxel: of one taxel alone, and of the last of eighteen.
 std::array<std::map<std::string, double>, 2> features_of(const std::vector<double>& signal,
                                                          const FeatureOptions& options) {
   std::array<std::map<std::string, double>, 2> out;
@@ -76,7 +76,7 @@ void check_moved(const std::vector<double>& signal, double factor, double level)
     for (const auto& found : features_of(moved(signal, factor, level), options))
       for (const auto& [name, power] : powers) {
         CAPTURE(factor, level, name);
-        const double unit = std::pow(factor, power);  // may be no normal number
+        const double unit = std::pow(factor, power);  // may be subnormal
         // the spectrum's own rounding is relative to its largest bin
         const double slack = name == "Sh" ? 1e-9 * std::abs(expected.at("Hfrq")) * unit : 0.0;
         CHECK(found.at(name) == Approx(expected.at(name) * unit)

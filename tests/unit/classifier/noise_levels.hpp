@@ -1,5 +1,5 @@
 #pragma once
-// Recordings of noise whose level tells the label, cut and split by a protocol.
+// Recordings of noise with a level that depends on the label, cut and split by a protocol.
 
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@ namespace weft::classifier::vibro::noise_levels {
 
 inline const std::vector<Channel> one_channel = {{"X", 200.0, "count"}};
 
-// Noise whose level tells the label; `recordings` of each, groups "1", "2" ...
+// Noise with a level that depends on the label; `recordings` of each, groups "1", "2" ...
 inline std::vector<Recording> levels(std::size_t labels, std::size_t recordings,
                                      double seconds = 15.0) {
   std::vector<Recording> out;

@@ -1,4 +1,4 @@
-// "None of these", measured with every fabric left out in turn.
+// The unknown-fabric check, measured by leaving out each fabric once.
 
 #include <catch2/catch.hpp>
 
@@ -38,7 +38,7 @@ TEST_CASE("Fabrics far from each other are strangers to each other, equal ones a
     CHECK(equal.false_accept > 0.7);
     CHECK(equal.false_accept_ci95.low < equal.false_accept);
     CHECK(equal.false_accept_ci95.high > equal.false_accept);
-    // two splits that are one: no more is known than by one of them
+    // two equal splits give the information of one
     CHECK(equal.false_accept_ci95.low == Approx(wilson_of_share(equal.false_accept, 40).low));
   }
 }

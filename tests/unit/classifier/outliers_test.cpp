@@ -1,4 +1,4 @@
-// Outliers among training rows: which are left out, and that no row that tests ever is.
+// Outliers among training rows: the rows that are left out; a test row never is.
 
 #include <catch2/catch.hpp>
 
@@ -14,7 +14,8 @@ namespace {
 
 using LeftOut = std::map<std::string, std::size_t>;
 
-// Ten rows of each of two labels, a constant column beside one that counts; `last` closes it.
+// Ten rows of each of two labels, with a constant column and one that counts; `last` is the last
+// value.
 FeatureMatrix twenty(double last) {
   FeatureMatrix out;
   out.names = {"constant", "counting"};
@@ -45,7 +46,7 @@ TEST_CASE("A row beyond the deviations of all rows is left out, counted by its l
 
 TEST_CASE("A label of which every row is an outlier is refused by its name") {
   FeatureMatrix rows = twenty(9.0);
-  for (std::size_t r = 0; r < 10; ++r) rows.values(r, 1) = 1000.0;  // one deviation off, as b is
+  for (std::size_t r = 0; r < 10; ++r) rows.values(r, 1) = 1000.0;  // one deviation away, like b
   for (std::size_t r = 5; r < 20; ++r) rows.labels[r] = "b";
   const auto refused = remove_outliers(rows, 0.5);
   REQUIRE_FALSE(refused);
@@ -72,7 +73,7 @@ TEST_CASE("A trained learner has seen no outlier, and answers one all the same")
 TEST_CASE("Windows that test are never left out") {
   using namespace vibro;
   auto recordings = noise_levels::levels(3, 2);
-  recordings[0].samples[0][1500] = 300.0;  // a knock in all five windows of its third block
+  recordings[0].samples[0][1500] = 300.0;  // a knock in all five windows of the third block
   const auto c = noise_levels::cut(recordings, noise_levels::with(Protocol::blocks));
   const std::vector nb{window_recipe(Learner::nb)};
   const auto all = cross_validate(c.windows, c.splits, nb, {}).value();

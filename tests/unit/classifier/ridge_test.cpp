@@ -1,5 +1,5 @@
-// Ridge regression on indicators: weights and penalty beside those of the normal equations, which
-// are solved here for one penalty after the other, and what has no spread.
+// Ridge regression on indicators: weights and penalty compared with those of the normal equations,
+// solved here for one penalty after the other; also columns without spread.
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -89,20 +89,20 @@ TEST_CASE("Ridge weights and their penalty are those of the normal equations") {
   check_as_direct(three_classes(60, 5, 2.0, 1));
   check_as_direct(three_classes(60, 5, 0.0, 2));   // nothing to learn
   check_as_direct(three_classes(12, 40, 3.0, 3));  // more features than rows
-  check_as_direct(three_classes(31, 30, 1.0, 4));  // as many
+  check_as_direct(three_classes(31, 30, 1.0, 4));  // equally many
   check_as_direct(three_classes(20, 1, 4.0, 5));
   Rows flat = three_classes(45, 4, 2.0, 6);
   for (std::size_t r = 0; r < 45; ++r) flat.values(r, 2) = 7.0;
   check_as_direct(flat);
-  Rows twice = three_classes(45, 6, 2.0, 7);  // a column again
+  Rows twice = three_classes(45, 6, 2.0, 7);  // a duplicate column
   for (std::size_t r = 0; r < 45; ++r) twice.values(r, 5) = -3.0 * twice.values(r, 0);
   check_as_direct(twice);
 }
 
 TEST_CASE("One column of ridge regression, worked out by hand") {
-  // z = (-1, -1, 1, 1), indicators 0, 0, 1, 1: slope 2 / (4 + penalty). Left over of class 1:
-  // 4 (1/2 - slope)^2; degrees left: 2 + penalty / (4 + penalty). Both shrink to 0 with the
-  // penalty.
+  // z = (-1, -1, 1, 1), indicators 0, 0, 1, 1: slope 2 / (4 + penalty). Residual of class 1: 4 (1/2
+  // - slope)^2; remaining degrees of freedom: 2 + penalty / (4 + penalty). Both shrink to 0 with
+  // the penalty.
   Matrix rows(4, 1);
   rows(2, 0) = rows(3, 0) = 5.0;
   const auto got = train_ridge(rows, std::vector<std::size_t>{0, 0, 1, 1}, 2);

@@ -70,7 +70,7 @@ TEST_CASE("a limit is where a moving signal stays") {
   CHECK(state.high.held);
   CHECK(state.high.value == 1023);
   CHECK_FALSE(state.low.held);
-  std::vector<double> steps;  // a slow sensor stays at every value
+  std::vector<double> steps;  // a slow sensor stays at every value for a while
   for (int i = 0; i < 300; ++i) steps.push_back(std::round(10 * std::sin(i / 50.0)));
   CHECK_FALSE(check_signal(steps).high.held);
   std::vector<double> two_values(100, 0.0);

@@ -1,6 +1,6 @@
 #pragma once
-// Table I of Khan et al. 2016 straight from its definitions, one signal after the other, in long
-// double where sums are long: what the fast extraction is compared with.
+// Table I of Khan et al. 2016 directly from its definitions, one signal after the other, in long
+// double for long sums: the reference for the fast extraction.
 
 #include <algorithm>
 #include <cmath>
@@ -46,8 +46,7 @@ inline double slow_skewness(const std::vector<double>& v) {
   return slow_moment(v, 3) / std::pow(slow_moment(v, 2), 1.5);
 }
 
-/// Strict local maxima: a value above the last different one before and the next different one
-/// after.
+/// Strict local maxima: a value above the previous different one and above the next different one.
 inline std::vector<double> slow_peaks(const std::vector<double>& v) {
   std::vector<double> distinct, out;
   for (const double x : v)

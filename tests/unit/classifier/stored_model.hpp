@@ -1,5 +1,5 @@
 #pragma once
-// Models of small trials, saved and read again, whole or with a line altered.
+// Models of small trials, saved and read again, unchanged or with an altered line.
 
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace weft::classifier::testing {
 
 inline constexpr std::size_t stored_taxels = 3;
 
-/// Two or more cloths that differ in level and ripple, with all four phases.
+/// Two or more fabrics that differ in level and ripple, with all four phases.
 inline std::vector<Trial> cloths(std::size_t classes, std::size_t per_class) {
   RandomEngine engine(7);
   std::vector<Trial> out;
@@ -69,7 +69,7 @@ inline Result<StoredModel> loaded(const std::string& text) {
   return load_model<FeatureSetup>(in);
 }
 
-/// `text` with a checksum that fits, so that what is tested is the parser behind it.
+/// `text` with a correct checksum, so that the parser is tested and not the checksum.
 inline std::string with_checksum(std::string text) {
   text.resize(text.rfind("crc32 "));
   char line[32];
@@ -78,7 +78,7 @@ inline std::string with_checksum(std::string text) {
   return text + line;
 }
 
-/// The same with the first `from` in it made `to`.
+/// The same with the first `from` replaced by `to`.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   REQUIRE(at != std::string::npos);

@@ -1,5 +1,5 @@
 #pragma once
-// Trials and tables that several classifier tests use.
+// Trials and tables shared by several classifier tests.
 
 #include <cmath>
 #include <cstdint>
@@ -18,26 +18,26 @@
 
 namespace weft::classifier::testing {
 
-/// Named as to_string() names it.
+/// The reduction with this to_string().
 inline Reduction reduction_named(std::string_view name) {
   for (const Reduction r : {Reduction::pvalue, Reduction::pca, Reduction::all})
     if (name == to_string(r)) return r;
   throw std::invalid_argument("no reduction is called " + std::string(name));
 }
 
-/// Of all rows.
+/// t statistics over all rows.
 inline std::vector<double> t_of_all(const Matrix& rows, std::span<const int> sign) {
   return t_statistics(rows, numbers_below(rows.rows()), sign);
 }
 
-/// One core by itself.
+/// A single core.
 inline Result<FabricCore> lone_core(const Matrix& rows, std::span<const int> sign,
                                     std::span<const Fold> folds, const TrainOptions& options) {
   GridSearch search;
   return train_core(rows, sign, folds, options, RareT(), search);
 }
 
-/// What the model says of every row, which has its features.
+/// Votes of the model on every row of `matrix`, which has its features.
 inline std::vector<Vote> votes_on(const FabricModel& model, const FeatureMatrix& matrix) {
   std::vector<Vote> out;
   for (std::size_t r = 0; r < matrix.size(); ++r)

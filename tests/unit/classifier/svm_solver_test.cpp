@@ -1,4 +1,4 @@
-// Where the solvers hand over to each other, and what is said where neither is through.
+// The transition between the two solvers, and the error if neither finishes.
 
 #include "classifier/learn/svm_solver.hpp"
 
@@ -17,7 +17,7 @@ struct Problem {
   Matrix kernel;
 };
 
-// Two clouds of one dimension that overlap, under an RBF kernel.
+// Two overlapping clouds in one dimension, under an RBF kernel.
 Problem clouds(std::size_t rows) {
   RandomEngine engine(rows);
   Problem out{std::vector<int>(rows), Matrix(rows, rows)};
@@ -89,7 +89,7 @@ TEST_CASE("Further rows of a kernel, those held out, are not given to libsvm") {
   CHECK(same(solver, by_libsvm(problem, 2.0)));
 }
 
-// No double is as near to the optimum as this tolerance asks, so both solvers go on to their
+// No double is as near to the optimum as this tolerance requires, so both solvers run to their
 // limits.
 TEST_CASE("A problem that libsvm itself gives up is said to be one, up to the training") {
   FeatureMatrix matrix = testing::gaussian_classes(2, 3, 3, 0.3, 9);

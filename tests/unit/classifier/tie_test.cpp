@@ -1,4 +1,4 @@
-// Which rule decides between grid points with equally few errors, by the number of fabrics.
+// The rule that decides between grid points with equally few errors, by the number of fabrics.
 
 #include <catch2/catch.hpp>
 

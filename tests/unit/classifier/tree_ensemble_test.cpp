@@ -1,4 +1,4 @@
-// Extremely randomised trees: what one split may be, what many say together, and their bytes.
+// Extremely randomised trees: valid splits, the joint prediction, and their bytes.
 
 #include "classifier/learners/tree_ensemble.hpp"
 
@@ -53,7 +53,7 @@ TEST_CASE("A random threshold lies anywhere between two values, a best one half 
     CHECK(threshold_of({1, false}, seed) == Approx(0.5));
     drawn.push_back(threshold_of({1, true}, seed));
   }
-  // Of 400 uniform numbers the mean is 0.5 +- 0.0144, the mean square 1/3 +- 0.0149.
+  // The mean of 400 uniform numbers is 0.5 +- 0.0144, the mean square 1/3 +- 0.0149.
   const double n = static_cast<double>(drawn.size());
   CHECK(std::accumulate(drawn.begin(), drawn.end(), 0.0) / n == Approx(0.5).margin(0.06));
   CHECK(std::inner_product(drawn.begin(), drawn.end(), drawn.begin(), 0.0) / n ==
@@ -67,7 +67,7 @@ TEST_CASE("The best of the drawn thresholds is taken: a feature that parts the c
   for (std::size_t r = 0; r < rows.rows(); ++r) {
     of_row.push_back(r % 2);
     rows(r, 0) = r % 2 == 0 ? 0.0 : 1.0;
-    rows(r, 1) = random_unit(engine);  // says nothing
+    rows(r, 1) = random_unit(engine);  // useless
   }
   const RankedRows ranked(rows, of_row, 2);
   std::vector<std::uint32_t> all(rows.rows());
@@ -135,7 +135,7 @@ TEST_CASE("Stored trees come back to the byte and answer alike") {
 }
 
 TEST_CASE("Rows that cannot be told apart share a leaf, and constant columns are passed over") {
-  Matrix rows(6, 3, 7.0);  // only the middle column differs, and not between the first two rows
+  Matrix rows(6, 3, 7.0);  // only the middle column differs, but not between the first two rows
   const std::vector<double> middle = {1, 1, 2, 3, 4, 5};
   for (std::size_t r = 0; r < 6; ++r) rows(r, 1) = middle[r];
   const std::vector<std::size_t> of_row = {0, 1, 1, 0, 1, 0};
@@ -170,7 +170,7 @@ TEST_CASE("Trees without rows, without a class for each, or without a tree are r
   CHECK_FALSE(fit_extra_trees(rows, three, 2, {}, 0));
 }
 
-// Steps along a few of many columns: what an axis-parallel cut finds and no distance shows.
+// Steps along a few of many columns: an axis-parallel cut finds them, a distance does not.
 FeatureMatrix steps_among_noise(std::size_t rows, std::uint64_t seed) {
   FeatureMatrix out = gaussian_classes(2, rows / 2, 40, 0.0, seed);
   RandomEngine engine(seed + 1);

@@ -1,4 +1,4 @@
-// Protocols, and what came out of them.
+// Protocols and their results.
 
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,7 @@ TEST_CASE("Every protocol splits what it says, and only random windows leak") {
   CHECK(random.splits[0].train.size() == 3 * 2 * 80);
   CHECK(measure_leak(random.windows, random.splits).median > 0.9);
 
-  // A few windows of a long recording: most touch none that trains, and still some do.
+  // A few windows of a long recording: most touch no training window, but some do.
   ProtocolOptions few = with(Protocol::random);
   few.per_recording = 4;
   few.window_s = 1.0;
@@ -40,7 +40,7 @@ TEST_CASE("Every protocol splits what it says, and only random windows leak") {
   REQUIRE(blocks.splits.size() == 5);
   CHECK(blocks.splits[0].test.size() == 3 * 2 * 5);
   CHECK(measure_leak(blocks.windows, blocks.splits).largest == 0.0);
-  // Windows that touch across a border whose place is no binary fraction.
+  // Windows that touch across a border at a place that is no binary fraction.
   ProtocolOptions touching = with(Protocol::blocks);
   touching.step_s = 0.2;
   const Cut close = cut(levels(3, 1, 24.0), touching);
@@ -83,13 +83,13 @@ TEST_CASE("A group tests the labels that it has: one missing recording does not 
   CHECK(got.accuracy > 0.9);
   CHECK(got.split_f_score[2] == Approx(got.split_accuracy[2]).margin(0.1));
 
-  // A label that only one group has cannot be learnt without it.
+  // A label with only one group cannot be trained without that group.
   std::erase_if(recordings, [](const Recording& r) { return r.file == "c1" || r.file == "c2"; });
   const auto windows = cut_and_extract(recordings, 2.0, places_of(with(Protocol::groups)), {});
   const auto refused = split_windows(*windows, with(Protocol::groups));
   REQUIRE_FALSE(refused);
   CHECK(refused.error().what == "no training window");
-  // A group whose recordings are all shorter than a window has nothing to test.
+  // A group with only recordings shorter than a window has no test data.
   auto some = levels(2, 2);
   for (Recording& r : some)
     if (r.group == "2") r.samples[0].resize(100);
@@ -112,12 +112,12 @@ TEST_CASE("Splits that cannot train or test are refused") {
   CHECK(refuses(options));
   options = with(Protocol::groups);
   options.train_groups = {"1"};
-  CHECK(refuses(options));  // nothing to test
+  CHECK(refuses(options));  // no test data
   options.train_groups.clear();
   options.test_groups = {"7"};
   CHECK(refuses(options));
   options.test_groups = {"1", "2"};
-  CHECK(refuses(options));  // nothing to train
+  CHECK(refuses(options));  // no training data
   options = with(Protocol::random);
   options.test_share = 0.0;
   CHECK(refuses(options));
@@ -145,9 +145,9 @@ TEST_CASE("The macro F-score is the mean over the labels that were asked about o
   c.at(0, 0) = 3;
   c.at(0, 1) = 1;
   c.at(1, 1) = 2;
-  // a: 2*3/(4+3), b: 2*2/(2+3), c: nothing, as where its recording of a group is missing
+  // a: 2*3/(4+3), b: 2*2/(2+3); c does not count, as if its recording of a group is missing
   CHECK(f_score(c) == Approx((6.0 / 7.0 + 4.0 / 5.0) / 2.0));
-  c.at(0, 2) = 1;  // answered, never right: 2*3/(5+3), 2*2/(2+3), 0
+  c.at(0, 2) = 1;  // predicted, but never right: 2*3/(5+3), 2*2/(2+3), 0
   CHECK(f_score(c) == Approx((6.0 / 8.0 + 4.0 / 5.0) / 3.0));
   CHECK(f_score(Confusion({"a", "b"})) == 0.0);
 }
@@ -200,7 +200,7 @@ TEST_CASE(
       CHECK(got.accuracy_ci95.high >= got.accuracy);
     }
   }
-  // A level means another label in every group: what was learnt is wrong in the one that tests.
+  // A level has another label in every group: the trained relation is wrong in the test group.
   for (std::size_t r = 0; r < recordings.size(); ++r)
     recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));
   const Cut c = cut(recordings, groups);
@@ -228,7 +228,7 @@ TEST_CASE("The learner is chosen by parts of the training windows alone") {
   CHECK(stopped.error().code == Errc::wrong_state);
 }
 
-// Whether units are equal where `part` is.
+// Whether units are equal exactly where `part` is equal.
 template <class Part>
 bool follow(const std::vector<std::size_t>& unit, const Part& part) {
   for (std::size_t i = 0; i < unit.size(); ++i)

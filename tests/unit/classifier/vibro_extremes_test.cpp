@@ -66,7 +66,7 @@ TEST_CASE("A clipped signal has finite features, with its deviation below the cl
   for (double& v : s) v = std::clamp(10.0 * v, -1.0, 1.0);
   const auto f = figures(s);
   CHECK(get(f, FrameFeature::std) <= 1.0);
-  // More than half of all samples are at the clip, the median is in the middle.
+  // More than half of all samples are at the clip limit, the median is in the middle.
   CHECK(get(f, FrameFeature::mad) == Approx(1.0).epsilon(0.02));
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("Channels without a rate, without a name of their own or not at all ar
   CHECK_FALSE(window_at(Recording{}, 0.0, 1.0));
 }
 
-// Two channels, samples in odd pieces at unequal paces.
+// Two channels, with samples in odd pieces at unequal rates.
 std::vector<std::vector<double>> streamed(const Recording& r, FeatureChoice choice,
                                           WindowStream::Timing timing, std::uint64_t seed) {
   auto stream = WindowStream::make(r.channels, choice, timing).value();

@@ -1,4 +1,4 @@
-// The figures of sound and vibration where they are known beforehand, and their sets and windows.
+// The features of sound and vibration for known signals, and their sets and windows.
 
 #include <catch2/catch.hpp>
 
@@ -38,14 +38,14 @@ TEST_CASE("The moments of a sine are those of a sine") {
   CHECK(figure(s, 8000.0, FrameFeature::std) == Approx(2.0 / std::numbers::sqrt2).epsilon(1e-12));
   // Half of a sine's values lie within 1/sqrt(2) of its amplitude.
   CHECK(figure(s, 8000.0, FrameFeature::mad) == Approx(2.0 / std::numbers::sqrt2).epsilon(0.01));
-  // Nothing crosses beyond the ends, where frames at the edges lie with up to half of their length.
+  // No crossings beyond the ends, where the edge frames lie with up to half of their length.
   CHECK(figure(s, 8000.0, FrameFeature::zcr) == Approx(200.0 / 8000.0).epsilon(0.1));
 }
 
 TEST_CASE("Centroid and roll-off are at the line, bandwidth is the window's, whatever the level") {
   for (const double amplitude : {1e-3, 1.0, 1e6}) {
     const auto s = sine(1000.0, 8000.0, 16000, amplitude);
-    // Edge frames, half of zeros, spread the line.
+    // Edge frames, which are half zeros, spread the line.
     CHECK(figure(s, 8000.0, FrameFeature::centroid) == Approx(1000.0).margin(60.0));
     CHECK(figure(s, 8000.0, FrameFeature::rolloff) == Approx(1000.0).margin(60.0));
     CHECK(figure(s, 8000.0, FrameFeature::bandwidth) < 200.0);
@@ -98,7 +98,7 @@ TEST_CASE("The median is the middle of the sorted values, or between both middle
       if (seed == 2) v.back() = 1e300;  // all others are near one bound
       if (seed == 4)                    // of all sizes, so that no pivot halves them
         for (double& x : v) x = std::exp(600.0 * x);
-      if (seed == 5)  // two in three are the same
+      if (seed == 5)  // two in three are equal
         for (double& x : v) x = std::max(x, 0.1);
       if (seed == 6)
         for (double& x : v) x = x < 0.0 ? -1e308 : 1e308;

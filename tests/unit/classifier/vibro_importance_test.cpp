@@ -1,4 +1,4 @@
-// Which features matter, and what is reached with those that do.
+// The importance of features, and the accuracy with the important ones.
 
 #include "classifier/vibro/importance.hpp"
 
@@ -29,9 +29,9 @@ TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of
   const auto best = most_important(importance, 5);
   REQUIRE(best.size() == 5);
   CHECK(importance[best[0]].mean > 0.3);
-  // A single tree that parts two levels of noise with one cut looks at one of the levels.
+  // A single tree that separates two levels of noise with one cut uses one of the levels.
   CHECK((best[0] == 1 || best[0] == 2 || best[0] == 3 || best[0] == 8));
-  CHECK(importance[9].mean == 0.0);  // ZCR does not know the level
+  CHECK(importance[9].mean == 0.0);  // ZCR does not depend on the level
   CHECK_FALSE(permutation_importance(tree, test, other, 0, 1));
   CHECK_FALSE(permutation_importance(tree, Matrix(), {}, 5, 1));
 }
@@ -57,7 +57,7 @@ TEST_CASE("Features are weighed on test windows and by a forest, over all splits
   const auto most = std::max_element(weighed.forest.begin(), weighed.forest.end());
   CHECK(weighed.forest[9] < 0.25 * *most);
   CHECK(std::abs(weighed.permutation[9].mean) < 0.1);
-  // One split alone is what permutation_importance() says of it.
+  // One split gives the result of permutation_importance().
   const auto first =
       weigh_features(c.windows, std::span(c.splits).first(1), lda, options, 3).value();
   const auto second =
@@ -69,8 +69,8 @@ TEST_CASE("Features are weighed on test windows and by a forest, over all splits
   CHECK_FALSE(weigh_features(c.windows, c.splits, lda, options, 0));
 }
 
-// Recordings whose matrix is replaced: in training column 0 parts the classes best and column 1
-// second best; in the test windows column 1 alone does. The others are noise.
+// Recordings with a replaced matrix: in training column 0 separates the classes best and column 1
+// second best; in the test windows only column 1 does. The others are noise.
 Cut made_to_mislead() {
   Cut out = cut(levels(2, 3), with(Protocol::groups), {Family::smmrp10, Combine::concat});
   RandomEngine engine(3);
@@ -94,14 +94,14 @@ TEST_CASE("Features are selected on the training windows of each split, never on
   const TrainOptions options = window_training({}, Protocol::groups);
   const auto one = reach_by_selection(c.windows, c.splits, lda, options, 1, 5).value();
   CHECK(one.retained == std::vector<std::vector<std::size_t>>{{0}});
-  CHECK(one.accuracy < 0.7);  // which is what training could not know
+  CHECK(one.accuracy < 0.7);  // training could not show this
   const std::vector<std::size_t> first{0}, second{1};
   CHECK(one.accuracy == reach_with(c.windows, c.splits, lda, options, first)->accuracy);
   const auto other = reach_with(c.windows, c.splits, lda, options, second).value();
   CHECK(other.accuracy > 0.9);
   CHECK(other.retained.front() == second);
 
-  // With every column it is what cross_validate() says, on as many splits as there are.
+  // With every column it equals cross_validate(), on the same number of splits.
   const auto recordings = levels(2, 3);
   const Cut all = cut(recordings, with(Protocol::groups), {Family::smmrp10, Combine::concat});
   REQUIRE(all.splits.size() == 3);
@@ -113,7 +113,7 @@ TEST_CASE("Features are selected on the training windows of each split, never on
   CHECK(whole.f_score == Approx(assessed.f_score));
   CHECK(whole.retained.size() == 3);
 
-  // Two groups: the one that trains cannot be parted, and is asked about itself.
+  // Two groups: the training group cannot be split, and is tested on itself.
   const Cut few = cut(levels(2, 2), with(Protocol::groups), {Family::smmrp10, Combine::concat});
   CHECK(reach_by_selection(few.windows, few.splits, lda, options, 5, 2)->accuracy > 0.9);
   CHECK_FALSE(reach_by_selection(c.windows, {}, lda, options, 5, 2));

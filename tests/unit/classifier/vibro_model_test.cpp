@@ -1,4 +1,4 @@
-// Models of recordings as files: the same again, and what is refused.
+// Models of recordings as files: equal after reading, and refusals.
 
 #include <catch2/catch.hpp>
 
@@ -18,7 +18,7 @@ namespace {
 
 using classifier::testing::noise;
 
-// Noise of three levels, two recordings of each, of a microphone and of one axis.
+// Noise of three levels, two recordings of each, from a microphone and from one axis.
 std::vector<Recording> three_levels(std::uint64_t seed) {
   std::vector<Recording> out;
   for (std::size_t l = 0; l < 3; ++l) {
@@ -90,8 +90,8 @@ TEST_CASE("A model of recordings is read as it was written and answers the same"
   }
 }
 
-// As version 1 had it: the learner after the labels and without a view, axes or none after the
-// scaling, no names of features, no aids.
+// In the format of version 1: the learner after the labels and without a view, axes or none after
+// the scaling, no names of features, no postprocessing.
 std::string as_version_1(const RecordingModel& model) {
   const std::string text = classifier::testing::older_body(saved(model));
   const std::size_t names = text.find("\nfeatures ") + 1;
@@ -114,7 +114,7 @@ TEST_CASE("A model of recordings of version 1 is read and answers the same") {
       INFO(to_string(learner) << ", " << components << " components");
       auto model = trained(learner, components);
       REQUIRE(model);
-      model->postprocessing.reset();  // as it had none
+      model->postprocessing.reset();  // version 1 had none
       const auto old = loaded(as_version_1(*model));
       REQUIRE(old);
       const auto same = loaded(
@@ -129,7 +129,7 @@ TEST_CASE("A model of recordings of version 1 is read and answers the same") {
     }
 }
 
-// With a word exchanged and a checksum that is right again.
+// Replaces a word and corrects the checksum.
 std::string with(const std::string& text, const std::string& from, const std::string& to) {
   const std::size_t begin = model_file_header.size() + 1;
   std::string body = text.substr(begin, text.rfind("crc32 ") - begin);
@@ -146,7 +146,7 @@ void check_corrupt(const std::string& text, const std::string& says) {
   CHECK(model.error().what.find(says) != std::string::npos);
 }
 
-// The words of the first line that begins so.
+// The words of the first line that begins with `keyword`.
 std::vector<std::string> words_after(const std::string& text, const std::string& keyword) {
   const std::size_t at = text.find("\n" + keyword + " ") + 1;
   std::istringstream line(text.substr(at, text.find('\n', at) - at));
@@ -154,8 +154,8 @@ std::vector<std::string> words_after(const std::string& text, const std::string&
 }
 
 TEST_CASE("Cores are tuned on recordings that they have not seen") {
-  // The level is the recording's own and between those of two recordings of the other label: single
-  // windows are told by their neighbours, a recording held out is not.
+  // The level belongs to the recording and lies between those of two recordings of the other label:
+  // neighbours reveal single windows, but not a recording held out.
   std::vector<Recording> recordings;
   for (std::size_t r = 0; r < 8; ++r) {
     Recording own;
@@ -207,7 +207,7 @@ TEST_CASE(
       "not one of these");
 }
 
-// The library would follow these wherever they lead.
+// The library would follow these links anywhere.
 TEST_CASE("Stored boosters whose trees lead nowhere are refused before XGBoost reads them") {
   if (!is_available(Learner::xgb)) return;
   const std::string booster = saved(trained(Learner::xgb).value());
@@ -266,7 +266,7 @@ TEST_CASE("A model of recordings refuses another sensor and a recording without 
   REQUIRE(!refused);
   CHECK(refused.error().where.find("b2") != std::string::npos);
   CHECK(refused.error().got.find("100") != std::string::npos);
-  auto next_session = three_levels(2);  // the same sensor, its clock 150 ppm off
+  auto next_session = three_levels(2);  // the same sensor, with its clock 150 ppm off
   for (Recording& recording : next_session)
     for (Channel& channel : recording.channels) channel.rate_hz *= 1.00015;
   CHECK(classify_recordings(*model, next_session));

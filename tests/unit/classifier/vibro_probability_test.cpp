@@ -1,4 +1,4 @@
-// How likely each label is for a recording.
+// The probability of each label for a recording.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ namespace {
 
 using classifier::testing::noise;
 
-// Noise whose level differs little between the labels, and between recordings of one.
+// Noise with a level that differs little between the labels, and between recordings of one.
 std::vector<Recording> levels(std::size_t labels, std::size_t each, std::uint64_t seed) {
   std::vector<Recording> out;
   for (std::size_t l = 0; l < labels; ++l) {
@@ -116,7 +116,7 @@ TEST_CASE("few recordings, all of them right, claim little") {
   };
   CHECK(stated(4) == Approx(std::exp(-1.92 / 4)).epsilon(1e-3));
   CHECK(stated(40) == Approx(std::exp(-1.92 / 40)).epsilon(1e-3));
-  // Where some are wrong, many of them leave no doubt and the two powers meet.
+  // If some are wrong, a large number of them leaves no uncertainty, and the two powers meet.
   std::vector<std::vector<double>> shares(3000, share_of_windows(std::vector<std::size_t>{7, 4}));
   std::vector<std::size_t> truth(3000, 0);
   std::fill_n(truth.begin(), 600, std::size_t{1});
@@ -140,7 +140,7 @@ TEST_CASE("labels of one recording alone get no probability, and the reason is s
   const auto reason = [](const std::vector<Recording>& recordings, Learner learner) {
     return reason_without_probability(recordings, setup(), window_recipe(learner), options());
   };
-  // one label with two recordings: whether it is right cannot be learnt from it alone
+  // only one label has two recordings: the accuracy cannot be estimated from it alone
   std::vector<Recording> one_label = levels(3, 1, 1);
   one_label.push_back(levels(1, 2, 5).back());
   for (const Learner learner : {Learner::lda, Learner::all}) {
@@ -160,7 +160,7 @@ TEST_CASE("labels of one recording alone get no probability, and the reason is s
 TEST_CASE("sharpness is of held-out recordings: labels without signal are called near chance") {
   std::vector<Recording> blind = levels(1, 24, 3);
   for (std::size_t i = 0; i < blind.size(); ++i) blind[i].label = i % 2 == 0 ? "a" : "b";
-  // deep trees know every training window; of a further recording they know nothing
+  // deep trees fit every training window; they have no information about another recording
   const RecordingModel model = trained(Learner::forest, blind);
   const auto answers = classify_recordings(model, levels(1, 24, 77));
   REQUIRE((model.postprocessing && answers));

@@ -1,4 +1,4 @@
-// The transforms under the figures of sound and vibration, beside their definitions.
+// The transforms behind the features of sound and vibration, compared with their definitions.
 
 #include <catch2/catch.hpp>
 
@@ -37,7 +37,7 @@ std::vector<double> frame_of(const std::vector<double>& samples, FrameSize size,
 
 constexpr double rate_hz = 8000.0;
 
-// What was added up of one frame is what adding its bins up by definition gives.
+// The sums of one frame equal the sums of its bins by definition.
 void check_sums(const BinSums& sums, std::size_t f, const std::vector<double>& bins,
                 std::size_t length) {
   const std::vector<double> weights = chroma_weights(rate_hz, length);
@@ -57,8 +57,8 @@ void check_sums(const BinSums& sums, std::size_t f, const std::vector<double>& b
     CHECK(std::abs(sums.power[c][f] - power[c]) <= 2e-12 * most);
 }
 
-// The largest difference of a bin of a frame from its definition, in parts of the frame's loudest
-// bin; a silent frame must be exactly so.
+// The largest difference of a bin of a frame from its definition, relative to the frame's loudest
+// bin; a silent frame must be exactly silent.
 double worst_of(ShortTimeSpectrum& spectrum, const std::vector<double>& samples) {
   const BinTables tables(rate_hz, spectrum.size().length);
   spectrum.start(samples);
@@ -148,8 +148,8 @@ TEST_CASE("A window of another length leaves nothing of the one before") {
 }
 
 TEST_CASE("A weak frame is as exact as the strong one that shares its transform") {
-  // Frame 0 and frame 8 are one transform. Frame 0 of the second window has one sample, where its
-  // weight is 1e-6, in the third none that weighs anything.
+  // Frame 0 and frame 8 share one transform. Frame 0 of the second window has one sample, with a
+  // weight of 1e-6; in the third no sample has any weight.
   std::vector<double> weak = noise(256, 5), edge(256, 0.0), none(256, 0.0);
   ShortTimeSpectrum spectrum(FrameSize::of(64));
   for (std::size_t i = 0; i < 48; ++i) weak[i] *= 1e-12;
@@ -178,7 +178,7 @@ TEST_CASE("Sums of a window are the same whatever is left behind whole groups") 
   for (std::size_t n = 1; n <= 40; ++n) {
     INFO(n << " samples");
     auto v = noise(n, n);
-    if (n > 3) v[2] = -0.5e-10;  // so small that it has no sign
+    if (n > 3) v[2] = -0.5e-10;  // too small to have a sign
     double sum = 0.0, squares = 0.0;
     std::size_t changes = 0;
     for (std::size_t i = 0; i < n; ++i) {

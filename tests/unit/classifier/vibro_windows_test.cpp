@@ -1,4 +1,4 @@
-// Windows that are no whole number of samples, and what of them is shared.
+// Windows with a fractional number of samples, and their shared parts.
 
 #include <catch2/catch.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 
 using classifier::testing::noise;
 
-// As many samples as there are, of one channel.
+// `samples` samples of one channel.
 Recording of_samples(std::size_t samples, double rate_hz) {
   Recording out;
   out.file = std::to_string(samples);
@@ -89,7 +89,7 @@ TEST_CASE("Random windows depend on seed and file, by a hash of our own") {
 }
 
 TEST_CASE("A leak is a share of samples: what touches in time may share one") {
-  // Half a sample of 25 Hz between the seconds of the two, one sample between their samples.
+  // Half a sample of 25 Hz between the times of the two, one sample between their samples.
   WindowSet windows;
   windows.window_s = 0.5;  // 13 samples
   windows.rates_hz = {25.0};

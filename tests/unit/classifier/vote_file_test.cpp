@@ -1,4 +1,4 @@
-// Vote aids in the model file.
+// Vote postprocessing in the model file.
 
 #include <catch2/catch.hpp>
 #include <limits>

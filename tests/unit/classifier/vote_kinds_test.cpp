@@ -1,4 +1,4 @@
-// The kinds of vote: which cores they ask, and what they answer.
+// The kinds of vote: the cores that they use, and their predictions.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -12,7 +12,7 @@
 namespace weft::classifier::vote_kinds_test {
 namespace {
 
-// A core that says `f` whatever it is asked.
+// A core with the constant decision `f`.
 FabricCore constant_core(double f) {
   return {{}, Reducer({0}, {{0.0}, {1.0}}, {}), Matrix(0, 1), {}, f};
 }
@@ -79,7 +79,7 @@ TEST_CASE("a tie of votes goes to the largest support, a tie of both to the firs
   CHECK(vote(even, x, {VoteKind::soft, 20, nullptr})->winner == 0);
 }
 
-// a wins both its duels by a hair, b loses to a by a hair and crushes c.
+// a wins both its pairs narrowly, b loses to a narrowly and wins widely against c.
 TEST_CASE("the soft vote prefers a wide win to many narrow ones") {
   const double x[] = {0.0};
   const FabricModel model = constant_model({"a", "b", "c"}, {0.01, 0.01, 3.0});
@@ -89,7 +89,8 @@ TEST_CASE("the soft vote prefers a wide win to many narrow ones") {
 
 TEST_CASE("one lost duel is final in a DAG") {
   const double x[] = {0.0};
-  // d beats a by a hair, in the first duel; a crushes b and c; b beats c and d, c beats d
+  // d beats a narrowly, in the first pair; a wins widely against b and c; b beats c and d, c beats
+  // d
   const FabricModel model = constant_model({"a", "b", "c", "d"}, {5, 5, -0.1, 1, 1, 1});
   CHECK(vote(model, x)->winner == 0);
   const auto ballot = vote(model, x, {VoteKind::dag, 20, nullptr});
@@ -187,7 +188,8 @@ TEST_CASE("distances to class means are L1 in units of the deviation within clas
   const auto profile = fit_profile(matrix, std::vector<std::string>{"a", "b"});
   REQUIRE(profile);
   CHECK(profile->deviation[0] == Approx(1.0));
-  CHECK(profile->deviation[1] == Approx(1.0));  // constant within classes: of all rows
+  CHECK(profile->deviation[1] == Approx(1.0));  // constant within classes: the deviation of all
+                                                // rows
   const double x[] = {4.0, 5.0};
   const auto distance = scaled_distances(profile->mean, profile->deviation, x);
   CHECK(distance[0] == Approx(2.0));

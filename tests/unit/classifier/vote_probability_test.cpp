@@ -1,4 +1,4 @@
-// Probabilities: against closed forms, against known posteriors, and at the extremes.
+// Probabilities: compared with closed forms and known posteriors, and at the extremes.
 
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ TEST_CASE("a sigmoid recovers the posterior that signs were drawn from") {
   CHECK(s.offset == Approx(0.5).margin(0.06));
 }
 
-// At +-1, n of each: the fit is exact, its values are Platt's targets.
+// n at each of +-1: the fit is exact, and its values are Platt's targets.
 TEST_CASE("a sigmoid of two distinct values reaches Platt's targets exactly") {
   const std::vector<double> f{1, 1, 1, -1, -1, -1};
   const std::vector<int> sign{1, 1, 1, -1, -1, -1};
@@ -89,7 +89,8 @@ TEST_CASE("sigmoids stay in 0 to 1 whatever they are given") {
 
 TEST_CASE(
     "a sigmoid without offset takes the side of the decision value, whatever it learnt from") {
-  const std::vector<double> f{2.0, 1.5, 0.8, 1.9, 0.4, -0.2};  // all but one say class a
+  const std::vector<double> f{2.0, 1.5, 0.8, 1.9, 0.4, -0.2};  // all but one are on the side of
+                                                               // class a
   const std::vector<int> sign{1, 1, -1, 1, -1, -1};
   CHECK(fit_sigmoid(f, sign)(0.1) < 0.5);
   const Sigmoid s = fit_sigmoid(f, sign, false);
@@ -209,7 +210,7 @@ TEST_CASE("reliability refuses what is no probability and sizes that disagree") 
   CHECK(reliability(p, one, one).error().what == "not a probability");
 }
 
-// ---- the whole, on trained models ----
+// ---- all parts, on trained models ----
 
 // Three classes on a line at 0, d, 2d with unit noise; a second column is noise only. Posterior:
 // density of the class over the sum of densities.
@@ -261,7 +262,7 @@ TEST_CASE("probabilities of overlapping Gaussian classes come close to their kno
   const auto out = reliability(p, winner, *class_numbers(test_part, model->labels()));
   REQUIRE(out);
   INFO("mean error " << error << ", calibration error " << out->calibration_error);
-  CHECK(error < 0.06);  // of probabilities whose mean is 1/3
+  CHECK(error < 0.06);  // for probabilities with a mean of 1/3
   CHECK(out->calibration_error < 0.06);
 }
 
@@ -301,7 +302,7 @@ TEST_CASE("a core's decision on trials of a third class is its own") {
   REQUIRE(model);
   const auto held_out = cross_decisions(*model, matrix, {});
   REQUIRE(held_out);
-  const std::vector<std::size_t> requested{7, 0};  // of classes b and a; core 2 tells b from c
+  const std::vector<std::size_t> requested{7, 0};  // of classes b and a; core 2 separates b from c
   const Matrix f = held_out->of_rows(*model, matrix.values, requested);
   CHECK(f(1, 2) == model->cores()[2].decide(matrix.values.row(0)));
   CHECK(f(0, 2) == held_out->against(7, 2));
@@ -338,7 +339,7 @@ TEST_CASE(
   const auto alone =
       predict(*model, *postprocessing, matrix.values.row(0), {VoteKind::shortlist, 1, nullptr});
   CHECK(alone->ballot.cores == 0);
-  CHECK(alone->probability.empty());  // nothing was asked that could say how sure it is
+  CHECK(alone->probability.empty());  // no core was used that could give a certainty
   const auto dag =
       predict(*model, *postprocessing, matrix.values.row(0), {VoteKind::dag, 3, nullptr});
   CHECK(dag->probability.empty());

@@ -1,4 +1,4 @@
-// "None of these": thresholds from the training part, false accepts on fabrics left out.
+// The unknown-fabric check: thresholds from the training part, false accepts on left-out fabrics.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -46,7 +46,7 @@ TEST_CASE("the neighbour score is distance over the neighbour's own distance to 
   const double x[] = {6.0};
   CHECK(novelty(rule, profile, x, 0, 0.75)[0] == Approx(3.0 / 2.0));
   CHECK(novelty(rule, profile, x, 0, 0.75)[2] == 0.25);
-  // row 1 left out: its nearest is 0, whose nearest other is 3
+  // without row 1: its nearest is 0, and the nearest other of that is 3
   CHECK(training_novelty(rule, profile, own, unit, 1, 0, 1.0)[0] == Approx(1.0 / 3.0));
 }
 
@@ -56,7 +56,7 @@ TEST_CASE("windows of one recording do not stand in for each other") {
   const std::vector<std::size_t> own{0, 0, 0, 1, 1}, unit{0, 0, 2, 3, 4};
   const RejectRule rule = fit_reject(matrix, profile, own, unit);
   CHECK(rule.radius[0] == Approx(5.0));
-  // nothing of the class is left for row 2 to measure by: its own radius stands in
+  // no row of the class remains for row 2: its own radius is used
   CHECK(training_novelty(rule, profile, own, unit, 0, 0, 1.0)[0] == Approx(5.0 / 4.9));
 }
 

@@ -1,5 +1,5 @@
-// Welch's test against tests/golden/selection/welch.json, which make_welch.py wrote with scipy and
-// with 60 decimal digits, and what a training selects by it.
+// Welch's test compared with tests/golden/selection/welch.json, which make_welch.py wrote with
+// scipy and with 60 decimal digits; and the selection by a training.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -60,7 +60,7 @@ TEST_CASE("Welch's t, degrees of freedom and p are scipy's, and those of 60 digi
     broken_df += df != std::floor(df) ? 1 : 0;
   }
   CHECK(least_p < 1e-298);
-  CHECK(least_log < -800.0);  // where p underflows, its logarithm goes on
+  CHECK(least_log < -800.0);  // where p underflows, its logarithm does not
   CHECK(broken_df == cases.size());
 }
 
@@ -93,7 +93,7 @@ TEST_CASE("Welch's test where variances are missing or rounding only is the pool
   const WelchTest two = welch(two_samples({1}, {2}));
   CHECK(two.t[0] == 0.0);
   CHECK(two.log_p[0] == 0.0);
-  // a side that never changes: its variance is 0, and the other's degrees of freedom are left
+  // a constant side: its variance is 0, and the other's degrees of freedom remain
   CHECK(welch(two_samples({7, 7, 7, 7, 7}, {1, 2, 4})).df[0] == Approx(2.0).epsilon(1e-14));
 }
 
@@ -107,8 +107,8 @@ TEST_CASE("A subset by log p holds p < delta, at most the cap and at least one")
   CHECK(subset_size(std::vector<double>{0.0}, std::vector<std::size_t>{0}, 0.05, 20) == 1);
 }
 
-// Column 0 is wide in the one fabric that has few trials: the pooled test takes its variance for
-// smaller than it is and ranks it first. Column 1 differs less, but surely.
+// Column 0 is wide in the fabric with few trials: the pooled test underestimates its variance and
+// ranks it first. Column 1 differs less, but more reliably.
 FeatureMatrix unequal_spreads() {
   RandomEngine engine(5);
   FeatureMatrix out = testing::gaussian_classes(2, 12, 6, 0.0, 5);

@@ -1,4 +1,4 @@
-// A half-duplex adapter gives back each byte that is sent through it.
+// A half-duplex adapter echoes each byte that is sent through it.
 
 #include "tests/unit/drivers/ati_digital_support.hpp"
 
@@ -9,7 +9,7 @@ using namespace weft::testing;
 
 namespace {
 
-/// Gives back what the driver writes, in pieces, and answers behind that.
+/// Echoes the driver's bytes in pieces, and then answers.
 struct EchoingBench : DigitalBench {
   using DigitalBench::DigitalBench;
   std::size_t piece = 1000;

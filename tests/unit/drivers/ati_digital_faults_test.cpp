@@ -1,4 +1,4 @@
-// What goes wrong between the Digital F/T sensor and its driver.
+// Faults between the Digital F/T sensor and its driver.
 
 #include <catch2/catch.hpp>
 
@@ -16,7 +16,7 @@ TEST_CASE("a sensor that a dead host left streaming is stopped before it is aske
   REQUIRE(bench.driver->open());
   CHECK(bench.host.link_.take_written() == jam);
   for (int i = 0; i < 3; ++i) bench.stream({1, 2, 3, 4, 5, 6});
-  bench.quiet();  // not quiet: once more
+  bench.quiet();  // the line is not silent: once more
   CHECK(bench.host.link_.take_written() == jam);
   bench.quiet();
   CHECK(bench.serve().size() > 0);
@@ -44,7 +44,7 @@ TEST_CASE("a lost answer is asked for again; a silent sensor is a fault after th
   bench.reply(ReadReply{Function::read_holding, Registers(std::array<std::uint16_t, 1>{0})});
   bench.reply(
       ReadReply{Function::read_holding, Registers(std::array<std::uint16_t, 1>{4})});  // late
-  bench.quiet();  // the late answer was heard: once more
+  bench.quiet();  // the late answer was received: once more
   bench.quiet();
   bench.serve();
   CHECK(bench.driver->state() == DriverState::open);

@@ -1,5 +1,5 @@
 #pragma once
-// A Digital F/T sensor that answers from its registers, and a host around its driver.
+// A Digital F/T sensor that answers from its registers, and a host for its driver.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -36,7 +36,7 @@ inline Calibration calibration() {
   return c;
 }
 
-/// A sensor that answers from its registers, and a host around the driver.
+/// A sensor that answers from its registers, and a host for the driver.
 struct DigitalBench : DriverBench {
   explicit DigitalBench(const std::string& config = "{}")
       : DriverBench(drivers::ati_digital_entry, config) {}
@@ -73,7 +73,7 @@ struct DigitalBench : DriverBench {
     }
     return Vendor{std::get<Vendor>(request).function, 1};
   }
-  /// Answers what the driver wrote, until it writes nothing more. Returns all that it wrote.
+  /// Answers the driver's requests until it writes nothing further. Returns all that it wrote.
   Bytes serve() {
     Bytes all;
     RtuSplitter splitter(Side::requests, 10);

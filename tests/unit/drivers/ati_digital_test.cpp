@@ -119,7 +119,7 @@ TEST_CASE("a bias makes the present reading zero, and the rating still means the
   bench.stream({39000 - 32768, 0, 0, 0, 0, 0});
   bench.stream({20000, 0, 0, 0, 0, 0});
   CHECK(bench.driver->command(BiasCommand{}).value() == 0);
-  CHECK(bench.host.link_.take_written().empty());  // the sensor knows no bias
+  CHECK(bench.host.link_.take_written().empty());  // the sensor has no bias command
   bench.stream({20000, 0, 0, 0, 0, 0});
   CHECK(bench.last().force_n[0] == Approx(0));
   bench.stream({30000, 0, 0, 0, 0, 0});

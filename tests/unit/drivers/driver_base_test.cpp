@@ -1,4 +1,4 @@
-// What every driver does alike.
+// The common behaviour of all drivers.
 
 #include "drivers/api/driver_base.hpp"
 
@@ -13,7 +13,7 @@ using namespace weft::testing;
 
 namespace {
 
-/// Fails on any byte as a parser with a mistake would.
+/// Throws on any byte, like a faulty parser.
 class FragileDriver final : public DriverBase {
  public:
   using DriverBase::DriverBase;

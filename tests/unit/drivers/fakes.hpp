@@ -1,5 +1,5 @@
 #pragma once
-// A scripted far end for drivers: a link that records, a host that records.
+// A scripted far end for drivers: a recording link and a recording host.
 
 #include <catch2/catch.hpp>
 #include <memory>
@@ -23,7 +23,7 @@ class FakeLink final : public Link {
   void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
   void on_closed(Closed closed) override { closed_ = std::move(closed); }
 
-  /// What the driver has written since the last call.
+  /// Bytes written by the driver since the last call.
   Bytes take_written() { return std::exchange(written_, {}); }
   void deliver(ByteView bytes, TimePoint arrival) {
     const Receiver receiver = receiver_;
@@ -64,7 +64,7 @@ class FakeHost final : public DriverHost {
 
   TestLoop loop_;
   FakeLink link_;
-  std::unique_ptr<FakeLink> http_;  ///< none at first
+  std::unique_ptr<FakeLink> http_;  ///< none initially
   bool record = true;
   std::size_t published = 0;
   std::vector<Sample> samples;
@@ -87,14 +87,14 @@ struct DriverBench {
   const Value& last() const {
     return std::get<Value>(host.samples.back().value);
   }
-  /// The only one, which has stopped the driver.
+  /// The only fault, which has stopped the driver.
   const Error& fault() const {
     REQUIRE(host.faults.size() == 1);
     REQUIRE(driver->state() == DriverState::faulted);
     return host.faults[0];
   }
   Errc fault_code() const { return fault().code; }
-  /// Without the driver nothing runs and nobody listens.
+  /// Checks that after the driver's end no timer and no listener remains.
   void check_gone_without_trace() {
     CHECK(host.loop_.timers() > 0);
     driver.reset();

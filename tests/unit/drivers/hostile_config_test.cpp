@@ -1,4 +1,4 @@
-// Absurd numbers in a driver's configuration, and absurd counts on its wire.
+// Absurd numbers in a driver's configuration, and absurd counts on its link.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -21,7 +21,7 @@ using namespace weft::testing;
 
 namespace {
 
-/// All that a driver's schema gives a default for.
+/// The defaults of a driver's schema.
 std::string defaults_of(const DriverEntry& entry) {
   nlohmann::json config = nlohmann::json::object();
   const auto schema = nlohmann::json::parse(entry.config_schema_json);
@@ -43,7 +43,7 @@ TEST_CASE("any number of a driver's configuration that is absurd is refused by n
           CAPTURE(entry->name, pointer, value);
           FakeHost host;
           const auto made = entry->create(config, host);
-          if (made) return static_cast<void>((*made)->open());  // nothing throws, nothing hangs
+          if (made) return static_cast<void>((*made)->open());  // must neither throw nor hang
           ++refused;
           CHECK_FALSE(made.error().what.empty());
           const bool is_json = value.find("999") == std::string_view::npos;

@@ -1,4 +1,4 @@
-// The driver of a dense array: identity, the part that is asked for, what it publishes, its faults.
+// The driver of an imprint array: identity, the requested part, published scans, faults.
 
 #include <catch2/catch.hpp>
 #include <memory>
@@ -86,12 +86,12 @@ std::string refusal(const std::string& config) {
 TEST_CASE("an imprint array opens on its description and a scan of the part that was asked for") {
   Bench bench;
   REQUIRE(bench.driver->open());
-  bench.receive(scan_frame(1, whole));  // nobody knows yet whose it is
+  bench.receive(scan_frame(1, whole));  // the array has not identified itself yet
   CHECK(bench.requested().empty());
   bench.receive(description_frame());
   CHECK(bench.requested() == std::vector{middle});
   CHECK(bench.driver->state() == DriverState::closed);
-  bench.receive(scan_frame(2, whole));  // was under way
+  bench.receive(scan_frame(2, whole));  // already under way
   CHECK(bench.driver->state() == DriverState::closed);
   bench.receive(scan_frame(3));
   CHECK(bench.driver->state() == DriverState::open);
