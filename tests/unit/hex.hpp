@@ -1,5 +1,5 @@
 #pragma once
-// Bytes as the documents print them.
+// Bytes in the notation of the documents.
 
 #include <cstdint>
 #include <sstream>

@@ -1,5 +1,5 @@
 #pragma once
-// A folder that cleans up after itself, and files in it.
+// A folder that is removed automatically, and files in it.
 
 #include <stdlib.h>
 

@@ -9,7 +9,7 @@
 
 namespace weft::testing {
 
-/// Time that the test moves: to the next timer, and from there to the one after it.
+/// A time that the test advances from timer to timer.
 class TestLoop final : public Loop {
  public:
   [[nodiscard]] TimePoint now() const override { return now_; }
@@ -20,7 +20,7 @@ class TestLoop final : public Loop {
   void cancel(TimerId id) override {
     std::erase_if(timers_, [id](const auto& timer) { return timer.first.second == id; });
   }
-  /// Runs what falls due up to `end`, and leaves the clock there.
+  /// Runs all timers due up to `end`, and leaves the clock there.
   void run_to(TimePoint end) {
     while (!timers_.empty() && timers_.begin()->first.first <= end) {
       auto timer = timers_.extract(timers_.begin());

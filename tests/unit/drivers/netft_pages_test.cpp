@@ -1,4 +1,4 @@
-// The pages of a Net F/T box: what the driver takes from them, and boxes that answer badly.
+// The pages of a Net F/T box: the values that the driver uses, and boxes with bad answers.
 
 #include <catch2/catch.hpp>
 #include <memory>

@@ -23,7 +23,7 @@ const Bytes documented_record =
         "00 00 00 00 00 01 86 A0");
 
 struct Bench : DriverBench {
-  /// The scripts of most tests send one value for ever.
+  /// The scripts of most tests repeat one value forever.
   explicit Bench(const std::string& config = "{}")
       : DriverBench(drivers::ati_netft_entry, unwatched(config)) {}
   static std::string unwatched(std::string config) {
@@ -85,7 +85,7 @@ TEST_CASE("the sensor is opened with one sample, streams when armed, and publish
   CHECK(bench.host.samples.empty());
   REQUIRE(bench.driver->arm());
   CHECK(bench.host.link_.take_written() == start);
-  CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // under way
+  CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // already under way
   bench.receive(documented_record);
   CHECK(bench.host.states == std::vector{DriverState::open, DriverState::armed});
   REQUIRE(bench.host.samples.size() == 1);

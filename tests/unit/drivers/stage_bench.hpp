@@ -22,7 +22,7 @@ constexpr double counts_per_m = 409600e3;  // LTS150
 struct StageBench : DriverBench {
   explicit StageBench(const std::string& config)
       : DriverBench(drivers::thorlabs_apt_entry, for_scripts(config)) {}
-  /// The script of a test jumps from place to place and homes without a way.
+  /// A test's script jumps between positions and homes without motion.
   static std::string for_scripts(std::string config) {
     if (config.find("check_jumps") != std::string::npos) return config;
     return config.insert(config.find('{') + 1,
@@ -61,7 +61,7 @@ struct StageBench : DriverBench {
     receive(apt::MessageId::move_stopped, apt::StatusUpdate{1, counts, 0, bits});
   }
 
-  /// An LTS150 that is armed at `counts`, with nothing written that the test has not seen.
+  /// An LTS150 armed at `counts`, without unread output.
   void arm_lts(std::int32_t counts = 0, std::uint32_t bits = idle_homed) {
     REQUIRE(driver->open());
     receive_info("LTS150");

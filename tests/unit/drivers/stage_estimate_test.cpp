@@ -1,4 +1,4 @@
-// Which statuses of a stage its driver believes.
+// The statuses of a stage that its driver accepts.
 
 #include <cmath>
 
@@ -17,7 +17,7 @@ constexpr std::uint32_t fault_bits[] = {0x4000U,     0x8000U,     0x20000U,    0
 
 const Bytes request_status = hex("80 04 01 00 50 01");
 
-/// After `wait_s`, a status of a stage that moves.
+/// After `wait_s`, a status of a moving stage.
 void receive_at(StageBench& bench, double wait_s, double place_mm) {
   bench.loop().run_for(wait_s);
   bench.receive_status(static_cast<std::int32_t>(std::lround(place_mm * 1e-3 * counts_per_m)),
@@ -31,7 +31,7 @@ TEST_CASE("every fault bit, in two statuses in a row, faults the driver and stop
     StageBench bench = StageBench::lts();
     bench.arm_lts();
     bench.receive_status(0, idle_homed | bit);
-    CHECK(bench.link().take_written() == request_status);  // at once, not with the next poll
+    CHECK(bench.link().take_written() == request_status);  // at once, before the next poll
     bench.receive_status(0, idle_homed | bit);
     CHECK(bench.fault_code() == Errc::device);
     CHECK(bench.link().take_written() == hex("65 04 01 01 50 01"));
@@ -99,10 +99,11 @@ TEST_CASE("a host that was held up takes an old reading and the next one for mot
     StageBench bench = StageBench::lts(R"(, "check_jumps": true)");
     bench.arm_lts();
     receive_at(bench, 0.02, speed_mm_s * 0.02);
-    receive_at(bench, held_up_s, speed_mm_s * 0.03);  // sent 10 ms after the one before
+    receive_at(bench, held_up_s, speed_mm_s * 0.03);  // sent 10 ms after the previous one
     for (int i = 1; i <= 3; ++i)
       receive_at(bench, 1e-3, speed_mm_s * (0.02 + held_up_s + 1e-3 * i));
-    CHECK(bench.host.faults.empty() == (held_up_s < 0.25));  // longer: the monitor has ended it
+    CHECK(bench.host.faults.empty() == (held_up_s < 0.25));  // after a longer delay the monitor has
+                                                             // ended the run
   }
 }
 

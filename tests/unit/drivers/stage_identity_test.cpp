@@ -1,4 +1,4 @@
-// Which units a stage driver takes for its own.
+// The units that a stage driver accepts as its own.
 
 #include "tests/unit/drivers/stage_bench.hpp"
 
@@ -33,7 +33,7 @@ TEST_CASE("another controller, another stage or another stage id is refused on o
     CHECK((c.bench.driver->state() == DriverState::open) == c.accepted);
     if (c.accepted) continue;
     CHECK(c.bench.fault_code() == c.refused_as);
-    CHECK(c.bench.link().take_written().empty());  // not our stage: not a byte more
+    CHECK(c.bench.link().take_written().empty());  // not our stage: no further byte
   }
 }
 

@@ -11,7 +11,8 @@ using namespace weft;
 using namespace weft::testing;
 using apt::MessageId;
 
-// Byte strings with a source are in protocols/apt/vectors; here they are what a driver must send.
+// Byte strings with a source are in protocols/apt/vectors; those here are the bytes that a driver
+// must send.
 
 TEST_CASE("opening a servo stage sends what thorpy was seen to send, and waits for the model") {
   StageBench bench = StageBench::prm();
@@ -79,7 +80,7 @@ TEST_CASE("arming an LTS150 sends the documented bytes and ends with the first s
             hex("3A 04 06 00 D0 01 01 00 00 00 00 00") + hex("F4 04 04 00 D0 01 01 00 00 00") +
             hex("14 04 01 00 50 01") + hex("24 04 01 00 50 01") + hex("80 04 01 00 50 01"));
   CHECK(bench.driver->state() == DriverState::open);
-  CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // under way
+  CHECK(bench.driver->arm().error().code == Errc::wrong_state);  // already under way
   bench.receive(hex("81 04 0E 00 81 50 01 00 00 80 3E 00 00 00 00 00 10 05 00 80"));
   CHECK(bench.host.states == std::vector{DriverState::open, DriverState::armed});
   CHECK(bench.last_sample().position == Approx(0.010).epsilon(1e-12));
@@ -133,7 +134,7 @@ TEST_CASE("a controller that stays silent faults on opening, on arming and on a 
 
   StageBench polling = StageBench::lts(R"(, "reply_timeout_s": 0.5)");
   polling.arm_lts();
-  polling.loop().run_for(5);  // nothing asked, nothing missed
+  polling.loop().run_for(5);  // nothing requested, nothing missed
   CHECK(polling.host.faults.empty());
   for (int i = 0; i < 10; ++i) {
     REQUIRE(polling.driver->command(PollCommand{}));
@@ -188,7 +189,7 @@ TEST_CASE("a servo controller is kept alive in silence and under many status mes
   stepper.arm_lts();
   for (int i = 0; i < 100; ++i) stepper.receive_status(i, idle_homed);
   stepper.loop().run_for(5);
-  CHECK(stepper.link().take_written().empty());  // LTS units do not list it
+  CHECK(stepper.link().take_written().empty());  // the protocol does not list it for LTS units
 }
 
 TEST_CASE("fault notices, with a text or without, fault the driver") {
@@ -285,7 +286,7 @@ TEST_CASE("noise on the line neither confirms a motion nor makes samples, and is
     bench.receive(noise);
   }
   CHECK(bench.host.samples.empty());
-  bench.receive(Bytes(300, 0));  // longer than any message that noise can announce
+  bench.receive(Bytes(300, 0));  // longer than any message length that noise can form
   bench.receive_completed(20480000);
   CHECK(bench.last_sample().move_id == 1);
   CHECK(bench.host.faults.empty());

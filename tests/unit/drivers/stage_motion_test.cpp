@@ -30,8 +30,8 @@ TEST_CASE("a move to 75 mm sends the documented bytes and is done when device an
   bench.arm_lts();
   const Result<std::uint32_t> id = bench.driver->command(MoveCommand{0.075, 0.020});
   REQUIRE(id);
-  CHECK(bench.link().take_written() == absolute_75mm);  // 20 mm/s was set when arming
-  bench.receive_status(30720000, idle_homed);           // there, but not reported
+  CHECK(bench.link().take_written() == absolute_75mm);  // 20 mm/s was set while arming
+  bench.receive_status(30720000, idle_homed);           // arrived, but not reported
   CHECK(bench.last_sample().move_id != *id);
   bench.receive(hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
   CHECK(bench.last_sample().move_id == *id);
@@ -47,7 +47,7 @@ TEST_CASE("a move of the rotation stage to 90 degrees sends the documented bytes
   REQUIRE(bench.driver->command(MoveCommand{90 * deg, 10 * deg}));
   CHECK(bench.link().take_written() == hex("53 04 06 00 D0 01 01 00 E0 A2 02 00"));
   bench.receive(MessageId::move_completed, apt::DcStatusUpdate{1, 172770, 0, 0, idle_homed});
-  CHECK(bench.last_sample().move_id == 1);  // two counts off: within the tolerance
+  CHECK(bench.last_sample().move_id == 1);  // two counts away: within the tolerance
 }
 
 TEST_CASE("another speed is sent once, before the move") {
@@ -65,7 +65,7 @@ TEST_CASE("numbers of motions rise by one, and only the confirmed one is in the 
   bench.arm_lts();
   CHECK(bench.driver->command(MoveCommand{0.010, 0.02}).value() == 1);
   CHECK(bench.driver->command(MoveCommand{0.020, 0.02}).value() == 2);
-  bench.receive_completed(4096000);  // the end of the first, which was replaced
+  bench.receive_completed(4096000);  // the end of the first move, which was replaced
   CHECK(bench.last_sample().move_id == 0);
   bench.receive_completed(8192000);
   CHECK(bench.last_sample().move_id == 2);
@@ -78,7 +78,7 @@ TEST_CASE("completion reported elsewhere than at the target is no success but en
   bench.arm_lts();
   REQUIRE(bench.driver->command(MoveCommand{0.001, 0.02}));
   bench.link().take_written();
-  bench.receive_completed(409605);  // five counts off
+  bench.receive_completed(409605);  // five counts away
   CHECK(bench.last_sample().move_id == 0);
   CHECK(bench.link().take_written() == request_status);
   for (int i = 0; i < 30 && bench.host.faults.empty(); ++i) {
@@ -108,7 +108,7 @@ TEST_CASE("a move that takes much longer than its distance and speed allow is a 
   bench.arm_lts();
   REQUIRE(bench.driver->command(MoveCommand{0.040, 0.020}));  // ideal: 2 s + 1 s of ramps
   std::int32_t counts = 0;
-  for (int i = 0; i < 60; ++i) {  // creeps for 6 s
+  for (int i = 0; i < 60; ++i) {  // moves slowly for 6 s
     bench.loop().run_for(0.1);
     bench.receive_status(counts += 1000, moving_homed);
   }
@@ -124,9 +124,9 @@ TEST_CASE("a move that begins while the stage brakes has the time to come back")
   REQUIRE(bench.driver->command(ServoCommand{4e-3, horizon}));
   bench.receive_status(409600, moving_homed);
   REQUIRE(bench.driver->command(ServoCommand{0, horizon}));
-  REQUIRE(bench.driver->command(ServoCommand{0.05e-3, horizon}));  // it cannot be so slow yet
+  REQUIRE(bench.driver->command(ServoCommand{0.05e-3, horizon}));  // it cannot be that slow yet
   REQUIRE(bench.driver->command(MoveCommand{1e-3, 0.05e-3}));
-  std::int32_t counts = 409600 + 163840;  // braked by 20 mm/s2
+  std::int32_t counts = 409600 + 163840;  // decelerated by 20 mm/s2
   const auto creep = [&](int steps) {
     for (int i = 0; i < steps && bench.host.faults.empty(); ++i) {
       bench.loop().run_for(0.1);
@@ -135,7 +135,7 @@ TEST_CASE("a move that begins while the stage brakes has the time to come back")
   };
   creep(80);  // the way back
   CHECK(bench.host.faults.empty());
-  creep(200);  // and on
+  creep(200);  // and further
   CHECK(bench.fault_code() == Errc::timeout);
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("a stop that nobody asked for is a fault; one that was asked for is no
   REQUIRE(requested.driver->command(ServoCommand{0.002, horizon}));
   REQUIRE(requested.driver->command(ServoCommand{0, horizon}));
   REQUIRE(requested.driver->command(MoveCommand{0.1, 0.02}));
-  requested.receive_stopped(4096);  // of the servo motion
+  requested.receive_stopped(4096);  // belongs to the servo motion
   CHECK(requested.host.faults.empty());
   requested.receive_completed(40960000);
   CHECK(requested.last_sample().move_id == 1);
@@ -240,7 +240,7 @@ TEST_CASE("homing is done when the device says so and its status has the homed b
   bench.receive_status(0, idle_homed);
   CHECK(bench.last_sample().move_id == id);
   CHECK(bench.last_sample().homed);
-  CHECK(bench.loop().timers() <= 1);  // a reply watchdog running out
+  CHECK(bench.loop().timers() <= 1);  // an expiring reply watchdog
   bench.loop().run_for(300);
   CHECK(bench.host.faults.empty());
 }
@@ -306,7 +306,7 @@ TEST_CASE("a velocity command is a finite move from the last position") {
   REQUIRE(bench.driver->command(ServoCommand{-0.002, horizon}));  // 100 um back
   CHECK(bench.link().take_written() == velocity(43974656) + absolute(4096000 - 40960));
   bench.receive_status(4096000 - 8192, moving_homed);
-  REQUIRE(bench.driver->command(ServoCommand{0.002, horizon}));  // same speed, other way
+  REQUIRE(bench.driver->command(ServoCommand{0.002, horizon}));  // same speed, other direction
   CHECK(bench.link().take_written() == absolute(4096000 - 8192 + 40960));
 }
 
@@ -366,7 +366,7 @@ TEST_CASE("a velocity command replaces a move, which is then never confirmed") {
 TEST_CASE("stop ends the motion at once, and the stage stays armed") {
   StageBench bench = StageBench::lts();
   bench.driver->stop();
-  CHECK(bench.link().take_written().empty());  // nobody there yet
+  CHECK(bench.link().take_written().empty());  // no connection yet
   bench.arm_lts();
   REQUIRE(bench.driver->command(MoveCommand{0.1, 0.02}));
   bench.link().take_written();

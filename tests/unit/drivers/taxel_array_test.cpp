@@ -64,13 +64,13 @@ TEST_CASE("the array opens on its first good frame and publishes from the frame 
   CHECK(value.ambient_counts == 9);
   REQUIRE(bench.host.taxel_counts.size() == 16);
   CHECK(bench.host.taxel_counts[15] == 1015);
-  CHECK(bench.host.link_.take_written().empty());  // the sensor is never spoken to
+  CHECK(bench.host.link_.take_written().empty());  // the driver never writes to the sensor
 }
 
 TEST_CASE("frames that the numbers show missing are counted, also through the wrap") {
   Bench bench;
   bench.arm();
-  // half the range ahead at most is newer
+  // a number up to half the range ahead is newer
   for (const unsigned sequence : {12U, 15U, 30000U, 60000U, 65535U, 1U})
     bench.receive(Bench::frame(sequence));
   REQUIRE(bench.host.samples.size() == 6);

@@ -32,7 +32,7 @@ Bytes bytes_of(const vibro::Frame& frame) {
   return out;
 }
 
-/// Block `number` of a sensor that began at time zero, with noise of one count.
+/// Block `number` of a sensor that started at time zero, with noise of one count.
 vibro::Frame block(vibro::Kind kind, unsigned number) {
   vibro::Frame frame;
   frame.kind = kind;
@@ -66,7 +66,7 @@ struct Bench : DriverBench {
     next = 11;
     host.samples.clear();
   }
-  /// Blocks of both channels in their time.
+  /// Blocks of both channels at their times.
   void stream(unsigned count) {
     for (unsigned i = 0; i < count; ++i) {
       host.loop_.run_for(block_s);
@@ -78,7 +78,7 @@ struct Bench : DriverBench {
   unsigned next = 0;
 };
 
-/// The fault on opening a sensor that describes itself so.
+/// The fault on opening a sensor with this description.
 Error refused(const vibro::Description& description, const std::string& config = "{}") {
   Bench bench(config);
   REQUIRE(bench.driver->open());
@@ -211,7 +211,7 @@ TEST_CASE("a sensor that restarts is followed, whatever its numbers were") {
   for (const unsigned numbers_before : {200U, 40000U}) {
     Bench bench;
     bench.arm();
-    bench.next = numbers_before / 2;  // a step ahead is less than half of what the counter holds
+    bench.next = numbers_before / 2;  // a step ahead is less than half of the counter's range
     bench.stream(1);
     bench.next = numbers_before;
     bench.stream(3);
@@ -274,7 +274,7 @@ TEST_CASE("silence is a fault: of the description, of all, and of one channel be
 TEST_CASE("frozen, saturated, slow and badly clocked channels are named") {
   struct Case {
     void (*harm)(vibro::Frame&);
-    unsigned every;  ///< blocks that come, one in so many
+    unsigned every;  ///< one block of this number arrives
     const char* says;
   };
   const Case cases[] = {

@@ -1,4 +1,5 @@
-// Level L2 whose substeps follow the motion: short where the probe swings, longer where it is calm.
+// Level L2 with substeps that follow the motion: short while the probe swings, longer while it is
+// calm.
 
 #include <limits>
 #include <vector>
@@ -20,7 +21,7 @@ DynamicContact contact_of(const ContactMaterial& material, double step_s, Integr
   return {level_plate(), {}, material, with_step(step_s, integrator)};
 }
 
-/// Pressed to rest, the stage standing.
+/// Pressed to rest, with a still stage.
 ContactState at_rest(const ContactMaterial& material) {
   const DynamicContact contact = contact_of(material, fine_s, Integrator::midpoint);
   const double end_m = plate_z - material.thickness_m + 6 * material.law.lambda_m;
@@ -31,8 +32,8 @@ ContactState at_rest(const ContactMaterial& material) {
   return state;
 }
 
-/// Down, to rest, and 20 mm along the cloth, with the stage on whole micrometres in z that wander
-/// as a force loop's do.
+/// Down, to rest, and 20 mm along the fabric. The stage is on whole micrometres in z that wander as
+/// under a force loop.
 std::vector<Pose> press_and_slide(const ContactMaterial& material) {
   std::vector<Pose> path;
   const double end_m = plate_z - material.thickness_m + 7 * material.law.lambda_m + 0.1e-3;
@@ -68,7 +69,7 @@ double rms_n(const std::vector<double>& a, const std::vector<double>& b) {
 }  // namespace
 
 TEST_CASE("a probe at rest takes the longest substeps, bit for bit those of the equal method") {
-  // On the softest cloth and from a quarter of the short step: a swing would have to be resolved.
+  // On the softest fabric, starting at a quarter of the short step: a swing would need resolution.
   const double short_s = fine_s / 4;
   const ContactMaterial material = plain("terry");
   const ContactState rest = at_rest(material);
@@ -79,7 +80,7 @@ TEST_CASE("a probe at rest takes the longest substeps, bit for bit those of the 
   const DynamicContact equal = contact_of(material, short_s, Integrator::midpoint);
   ContactState a = rest, b = rest, c = rest;
   Pose to = rest.pose;
-  to.z_m += 1e-9;  // so that something moves at all
+  to.z_m += 1e-9;  // so that there is a motion
   for (int i = 0; i < 3; ++i) {
     a = adaptive.step(a, to, longest * short_s);
     b = coarse.step(b, to, longest * short_s);
@@ -125,7 +126,8 @@ TEST_CASE("longer substeps in the calm cost little of the force") {
 }
 
 TEST_CASE("a minute of calm on a stiff cloth keeps the force: no swing is left unresolved") {
-  // The waves of the cloth ring the probe at every conversion, and hysteresis keeps what they do.
+  // The waves of the fabric make the probe swing at every conversion, and hysteresis keeps the
+  // effects.
   for (const char* name : {"satin", "nylon"}) {
     const ContactMaterial material = whole(name);
     const double end_m = plate_z - material.thickness_m + 7.5 * material.law.lambda_m + 0.15e-3;

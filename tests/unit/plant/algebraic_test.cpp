@@ -25,7 +25,7 @@ HeightField ripple(double amplitude_m, double pitch_m) {
   return HeightField({pitch_m, pitch_m, amplitude_m / std::sqrt(2.0), structure}, 4);
 }
 
-/// Half the range of the pad's height along ten pitches.
+/// Half the range of the height under the pad along ten pitches.
 double seen_amplitude_m(LinearTexture texture, double pitch_m) {
   double low = 1, high = -1;
   TextureMap::Cursor cursor;

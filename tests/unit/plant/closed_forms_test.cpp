@@ -1,5 +1,6 @@
-// Closed forms (docs/reference/plant.md) that belong to no single mechanism, or are met far better
-// than the mechanism's own test asks. The whole list: sim/plant/README.md, "Closed forms".
+// Closed forms (docs/reference/plant.md) that belong to no single mechanism, or that hold far
+// better than the mechanism's own test requires. The whole list: sim/plant/README.md, "Closed
+// forms".
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -24,7 +25,7 @@ TEST_CASE("(3) under a rigid mount a jump of the stage relaxes by the Prony seri
   ContactMaterial material = test::plain("pile");
   material.relaxation = {{0.2, 0.15}, {0.3, 5}};
   Mount rigid;
-  rigid.stiffness_n_m = 1e10;  // 5 N move it by 1e-6 of this cloth's lambda
+  rigid.stiffness_n_m = 1e10;  // 5 N move it by 1e-6 of this fabric's lambda
   rigid.slack_m = 0;
   const ContactModel model(level_plate(), rigid, material);
   const double top_n = level_plate().face_area_m2() * material.law.pressure_pa;
@@ -63,7 +64,7 @@ TEST_CASE("(5) one update of LuGre's bristles is the closed form to its rounding
 TEST_CASE("(9) a sinusoid's mean pressure is I0(a/lambda)") {
   Structure structure;
   structure.lines = {{.warp = 1, .weft = 0, .share = 1}};
-  // Summed over equal steps of the pitch: exact but for the harmonics beyond them.
+  // Summed over equal steps of the pitch: exact except for the harmonics beyond them.
   for (const auto& [ratio, tolerance] :
        {std::pair{0.1, 1e-14}, {0.3, 1e-14}, {1.0, 1e-14}, {3.0, 1e-10}, {6.0, 2e-7}}) {
     const double lambda_m = 8e-6, amplitude_m = ratio * lambda_m;

@@ -91,7 +91,7 @@ TEST_CASE("the force relaxes under a held stage and comes back on the same cloth
   const double at_once = state.normal_n;
   for (int i = 0; i < 3000; ++i) state = model.step(state, state.pose, 0.01);
   CHECK(at_once > 2.2);
-  CHECK(state.normal_n < 0.98 * at_once);  // the mount is soft: most of the load stays
+  CHECK(state.normal_n < 0.98 * at_once);  // the mount is soft: most of the load remains
   CHECK(state.normal_n > Mount{}.weight_n());
 }
 
@@ -162,9 +162,8 @@ TEST_CASE("the bare plate is stiff and gives the probe's weight") {
 }
 
 TEST_CASE("a rising stage load is loading at any step, through the corner of the mount too") {
-  // The mount's stiffness changes where it begins to carry load: there a step of Newton's method
-  // from the other side is no guess of the third order, and a stray reversal would turn the
-  // hysteresis.
+  // The mount's stiffness changes where it begins to carry load. There a Newton step from the other
+  // side is not a good initial value, and a false reversal would turn the hysteresis.
   MaterialSwitches switches = test::plain_cloth;
   switches.hysteresis = true;
   const ContactMaterial pile = test::patch_of(test::library(), "pile", 1, switches).material;

@@ -1,4 +1,4 @@
-// Level L2 where it hurts: stiff, coarse, fast, absurd.
+// Level L2 in difficult cases: stiff, coarse, fast, absurd.
 
 #include "sim/plant/dynamic/dynamic_contact.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of level L2 share.
+// Shared code of the tests of level L2.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -31,7 +31,7 @@ inline DynamicsParams with_step(double step_s, Integrator integrator = Integrato
   return params;
 }
 
-/// Hanging at rest, the stage at `z_m`.
+/// Hanging at rest, with the stage at `z_m`.
 inline ContactState hanging(const ContactMaterial& material, double z_m, const Mount& mount = {}) {
   return ContactModel(level_plate(), mount, material).step({}, {.z_m = z_m}, 0);
 }
@@ -42,7 +42,7 @@ inline DynamicsParams undamped(double step_s, Integrator integrator = Integrator
   return params;
 }
 
-/// A slow way over the cloth, into it and out again.
+/// A slow path over the fabric, into it and out again.
 inline Pose down_and_up(const ContactMaterial& material, int i) {
   return {.x_m = 1e-6 * i,
           .y_m = 3e-6 * i,
@@ -61,7 +61,7 @@ inline void same_bits(const ContactState& a, const ContactState& b) {
   CHECK(a.relaxation.relaxed_n == b.relaxation.relaxed_n);
 }
 
-/// The bristles that a step of `t_s` leaves which slips at `v_mps` whatever the friction is.
+/// The bristles after a step of `t_s` with a slip of `v_mps`, for any friction.
 inline Vector2 bristle_after_slip(const Vector2& bristle, const Vector2& v_mps, double t_s,
                                   const LuGre& lugre) {
   constexpr double inertia_n_s_m = 1e30;  // friction of some newtons is below the rounding

@@ -22,7 +22,7 @@ ContactGeometry far_plate() {
   return geometry;
 }
 
-/// A spring that pulls and pushes: the mount without slack, far above any cloth.
+/// A spring that pulls and pushes: the mount without slack, far above any fabric.
 struct Swing {
   Mount mount;
   double rest_m;  ///< of the extension
@@ -131,7 +131,7 @@ TEST_CASE("a probe dropped on a cloth without losses bounces back to where it fe
   for (const double step_s : {1e-5, 2e-4}) {
     const DynamicContact contact(level_plate(), mount, material, undamped(step_s));
     ContactState state;
-    state.pose.z_m = surface - 1e-3 - 5e-3;  // 5 mm into the slack, 1 mm above the cloth
+    state.pose.z_m = surface - 1e-3 - 5e-3;  // 5 mm into the slack, 1 mm above the fabric
     state.extension_m = -5e-3;
     double highest = 1, hardest = 0;
     int bounces = 0;
@@ -226,7 +226,7 @@ TEST_CASE("a press on a cloth with memory converges with second order") {
     }
     return state;
   };
-  // In contact from here on: where a step happens to meet the first touch is no question of order.
+  // In contact from here on: the step in which the first contact falls does not affect the order.
   const ContactState touching = moved(hanging(material, plate_z - material.thickness_m - 0.1e-3), 0,
                                       30, 2e-6, Integrator::midpoint);
   REQUIRE(touching.normal_n > 0);
@@ -270,7 +270,8 @@ TEST_CASE("in slow motion level L2 goes over into level L1") {
       }
       CAPTURE(name, speed, error);
       REQUIRE(quasistatic.normal_n > 4.5);
-      // What a mass that is stopped from that speed does to a spring as stiff as the cloth at 5 N.
+      // The force of a mass that is stopped from that speed by a spring as stiff as the fabric at 5
+      // N.
       const double bound = speed * std::sqrt(5 / material.law.lambda_m * Mount{}.mass_kg);
       CHECK(error < 2 * bound);
       CHECK(dynamic.friction_n[1] == Approx(quasistatic.friction_n[1]).margin(0.2 * bound));
@@ -288,7 +289,7 @@ TEST_CASE("a run that is stopped and taken up again has the same bits") {
     ContactState single = hanging(material, path(0).z_m), split = single;
     for (int i = 1; i <= 600; ++i) single = contact.step(single, path(i), 3.072e-3);
     for (int i = 1; i <= 600; ++i) {
-      static_cast<void>(contact.step(split, path(i), 1.7e-3));  // somebody looks in between
+      static_cast<void>(contact.step(split, path(i), 1.7e-3));  // an observer looks in between
       const DynamicContact again = contact;
       split = again.step(split, path(i), 3.072e-3);
     }
@@ -338,7 +339,7 @@ TEST_CASE("contact is lost and found again without a trace of the first") {
       CHECK(state.normal_n == 0);
       CHECK(state.branch == -1);
       CHECK(state.bristle == Vector2{});
-      state = contact.step(state, state.pose, 60);  // the cloth and the probe come to rest
+      state = contact.step(state, state.pose, 60);  // fabric and probe come to rest
     }
     CHECK(peaks[0] > 4);
     CHECK(peaks[1] == Approx(peaks[0]).epsilon(1e-3));

@@ -1,5 +1,5 @@
-// What must persist at the extremes, at every level that moves a probe: balance, energy, friction,
-// memory. That nothing leaves the numbers is in dynamic_extremes_test.cpp and contact_test.cpp.
+// Invariants at the extremes, at every level that moves a probe: balance, energy, friction, memory.
+// Tests for finite results are in dynamic_extremes_test.cpp and contact_test.cpp.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -33,7 +33,7 @@ struct Law {
   Mover step;
 };
 
-/// Level L1, and L2 by each of its integrators, on one cloth.
+/// Level L1, and L2 with each of its integrators, on one fabric.
 std::vector<Law> laws(const ContactMaterial& material, const Mount& mount = {},
                       const DynamicsParams& params = {}) {
   std::vector<Law> all;
@@ -60,7 +60,8 @@ double depth_m(const ContactMaterial& material, double force_n) {
   return material.law.lambda_m * std::log1p(force_n / top_n(material));
 }
 
-/// Where the z stage is when a cloth without memory is pressed with `force_n` above the weight.
+/// The z stage position at which a fabric without memory is pressed with `force_n` above the
+/// weight.
 double stage_z_m(const ContactMaterial& material, const Mount& mount, double force_n) {
   return plate_z - material.thickness_m + depth_m(material, force_n) +
          (force_n - mount.weight_n()) / mount.stiffness_n_m;
@@ -96,7 +97,7 @@ TEST_CASE("1e1 to 1e8 N/m, 1 us to 50 ms, no damping: at rest under 10 N it stay
 }
 
 TEST_CASE("1e1 to 1e8 N/m, 1 us to 50 ms, no damping: a swing keeps its energy or loses it") {
-  // The swing is so small that cloth and mount are one linear spring.
+  // The swing is small enough that fabric and mount are one linear spring.
   const ContactMaterial material = plain("denim");
   for (const double stiffness : stiffnesses_n_m)
     for (const double step_s : steps_s) {
@@ -104,7 +105,7 @@ TEST_CASE("1e1 to 1e8 N/m, 1 us to 50 ms, no damping: a swing keeps its energy o
       mount.stiffness_n_m = stiffness;
       const double k = stiffness + (5 + top_n(material)) / material.law.lambda_m;
       const double omega = std::sqrt(k / mount.mass_kg);
-      // No further than the mount's spring is pressed: it would be left.
+      // At most the compression of the mount's spring: otherwise the probe would leave it.
       const double way_m =
           std::min(1e-3 * material.law.lambda_m, 0.5 * (5 - mount.weight_n()) / stiffness);
       const ContactState rest = pressed(material, mount, 5);
@@ -123,7 +124,7 @@ TEST_CASE("1e1 to 1e8 N/m, 1 us to 50 ms, no damping: a swing keeps its energy o
           REQUIRE(energy_j(state) < 1.01 * before);
           if (integrator != Integrator::tr_bdf2) REQUIRE(energy_j(state) > 0.99 * before);
         }
-        // TR-BDF2 keeps what its step resolves and brings the rest to rest.
+        // TR-BDF2 keeps the motion that its step resolves and damps the rest.
         if (integrator == Integrator::tr_bdf2 && step_s * omega < 0.02)
           CHECK(energy_j(state) > 0.98 * before);
         if (integrator == Integrator::tr_bdf2 && step_s * omega > 10)
@@ -203,7 +204,7 @@ TEST_CASE("friction at 0, 4 and just over 4 mm/s is the law's, without a step be
 }
 
 TEST_CASE("moves shorter than v^2/a change the force by the mount's stiffness, without a jump") {
-  // A profile that ignores this jumps here, by 5 N: 4 mm/s with 5 mm/s2 need 3.2 mm.
+  // A profile that ignores this jumps by 5 N here: 4 mm/s with 5 mm/s2 need 3.2 mm.
   const ContactMaterial material = plain("nylon");
   const Mount mount;
   constexpr MotionLimits slow{4e-3, 5e-3};
@@ -223,7 +224,7 @@ TEST_CASE("moves shorter than v^2/a change the force by the mount's stiffness, w
         last_z = stage.position(t);
       }
       CAPTURE(law.name, way_m);
-      CHECK(worst < (law.name[1] == '1' ? 1e-9 : 0.02));  // the probe swings a little at L2
+      CHECK(worst < (law.name[1] == '1' ? 1e-9 : 0.02));  // at L2 the probe swings a little
       const double k_cloth = (5 + top_n(material)) / material.law.lambda_m;
       const double in_series = 1 / (1 / mount.stiffness_n_m + 1 / k_cloth);
       CHECK(state.normal_n - 5 == Approx(in_series * way_m).epsilon(0.01).margin(2e-4));
@@ -270,8 +271,8 @@ TEST_CASE(
       ContactState state = law.step(hanging(material, plate_z - 2e-3, mount), {.z_m = z_m}, 0.01);
       for (int i = 0; i < 2000; ++i) state = law.step(state, state.pose, 0.05);
       CAPTURE(law.name, stiffness);
-      CHECK((state.normal_n >= 0 && state.normal_n < 2.561e8));  // the law is held at 1e12 Pa
-      // The midpoint rule does not bring to rest what a step of 50 ms does not resolve.
+      CHECK((state.normal_n >= 0 && state.normal_n < 2.561e8));  // the law is limited at 1e12 Pa
+      // The midpoint rule does not damp a motion that a step of 50 ms does not resolve.
       if (law.name != name_of(Integrator::midpoint) && law.name != name_of(Integrator::adaptive)) {
         CHECK(state.normal_n == Approx(mount.weight_n() + 0.1 * stiffness).epsilon(1e-5));
         CHECK(state.indentation_m == Approx(depth_m(material, state.normal_n)).epsilon(1e-5));
@@ -299,7 +300,8 @@ TEST_CASE("the smallest numbers there are change nothing, and a fading memory en
       REQUIRE(std::isfinite(state.friction_n[0]));
       REQUIRE(state.normal_n == Approx(start.normal_n).epsilon(1e-9));
     }
-    state = law.step(state, {.z_m = plate_z - 5e-3}, 1);  // at once it would rattle on its stop
+    state = law.step(state, {.z_m = plate_z - 5e-3}, 1);  // without this step it would rattle on
+                                                          // its stop
     for (int i = 0; i < 2000; ++i) state = law.step(state, state.pose, 10);  // 4000 times 5 s
     CAPTURE(law.name);
     CHECK(state.normal_n == 0);
@@ -327,7 +329,7 @@ TEST_CASE("a run of L1 that is stopped and taken up again has the same bits") {
   ContactState single = hanging(material, path(0).z_m), split = single;
   for (int i = 1; i <= 2000; ++i) single = model.step(single, path(i), 3.072e-3);
   for (int i = 1; i <= 2000; ++i) {
-    static_cast<void>(model.step(split, path(i), 1.7e-3));  // somebody looks in between
+    static_cast<void>(model.step(split, path(i), 1.7e-3));  // an observer looks in between
     const ContactModel again = model;
     split = again.step(split, path(i), 3.072e-3);
   }

@@ -13,7 +13,7 @@ using namespace weft::sim;
 
 namespace {
 
-/// LC and WC of a law by integrating its own curve, as the KES instrument does.
+/// LC and WC of a law by integration of its curve, like the KES instrument.
 KesCompression measure(const FabricLaw& law) {
   const double full_m = law.lambda_m * std::log1p(kes_peak_pressure_pa / law.pressure_pa);
   constexpr int steps = 20000;  // Simpson

@@ -16,7 +16,7 @@ using namespace weft::sim;
 
 namespace {
 
-/// The shipped table with one piece of text exchanged.
+/// The shipped table with one text replaced.
 Result<FabricLibrary> with(const std::string& from, const std::string& to) {
   std::string text = test::fabrics_text();
   const auto at = text.find(from);
@@ -24,7 +24,7 @@ Result<FabricLibrary> with(const std::string& from, const std::string& to) {
   return parse_fabrics(text.replace(at, from.size(), to));
 }
 
-/// Mean and standard deviation of the pads' pressures over a slide of 20 mm at 5 N, roughly.
+/// Approximate mean and standard deviation of the pads' pressures over a slide of 20 mm at 5 N.
 std::pair<double, double> slide(const Patch& patch) {
   PlantParams params;
   params.geometry.plate_z_m = 0.06;

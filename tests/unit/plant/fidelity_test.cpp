@@ -1,4 +1,4 @@
-// The choice of level, integrator and step from a measured table: a table made up for the test.
+// The choice of level, integrator and step from a measured table, made up for the test.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -24,7 +24,7 @@ FidelitySetting l2(Integrator integrator, double step_ms) {
   return {Level::dynamic, integrator, step_ms * 1e-3};
 }
 
-/// Errors of denim; nylon has three times as much.
+/// Errors of denim; those of nylon are three times as large.
 MeasuredSetting measured(const FidelitySetting& setting, double error_n, double contact_us) {
   return {.setting = setting,
           .contact_us_per_s = contact_us,
@@ -133,7 +133,7 @@ TEST_CASE("a cloth without a row is promised by its impact, or refused where nob
   for (const FidelityOffer& offer : *all)
     if (offer.setting == l1())
       CHECK(offer.promise_n == Approx(std::max(2 * 10e-3, 3 * 10e-3 * scale_n)));
-  // of another cloth table no row is known
+  // the table has no row for another fabric table
   library.fabrics.back().name = "denim";
   forces.fabrics = {"denim"};
   forces.has_rows = false;
@@ -158,7 +158,7 @@ TEST_CASE("forces, speeds and slack that the table was not measured for are refu
   CHECK(is_refused([](ForceScene& f) { f.press_s = {0.5, 2}; }));
   CHECK(is_refused([](ForceScene& f) { f.press_s = {2, 20}; }));
   ForceScene pressed = on({"denim"});
-  pressed.speed_mps = {};  // nothing slides
+  pressed.speed_mps = {};  // without sliding
   CHECK(choose(small_table(), tactile, pressed, accuracy(1)));
 }
 
@@ -201,7 +201,7 @@ TEST_CASE("a forecast is the sum of its parts, scaled by the machine's speed") {
 }
 
 TEST_CASE("a budget takes the most accurate setting whose whole run is forecast fast enough") {
-  // 730 us of a bench second are not the contact's
+  // 730 us of a bench second do not belong to the contact
   CHECK(chosen(budget(500)) == l2(Integrator::midpoint, 0.2));
   CHECK(chosen(budget(900)) == l2(Integrator::midpoint, 1));
   CHECK(chosen(budget(1150)) == l1());
@@ -235,7 +235,7 @@ TEST_CASE("an accuracy that no setting promises is refused with the nearest") {
 
 TEST_CASE("after a miss the next setting promises less") {
   FidelityRequest after = accuracy(25e-3);
-  after.promise_below_n = 2 * 10e-3;  // that of L1
+  after.promise_below_n = 2 * 10e-3;  // the promise of L1
   CHECK(chosen(after) == l2(Integrator::midpoint, 1));
   after.promise_below_n = 2 * 0.01e-3;
   CHECK(refusal(after).code == Errc::unsupported);
@@ -340,7 +340,7 @@ TEST_CASE("a machine's speed is the best of several rounds on its clock") {
     return now_us;
   });
   CHECK(probe > 0);
-  CHECK(probe < 2);  // 50 pieces of work a round
+  CHECK(probe < 2);  // 50 work items a round
 }
 
 TEST_CASE("a setting's name, and that it goes into a plant and back") {

@@ -72,7 +72,7 @@ Violation violation(const HeightMap& map, const Imprint& imprint, double modulus
 
 TEST_CASE("Love's influence is the integral of 1/r over the square") {
   const double a = 0.28e-3;
-  // Own centre: 4 a ln(1 + sqrt 2)/pi; far away: a^2/(pi r).
+  // At the own centre: 4 a ln(1 + sqrt 2)/pi; far away: a^2/(pi r).
   CHECK(love_influence(0, 0, a) ==
         Approx(4 * a * std::log(1 + std::numbers::sqrt2) / std::numbers::pi).epsilon(1e-14));
   const double far = 100 * a;
@@ -191,8 +191,8 @@ TEST_CASE(
 }
 
 TEST_CASE("Small arrays do not stop before the contact is level and nothing overlaps") {
-  // Where one taxel or a level contact gives no direction; depths of up to a hundred thousand
-  // times the heights, and the other way round.
+  // Cases in which one taxel or a level contact gives no direction; depths of up to a hundred
+  // thousand times the heights, and vice versa.
   for (std::uint64_t trial = 0; trial < 6'000; ++trial) {
     Random random(trial);
     const std::size_t rows = 1 + random.bits() % 4, cols = 1 + random.bits() % 4;

@@ -101,7 +101,7 @@ TEST_CASE("Screens have the open area and rasps the teeth that their lattices sa
   for (const char* name : {"RASP1", "RASP3"}) {
     ObjectSpec rasp = object_of(name);
     rasp.irregularity = rasp.roughness_m = 0;
-    const double top = rasp.depth_m / 2;  // a cone, but for its tip: half as wide half-way down
+    const double top = rasp.depth_m / 2;  // a cone except for its tip: half as wide half-way down
     const double half = (rasp.radius_m / 2 + 0.2e-3), wide = std::sqrt(half * half - 0.04e-6);
     const double share = 3.14159265 * wide * wide / (rasp.pitch_x_m * rasp.pitch_y_m);
     double mean = 0;
@@ -188,8 +188,8 @@ TEST_CASE("A press that is taken back reads high by the hysteresis, by any path,
     return count;
   };
   CHECK(after({half}) == 64);
-  CHECK(after({1.1 * half, half}) == 70);                        // all of the overshoot lingers
-  CHECK(after({1.9 * half, half}) == std::lround(63.5 * 1.25));  // no more than hysteresis
+  CHECK(after({1.1 * half, half}) == 70);                        // the whole overshoot remains
+  CHECK(after({1.9 * half, half}) == std::lround(63.5 * 1.25));  // limited by the hysteresis
   CHECK(after({1.9 * half, 1.5 * half, 1.2 * half, half}) == after({1.9 * half, half}));
   CHECK(after({1.9 * half, 0.9 * half, half}) == after({1.125 * half, half}));
   CHECK(after({1.9 * half, 0}) == 0);

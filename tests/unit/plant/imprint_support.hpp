@@ -1,5 +1,5 @@
 #pragma once
-// What an imprint is held to: the bed's law, spring by spring, and the force that all taxels carry.
+// Checks of an imprint: the bed's law, spring by spring, and the force of all taxels.
 
 #include <cmath>
 

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double ulp = 0x1p-52;
 
-/// Largest error of `value` against `truth`, both of x, over `draw`n arguments, by `scale` of
-/// truth.
+/// Largest error of `value` against `truth`, both functions of x, over arguments from `draw`,
+/// scaled by the truth if `relative`.
 template <class Value, class Truth, class Draw>
 double worst(Value value, Truth truth, Draw draw, bool relative) {
   double error = 0;

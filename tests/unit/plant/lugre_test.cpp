@@ -15,9 +15,8 @@ using test::bristle_after_slip;
 
 namespace {
 
-/// 5 N on a cloth, the stick-slip scene of docs/reference/plant.md, Friction, with bristles of such
-/// a length that the cycle is like the one there: 0.31 N at 24 Hz on 1e4 N/m, 0.54 N at 2.8 Hz on
-/// 1e3 N/m.
+/// 5 N on a fabric: the stick-slip scene of docs/reference/plant.md, Friction. The length of the
+/// bristles gives a similar cycle: 0.31 N at 24 Hz on 1e4 N/m, 0.54 N at 2.8 Hz on 1e3 N/m.
 constexpr double mass_kg = 0.2;
 constexpr double drive_mps = 2e-3;
 
@@ -31,7 +30,7 @@ GlideLaw guide(double stiffness_n_m, double damping_ratio = 0.05) {
   return {mass_kg, stiffness_n_m, 2 * damping_ratio * std::sqrt(stiffness_n_m * mass_kg)};
 }
 
-/// Range of the spring's force and how often the velocity changes from sticking to slipping.
+/// Range of the spring's force, and frequency of changes from sticking to slipping.
 struct Cycle {
   double peak_to_peak_n, frequency_hz;
 };
@@ -75,11 +74,11 @@ Cycle stick_slip(Method method, double stiffness_n_m, double h_s, double duratio
   return meter.cycle();
 }
 
-/// The same equations written out once more for Runge-Kutta of order 4, without any closed form.
+/// The same equations written again for Runge-Kutta of order 4, without any closed form.
 Cycle runge_kutta(double stiffness_n_m, double h_s, double duration_s = 3) {
   const GlideLaw law = guide(stiffness_n_m);
   const LuGre lugre = cloth();
-  using State = std::array<double, 3>;  // lag, velocity over the cloth, bristle
+  using State = std::array<double, 3>;  // lag, velocity over the fabric, bristle
   const auto rates = [&](const State& y) {
     const double fall = y[1] / lugre.stribeck_mps;
     const double g = lugre.kinetic_n * (1 + (lugre.static_ratio - 1) * std::exp(-fall * fall));
@@ -153,7 +152,7 @@ TEST_CASE("steady sliding has the prescribed characteristic g(v) + sigma2 v") {
   LuGre lugre = cloth();
   lugre.viscous_n_s_m = 3;
   for (const double speed : {1e-5, 1e-3, 4e-3, 0.02}) {
-    // A stiff slow guide imposes the speed; friction is what its spring then holds.
+    // A stiff slow guide imposes the speed; the spring's force then equals the friction.
     const GlideLaw law = guide(1e6, 1);
     GlideState a{.lag_m = {}, .room_mps = {0, -speed}, .bristle = {}}, b = a;
     const double h_s = std::min(5e-3, lugre.length_m / speed);
@@ -177,7 +176,7 @@ TEST_CASE("the slip that is found balances the mean friction of its step") {
       for (const double push : {1e-3, 0.8, 1.4, 30.0}) {
         const Vector2 bristle{0.4, -0.9}, q{push * 0.6, push * 0.8};
         const Vector2 w = solve_slip(lugre, BristleRule::exact, a, q, bristle, t_s, 1e-3).w_mps;
-        // Mean of the bristles by Simpson's rule; the product's exponential is a closed form.
+        // Mean of the bristles by Simpson's rule; the exponential of the product is a closed form.
         constexpr int pieces = 2000;
         Vector2 mean{};
         for (int i = 0; i <= pieces; ++i) {
@@ -198,7 +197,7 @@ TEST_CASE("the slip that is found balances the mean friction of its step") {
 
 TEST_CASE("a steady load below the limit does not creep, at any step") {
   const LuGre lugre = cloth();
-  const GlideLaw law{mass_kg, 1e-3, 0};  // a spring so soft that its force is constant
+  const GlideLaw law{mass_kg, 1e-3, 0};  // a spring soft enough to have a constant force
   for (const double h_s : {1e-5, 2e-4, 1e-2}) {
     GlideState state{.lag_m = {0, 500}, .room_mps = {}, .bristle = {}};  // 0.5 N, half the limit
     const int steps = static_cast<int>(2 / h_s);
@@ -265,7 +264,7 @@ TEST_CASE("without mass LuGre becomes Coulomb's stick-slip: 2 dF every 2 dF/(kV)
   double worst = 1;
   for (const double mass : {0.2, 2e-3}) {
     const GlideLaw law{mass, k, 0};
-    lugre.damping_n_s_m = 2 * std::sqrt(mass / lugre.length_m);  // sticking does not ring
+    lugre.damping_n_s_m = 2 * std::sqrt(mass / lugre.length_m);  // no ringing while sticking
     GlideState state{.lag_m = {}, .room_mps = {0, -1e-3}, .bristle = {}};
     CycleMeter meter;
     const double h_s = 0.02 * std::sqrt(mass / k);

@@ -1,5 +1,5 @@
-// Slack, tilt, cover, wear and touches of one mounting at the ends of their ranges, each against
-// its closed form. Forces that a campaign holds: tests/unit/daemon/campaign/rest_test.cpp.
+// Slack, tilt, cover, wear and trials of one mounting at the ends of their ranges, each against its
+// closed form. Forces that a campaign holds: tests/unit/daemon/campaign/rest_test.cpp.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -26,7 +26,7 @@ PlantParams params_at(Level level) {
   params.geometry = level_plate();
   params.rig_tilt = 0;
   params.mount.slack_m = 1e-3;
-  // The probe comes to rest in settling_s whatever swings.
+  // The probe comes to rest in settling_s in spite of any swing.
   params.dynamics.integrator = Integrator::tr_bdf2;
   return params;
 }
@@ -40,7 +40,7 @@ double depth_m(const ContactMaterial& material, double force_n) {
          std::log1p(force_n / (level_plate().face_area_m2() * material.law.pressure_pa));
 }
 
-/// Where z is when the cloth bears `force_n`; `share` of the slack is used up under the weight.
+/// z when the fabric carries `force_n`; `share` of the slack is used up under the weight.
 double z_under_m(const ContactMaterial& material, const Mount& mount, double force_n,
                  double share = 0) {
   const double apart_n = force_n - mount.weight_n();
@@ -139,7 +139,7 @@ constexpr double way_m = 1e-3;
 
 struct Touch {
   double force_n;
-  PlantMemory memory;  ///< what the next touch finds
+  PlantMemory memory;  ///< state for the next trial
 };
 
 /// Down to `z_m`, `way_m` along y, with a scan, and up.
@@ -186,7 +186,7 @@ TEST_CASE("a hundred thousand touches of one mounting: the dose adds up, the clo
   }
   CHECK(last.memory.dose_pa_m == Approx(dose_pa_m).epsilon(1e-3));
   CHECK(last.force_n < 0.99 * first_n);
-  Plant other(params, 1);  // gone on with by another plant
+  Plant other(params, 1);  // continued by another plant
   for (int i = touches / 2 + 1; i <= touches; ++i) half = touch(other, patch, z_m, &half).memory;
   CHECK(half.dose_pa_m == last.memory.dose_pa_m);
   CHECK(half.pads.creep_pa == last.memory.pads.creep_pa);
@@ -209,7 +209,7 @@ TEST_CASE("wear of 0 keeps a cloth's height, wear of 1 takes nine tenths of it a
                      0.9 * cloth.thickness_m);
         const Mount mount = params_at(level).mount;
         const double surface_m = plate_z - cloth.thickness_m + gone_m;
-        // Level L0 goes from the weight to its set point where the mount begins to push.
+        // Level L0 changes from the weight to its set point where the mount begins to push.
         const bool is_l0 = level == Level::algebraic;
         const double border_m =
             surface_m + (is_l0 ? depth_m(cloth, mount.weight_n()) : mount.hanging_extension_m());

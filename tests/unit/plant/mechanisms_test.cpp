@@ -64,7 +64,7 @@ TEST_CASE("hysteresis turns round within its length, however the path is cut") {
 
 TEST_CASE("the work that comes back from a press is the resilience") {
   const double resilience = 0.4, eta = (1 - resilience) / (1 + resilience);
-  const double length = 1e-3;  // turns at once: the two curves alone
+  const double length = 1e-3;  // turns at once: only the two curves
   double work_in = 0, work_out = 0, branch = 1, last = 0;
   constexpr int steps = 200000;
   const auto press = [&](double s, double& work) {

@@ -47,7 +47,7 @@ std::vector<double> answer(ModalBank& bank, const std::vector<Force>& forces) {
   return out;
 }
 
-/// A triangle of one newton peak: what an impulse is on samples.
+/// A triangle with a peak of one newton: the sampled form of an impulse.
 std::vector<Force> click(std::size_t samples) {
   std::vector<Force> forces(samples, Force{});
   forces[0] = {1, 0, 0};
@@ -101,7 +101,8 @@ TEST_CASE("A struck mode rings at its frequency and decays at its rate") {
       REQUIRE(ring[n] ==
               Approx(2 * decay * std::cos(damped * h) * ring[n - 1] - decay * decay * ring[n - 2])
                   .margin(1e-13));
-    // Its size: a triangle of area h on unit mass starts v = h |sinc^2| of the frequency.
+    // Its size: a triangle of area h on unit mass gives the initial v = h |sinc^2| of the
+    // frequency.
     const double sinc = std::sin(w * h / 2) / (w * h / 2);
     double peak = 0;
     for (std::size_t n = 2; n < 400; ++n)

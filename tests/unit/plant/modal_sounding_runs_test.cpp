@@ -13,7 +13,7 @@ using namespace weft::sim::test;
 
 namespace {
 
-/// A press and a slide on a whole cloth, with every sensor.
+/// A press and a slide on a complete fabric, with every sensor.
 struct Run {
   std::vector<double> values;
   ContactState state;
@@ -60,7 +60,7 @@ TEST_CASE("A run of level L3 that is split, or looked at in between, has the sam
   const auto run_further = [](SoundingContact s, const ContactState&) { return s; };
   const auto split = [](const SoundingContact& s, const ContactState& state) {
     static_cast<void>(s.peek(state, {.z_m = state.pose.z_m + 1e-5}, Duration(777'777)));
-    return SoundingContact(s);  // saved and taken up again
+    return SoundingContact(s);  // saved and restored
   };
   const Run single = press_and_slide(bench, run_further), again = press_and_slide(bench, split);
   CHECK(single.values.size() > 20'000);
@@ -100,7 +100,7 @@ TEST_CASE("Readings lie on whole multiples of their periods since time zero, non
                           readings.acceleration.end());
       sound.insert(sound.end(), readings.sound.begin(), readings.sound.end());
       CHECK(sounding.now() == TimePoint(Duration(now_ns)));
-      // Everything that is due at `now`, and nothing that is not.
+      // All readings due at `now`, and no others.
       CHECK(static_cast<std::int64_t>(acceleration.size()) ==
             now_ns / 5'000'000 - start_ns / 5'000'000);
       CHECK(static_cast<std::int64_t>(sound.size()) == now_ns / 125'000 - start_ns / 125'000);
@@ -184,7 +184,7 @@ TEST_CASE("Level L3 refuses what it cannot sample, and poses and times that cann
   const double inf = std::numeric_limits<double>::infinity();
   for (const double bad : {not_a_number, inf, -inf, 1e308}) {
     const ContactState after = sounding.advance(state, {.z_m = bad}, Duration(grid_ns));
-    CHECK(same_state(after, state));  // the contact stands, the sensors go on listening
+    CHECK(same_state(after, state));  // the contact is unchanged, the sensors continue
     const VibrationReadings readings = sounding.take();
     CHECK(readings.sound.size() > 20);
     for (const SoundReading& r : readings.sound) CHECK(std::isfinite(r.pressure_pa));

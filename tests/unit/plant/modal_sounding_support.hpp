@@ -1,5 +1,5 @@
 #pragma once
-// What the tests of level L3 share.
+// Shared code of the tests of level L3.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,7 +14,8 @@
 namespace weft::sim::test {
 
 inline constexpr double two_pi = 2 * std::numbers::pi;
-inline constexpr std::int64_t grid_ns = 3'072'000;  // a pad's conversion: no multiple of the ticks
+inline constexpr std::int64_t grid_ns = 3'072'000;  // a pad's conversion: not a multiple of the
+                                                    // ticks
 
 /// Ribs across x: one wave of pitch P and amplitude a.
 inline HeightField ribs(double pitch_m, double amplitude_m) {
@@ -25,7 +26,7 @@ inline HeightField ribs(double pitch_m, double amplitude_m) {
   return HeightField(spec, 3);
 }
 
-/// Every tick a reading, without noise, quantum, low-pass and gravity; no asperities.
+/// A reading at every tick, without noise, quantum, low-pass and gravity; no asperities.
 inline VibrationParams bare() {
   VibrationParams params;
   const ConverterParams open{params.step_ns, 0, 0, 1e6, 0};
@@ -50,7 +51,7 @@ struct Bench {
     REQUIRE(made.has_value());
     return std::move(*made);
   }
-  /// Stage height at which this cloth rests under about `load_n` at level L1.
+  /// Stage height at which this fabric rests under about `load_n` at level L1.
   [[nodiscard]] double height_m(double load_n) const {
     const Mount mount;
     const double depth_m =
@@ -61,7 +62,7 @@ struct Bench {
   }
 };
 
-/// Amplitude of one frequency in evenly spaced values, through a Hann window.
+/// Amplitude of one frequency in evenly spaced values, with a Hann window.
 inline double amplitude_at(const std::vector<double>& values, double turns_per_value) {
   std::complex<double> sum = 0;
   double weights = 0;
@@ -86,7 +87,7 @@ inline double rms(const std::vector<double>& values) {
                    static_cast<double>(values.size()));
 }
 
-/// Goes to `to` in steps of the pads' grid at a constant speed.
+/// Moves to `to` in steps of the pads' grid at a constant speed.
 inline ContactState go(SoundingContact& sounding, ContactState state, const Pose& to,
                        double duration_s) {
   const Pose from = state.pose;

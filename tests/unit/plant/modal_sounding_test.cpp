@@ -20,7 +20,7 @@ TEST_CASE("A texture of pitch P passed at v gives its line at v/P in the acceler
     SoundingContact sounding = bench.sounding();
     ContactState state = hanging(bench.material, z_m - 1e-3);
     state = go(sounding, state, {.z_m = z_m}, 0.5);
-    state = go(sounding, state, {.z_m = z_m}, 1.5);  // the touch rings out
+    state = go(sounding, state, {.z_m = z_m}, 1.5);  // the vibration of the contact decays
     state = go(sounding, state, {.x_m = 0.5 * speed_mps, .z_m = z_m}, 0.5);
     CHECK(state.normal_n == Approx(5).epsilon(0.02));
     static_cast<void>(sounding.take());
@@ -28,7 +28,7 @@ TEST_CASE("A texture of pitch P passed at v gives its line at v/P in the acceler
     const std::vector<double> z = axis_of(sounding.take(), 2);
     const double line = speed_mps / pitch_m * 62.5e-6;
     const double received = amplitude_at(z, line);
-    // Stiffness of the face times the ribs' mean under it, through the arm's first bending.
+    // Stiffness of the face times the mean of the ribs under it, through the arm's first bending.
     const double stiffness =
         (state.normal_n + level_plate().face_area_m2() * bench.material.law.pressure_pa) /
         bench.material.law.lambda_m;
@@ -53,19 +53,19 @@ TEST_CASE("A touch rings at the arm's first mode and dies away as its damping sa
   bench.material.friction.coefficient = 0;
   const double z_m = plate_z - bench.material.thickness_m - 0.2e-3;
   SoundingContact sounding = bench.sounding();
-  // A blow: the probe falls from its stop for an instant and is lifted off again.
+  // A blow: the probe falls from its stop for an instant and is lifted again.
   ContactState state = hanging(bench.material, z_m);
   state = go(sounding, state, {.z_m = z_m + 1.2e-3}, 0.02);
   state = go(sounding, state, {.z_m = z_m - 1e-3}, 0.02);
   REQUIRE(state.normal_n == 0);
-  state = go(sounding, state, {.z_m = z_m - 1e-3}, 0.05);  // overtones die first
+  state = go(sounding, state, {.z_m = z_m - 1e-3}, 0.05);  // the overtones decay first
   static_cast<void>(sounding.take());
   state = go(sounding, state, {.z_m = z_m - 1e-3}, 0.5);
   REQUIRE(state.normal_n == 0);
   const std::vector<double> z = axis_of(sounding.take(), 2);
   const ArmParams arm;
   const double natural_hz = arm.fundamental_hz[2], zeta = arm.damping_ratio;
-  // Zero crossings give the frequency, successive crests the decay.
+  // Zero crossings give the frequency, successive maxima the decay.
   std::vector<double> crossings_s, crests;
   double crest = 0;
   for (std::size_t i = 1; i < z.size(); ++i) {
@@ -124,8 +124,8 @@ TEST_CASE("The stick-slip cycle is heard: lines at its multiples, and only there
     return axis_of(sounding.take(), 1);
   };
   const std::vector<double> cycle = received(1e4), smooth = received(1e6);
-  // On this guide the probe slips 24.3 times a second (lugre_test.cpp, Runge-Kutta), every other
-  // time further: the cycle's own frequency is half of that.
+  // On this guide the probe slips 24.3 times a second (lugre_test.cpp, Runge-Kutta), and every
+  // second slip is longer: the cycle's own frequency is half of that.
   const auto comb = [&](double fundamental_hz, double shift) {
     double squares = 0;
     for (int n = 2; n <= 12; ++n) {

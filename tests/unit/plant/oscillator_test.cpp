@@ -27,7 +27,7 @@ Oscillator with_ratio(double stiffness_n_m, double ratio, double mass_kg = 0.2) 
   return {mass_kg, 2 * ratio * std::sqrt(stiffness_n_m * mass_kg), stiffness_n_m};
 }
 
-/// Free motion from (x0, v0) by the roots of the characteristic equation, which must differ.
+/// Free motion from (x0, v0) by the roots of the characteristic equation, which must be distinct.
 long double free_x(const Oscillator& o, long double x0, long double v0, long double t) {
   const long double m = o.mass_kg, c = o.damping_n_s_m, k = o.stiffness_n_m;
   const Complex root = std::sqrt(Complex(c * c - 4 * m * k, 0));
@@ -116,7 +116,7 @@ TEST_CASE("A sine sampled finely is followed with the error of its straight piec
         const auto exact = static_cast<double>(sine_x(o, 2, w, i * static_cast<long double>(h)));
         worst = std::max(worst, std::abs(state.x_m - exact) / (2 / o.stiffness_n_m));
       }
-      CHECK(worst < 0.28 * last);  // second order, from the sampling of the sine alone
+      CHECK(worst < 0.28 * last);  // second order, only from the sampling of the sine
       last = worst;
     }
     CHECK(last < 2e-4);

@@ -11,7 +11,7 @@ using namespace weft::sim;
 
 namespace {
 
-/// A face that leans, slides and sinks in from stage to stage.
+/// A face that tilts, slides and sinks from stage to stage.
 ContactState face_at(int stage) {
   ContactState state;
   state.pose = {.x_m = 0.03, .y_m = 0.03 + 6e-6 * stage};

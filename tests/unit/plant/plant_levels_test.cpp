@@ -1,4 +1,4 @@
-// One plant at several levels: what each computes, and what nobody looks at.
+// One plant at several levels: the computed parts, and the parts that no sensor needs.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -32,8 +32,8 @@ Plant on_jersey(const PlantParams& params) {
   return plant;
 }
 
-/// Down to 0.6 mm below the cloth, which is beyond the slack, in 3 s, then 4 mm along y in 2 s;
-/// `inspect` after every scan.
+/// Down to 0.6 mm below the fabric's surface, beyond the slack, in 3 s; then 4 mm along y in 2 s.
+/// Calls `inspect` after every scan.
 template <class Inspect>
 void follow(Plant& plant, Inspect inspect) {
   const double touch_m = plate_z - 0.85e-3;
@@ -64,12 +64,12 @@ TEST_CASE("at level L0 the cloth carries the weight within the slack and the set
     return plant.contact().normal_n;
   };
   const double weight_n = params.mount.weight_n();
-  CHECK(force_at(1.1e-3) == 0);  // a hanging probe is one slack lower than the stage says
+  CHECK(force_at(1.1e-3) == 0);  // a hanging probe is one slack below the stage
   CHECK(plant.contact().probe_z_m() == Approx(cloth_m - 0.1e-3));
   CHECK(force_at(0.9e-3) == weight_n);
   CHECK(force_at(0.1e-3) == weight_n);
   CHECK(force_at(-1e-3) == 3.5);
-  // a pressed probe stays pressed until the stage is a quarter of the slack above where it rests
+  // a pressed probe stays pressed until the stage is a quarter of the slack above the rest position
   const double rests_m = 50.9e-6 * std::log1p(weight_n / (2.56e-4 * 15));  // jersey
   CHECK(force_at(0.15e-3 - rests_m) == 3.5);
   CHECK(force_at(0.40e-3 - rests_m) == weight_n);
@@ -99,7 +99,7 @@ TEST_CASE("what nobody watches is not computed") {
     CHECK(all.texture_tiles() > 0);
     CHECK(without_pads.texture_tiles() == 0);
     CHECK(without_pads.pad_counts() == on_jersey(params).pad_counts());
-    // the pads change nothing about the force
+    // the pads do not affect the force
     CHECK(without_pads.contact().normal_n == all.contact().normal_n);
     CHECK(without_pads.contact().friction_n == all.contact().friction_n);
     CHECK(stages_only.contact().normal_n == 0);
@@ -141,8 +141,8 @@ TEST_CASE("level L1 balanced once or three times per scan keeps force and pads")
     }
   CHECK(std::sqrt(squares) < 0.5);  // a third of a pad's noise
   CHECK(worst <= 10);
-  CHECK(moved > 500);  // of which ten are little
-  CHECK(squares > 0);  // and it is another computation
+  CHECK(moved > 500);  // ten are a small part of these
+  CHECK(squares > 0);  // so it is another computation
 }
 
 TEST_CASE("looks in between and poses that nobody reaches change nothing of a scan") {

@@ -1,4 +1,5 @@
-// Where precision could be lost: single precision in the texture, time and place over long runs.
+// Places where precision could be lost: single precision in the texture, time and position over
+// long runs.
 
 #include <algorithm>
 #include <catch2/catch.hpp>

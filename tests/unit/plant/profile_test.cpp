@@ -65,7 +65,7 @@ TEST_CASE("an S-curve lasts what its closed form says, in all four of its shapes
                          : std::cbrt(32 * distance / jerk);
         const Profile move = Profile::to_target(0, 0, sign * distance, smooth);
         CHECK(move.duration_s() == Approx(expected).epsilon(1e-12));
-        // The way back is the way there mirrored in time and place.
+        // The second half mirrors the first in time and position.
         CHECK(move.position(expected / 2) == Approx(sign * distance / 2).epsilon(1e-12));
         CHECK(move.position(expected * (1 - 1e-12)) == Approx(sign * distance).epsilon(1e-12));
         CHECK(std::abs(move.velocity(expected * (1 - 1e-12))) < 1e-11);
@@ -100,7 +100,7 @@ TEST_CASE("an S-curve keeps speed, acceleration and jerk, and without a limit is
 TEST_CASE("moving away first costs the braking and the way back") {
   const Profile move = Profile::to_target(0, -4e-3, 10e-3, limits);
   const double back = 4e-3 * 4e-3 / (2 * 20e-3);
-  // brake 0.2 s, then a trapezoid over the distance and what was overrun
+  // brakes 0.2 s, then a trapezoid over the distance and the overrun
   CHECK(move.duration_s() == Approx(0.2 + (10e-3 + back) / 4e-3 + 0.2).epsilon(1e-12));
 }
 

@@ -1,4 +1,4 @@
-// What a run's force is compared with.
+// The reference for a run's force.
 
 #include "sim/plant/fidelity/reference.hpp"
 

@@ -1,5 +1,5 @@
-// The sensor's cover, what its pads share and differ in, and the wear of a cloth, each against its
-// closed form.
+// The sensor's cover, common and individual effects of its pads, and the wear of a fabric, each
+// against its closed form.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -30,7 +30,7 @@ Moments moments(const std::vector<double>& values) {
   return {mean, std::sqrt(squares / n)};
 }
 
-/// A sensor without chance, hysteresis and creep.
+/// A sensor without random effects, hysteresis and creep.
 PadParams quiet() {
   PadParams params;
   params.gain_spread = params.gap_spread = params.crosstalk = params.creep = 0;
@@ -39,7 +39,7 @@ PadParams quiet() {
   return params;
 }
 
-/// What pad 0 and pad 5 read in `frames` scans under one pressure.
+/// Readings of pad 0 and pad 5 in `frames` scans under one pressure.
 std::array<std::vector<double>, 2> scans(const PadParams& params, double pressure_pa,
                                          std::uint64_t frames) {
   PadArray pads(params, 3);
@@ -60,7 +60,7 @@ double series_indentation_m(const FabricLaw& cloth, const Cover& cover, double p
          cover.lambda_m * std::log1p(pressure_pa / cover.pressure_pa);
 }
 
-/// dp/d(indentation) of cloth and cover in series.
+/// dp/d(indentation) of fabric and cover in series.
 double series_stiffness(const FabricLaw& cloth, const Cover& cover, double pressure_pa) {
   return 1 / (cloth.lambda_m / (pressure_pa + cloth.pressure_pa) +
               cover.lambda_m / (pressure_pa + cover.pressure_pa));
@@ -102,7 +102,7 @@ TEST_CASE("noise grows with the level as its law says") {
   for (const double pressure_pa : {0.0, 5e3, 2e4}) {
     const double level = moments(scans(quiet(), pressure_pa, 1)[0]).mean - 5000;
     const double expected =
-        std::sqrt(1 + 0.02 * level + 1e-5 * level * level + 1.0 / 12);  // a count's own width
+        std::sqrt(1 + 0.02 * level + 1e-5 * level * level + 1.0 / 12);  // the width of a count
     CHECK(moments(scans(params, pressure_pa, 20'000)[0]).deviation ==
           Approx(expected).epsilon(0.03));
   }
@@ -111,7 +111,7 @@ TEST_CASE("noise grows with the level as its law says") {
 TEST_CASE("noise that does not grow has the bits of before") {
   PadParams flat = quiet(), tiny = quiet();
   flat.noise_counts = tiny.noise_counts = 1.5;
-  tiny.noise_per_square = 1e-300;  // takes the way of noise that grows
+  tiny.noise_per_square = 1e-300;  // uses the code for noise that grows
   CHECK(scans(flat, 2e4, 500)[1] == scans(tiny, 2e4, 500)[1]);
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("the common mode moves all pads alike, with its deviation and its time
   const double per = static_cast<double>(first.size() - lag) * a.deviation;
   CHECK(along / (per * a.deviation) == Approx(std::exp(-18 / 37.0 / 0.5)).margin(0.05));
   CHECK(together / (per * b.deviation) > 0.99);
-  CHECK(moments(scans(params, 0, 1000)[0]).deviation == 0);  // nothing is pressed
+  CHECK(moments(scans(params, 0, 1000)[0]).deviation == 0);  // without pressure
 }
 
 TEST_CASE("temperature changes the gain of all pads") {
@@ -185,7 +185,7 @@ namespace {
 
 constexpr double slide_m = 50e-3;
 
-/// Presses and slides; what is left of the surface's response at pad 5, and the dose.
+/// Presses and slides; the remaining response of the surface at pad 5, and the dose.
 struct Stroke {
   std::vector<double> pressures_pa;
   double mean_n = 0, dose_pa_m = 0;

@@ -1,5 +1,5 @@
-// Level L2 on the bare press of docs/reference/plant.md, Integrators, beside the prototype's errors
-// with the same method.
+// Level L2 on the bare press of docs/reference/plant.md, Integrators, compared with the prototype's
+// errors with the same method.
 
 #include "tests/bench/soft_press.hpp"
 #include "tests/unit/plant/support.hpp"
@@ -26,7 +26,7 @@ TEST_CASE(
     CHECK(error(press.dynamic(1e-4, Integrator::midpoint)) < SoftPress::notes_100us_error);
     CHECK(error(press.dynamic(DynamicsParams{}.step_s, Integrator::adaptive)) <
           SoftPress::notes_1ms_error);
-    // The error of massless contact is damping: it must equal the prototype's.
+    // The error of massless contact comes from damping: it must equal the prototype's.
     if (std::string(name) == "denim")
       CHECK(error(press.quasistatic()) == Approx(SoftPress::notes_l1_error).epsilon(0.05));
   }

@@ -1,5 +1,5 @@
 #pragma once
-// The shipped table of fabrics, and a cloth without any of the switchable mechanisms.
+// The shipped table of fabrics, and a fabric without any of the switchable mechanisms.
 
 #include <cmath>
 #include <string>
@@ -23,8 +23,8 @@ inline FabricLibrary shipped_library() {
   return *read;
 }
 
-/// The cloths of the table that have KES figures of their own, under a rigid face: the stiffest
-/// contacts and the steepest surfaces.
+/// The fabrics of the table with their own KES values, under a rigid face: the stiffest contacts
+/// and the steepest surfaces.
 inline FabricLibrary library() {
   FabricLibrary out = shipped_library();
   std::erase_if(out.fabrics, [](const Fabric& fabric) { return fabric.height_rms_m > 0; });

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// One sinusoid along x with amplitude `amplitude_m` and pitch `pitch_m`, crest at an unknown
-/// place.
+/// One sinusoid along x with amplitude `amplitude_m` and pitch `pitch_m`; the place of the maximum
+/// is unknown.
 HeightField ripple(double amplitude_m, double pitch_m) {
   Structure structure;
   structure.lines = {{.warp = 1, .weft = 0, .share = 1}};
@@ -28,7 +28,7 @@ struct Extremes {
   double low = 1e300, high = 0, mean = 0;
 };
 
-/// Of the response along ten pitches.
+/// Extremes of the response along ten pitches.
 Extremes scan(TextureMap map, double pitch_m) {
   Extremes found;
   TextureMap::Cursor cursor;
@@ -69,8 +69,8 @@ TEST_CASE("a faint ripple reaches the pad by the disc's transfer function") {
     CAPTURE(pitch);
     const Extremes seen = scan(TextureMap(ripple(amplitude, pitch), lambda), pitch);
     const double expected = std::abs(jinc(pi * 2e-3 / pitch)) * amplitude / lambda;
-    // The disc is made of square cells: its transfer function is off by 0.7 % of full scale at
-    // most.
+    // The disc is made of square cells: the error of its transfer function is at most 0.7 % of full
+    // scale.
     const double full = amplitude / lambda;
     CHECK((seen.high - seen.low) / 2 == Approx(expected).epsilon(0).margin(0.007 * full));
   }
@@ -80,7 +80,7 @@ TEST_CASE("a strong ripple wider than the pad shows its crests and troughs over 
   const double lambda = 5e-6, amplitude = 10e-6, pitch = 40e-3;
   const Extremes seen = scan(TextureMap(ripple(amplitude, pitch), lambda), pitch);
   const double mean = std::cyl_bessel_i(0.0, amplitude / lambda);
-  // A disc of diameter D curves the crest by the second order term of the average.
+  // A disc of diameter D flattens the maximum by the second-order term of the average.
   CHECK(seen.high == Approx(std::exp(2.0) / mean).epsilon(0.01));
   CHECK(seen.low == Approx(std::exp(-2.0) / mean).epsilon(0.01));
   CHECK(seen.mean == Approx(1).epsilon(0.002));
@@ -164,11 +164,11 @@ TEST_CASE("single precision in the maps does no harm: a hundredth of a count, on
       const double in_double = sum / cells / std::exp(patch.field.log_mean_response(lambda_m));
       const double in_float =
           map.response(column * TextureMap::cell_m, row * TextureMap::cell_m, cursor);
-      // Under 10 N; nothing presses a pad harder on this bench.
+      // Under 10 N; no pad of this bench gets a higher pressure.
       worst = std::max(worst, std::abs(counts(39e3 * in_float) - counts(39e3 * in_double)));
     }
   }
-  CHECK(worst > 0);  // the comparison sees the precision at all
+  CHECK(worst > 0);  // the comparison is sensitive to the precision
   CHECK(worst < 0.01);
 }
 

@@ -1,4 +1,4 @@
-// The twelve textures of the scene vibrotactile, and what their grains do.
+// The twelve textures of the scene vibrotactile, and the effect of their grains.
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
-// A plate that lies askew on its platform: heights and slopes against rotations in three
-// dimensions, and what the probe feels of it.
+// A plate tilted on its platform: heights and slopes against rotations in three dimensions, and the
+// effect on the probe.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -29,16 +29,16 @@ ContactGeometry askew(double tilt_x_rad, double tilt_y_rad) {
   return geometry;
 }
 
-/// Height over plate_z_m of the plate under (x, y), by turning its normal and its middle about the
-/// axis of rx.
+/// Height over plate_z_m of the plate under (x, y), by rotation of its normal and its middle about
+/// the axis of rx.
 double rise_by_rotation(const ContactGeometry& g, const Pose& pose) {
   const double c = std::cos(pose.rx_rad), s = std::sin(pose.rx_rad);
-  // Turning a level plate about y by ty and then about x by tx: its normal.
+  // Normal of a level plate after rotation about y by ty and then about x by tx.
   const double n[3] = {-std::sin(g.plate_tilt_y_rad),
                        -std::cos(g.plate_tilt_y_rad) * std::sin(g.plate_tilt_x_rad),
                        std::cos(g.plate_tilt_y_rad) * std::cos(g.plate_tilt_x_rad)};
   const double turned[3] = {n[0], c * n[1] - s * n[2], s * n[1] + c * n[2]};
-  // The middle lies the depth over the axis; world: y from the axis, up from plate_z_m.
+  // The middle is tilt_axis_depth_m above the axis; world: y from the axis, up from plate_z_m.
   const double middle_y = -s * g.tilt_axis_depth_m;
   const double middle_up = c * g.tilt_axis_depth_m - g.tilt_axis_depth_m;
   const double dx = pose.x_m - g.plate_centre_x_m;
@@ -46,7 +46,7 @@ double rise_by_rotation(const ContactGeometry& g, const Pose& pose) {
   return middle_up - (turned[0] * dx + turned[1] * dy) / turned[2];
 }
 
-/// z of the stage at which the probe, lowered in steps of 0.1 um, first presses.
+/// z of the stage at the first contact of the probe, lowered in steps of 0.1 um.
 double touch_z(Level level, const ContactGeometry& geometry, Pose pose) {
   PlantParams params;
   params.level = level;
@@ -111,7 +111,7 @@ TEST_CASE("a tilted face meets the plate with its edge: half a face's width time
   const double flat = touch_z(Level::quasistatic, askew(0, 0), {.x_m = 0.075, .y_m = 0.075});
   const double edge = touch_z(Level::quasistatic, askew(1 * deg, 0), {.x_m = 0.075, .y_m = 0.075});
   const double half_m = ContactGeometry{}.face_half_width_m;
-  CHECK(flat - edge == Approx(half_m * slope).epsilon(0.05));  // the edge's own give
+  CHECK(flat - edge == Approx(half_m * slope).epsilon(0.05));  // compliance of the edge
 }
 
 TEST_CASE("a tilted plate loads the pads on its high side, and levelling evens them") {

@@ -1,4 +1,4 @@
-// Places and times that are none, at every level that moves a probe.
+// Positions and times that are not finite, at every level that moves a probe.
 
 #include <catch2/catch.hpp>
 #include <functional>
@@ -58,7 +58,7 @@ TEST_CASE("poses that are not places and times that are not times change nothing
         CAPTURE(law.name, bad, axis);
         same_bits(law.step(state, pose, 0.01), state);
       }
-    if (law.name == "L0") continue;  // knows no time
+    if (law.name == "L0") continue;  // has no time
     for (const double bad : {nan, inf, -inf, -1.0}) {
       CAPTURE(law.name, bad);
       same_bits(law.step(state, {.z_m = plate_z + 1e-4}, bad), state);

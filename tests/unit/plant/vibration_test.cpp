@@ -38,7 +38,7 @@ double amplitude_over_periods(const std::vector<double>& values, double turns_pe
   return 2 * std::abs(sum) / static_cast<double>(values.size());
 }
 
-/// z acceleration while sliding at one speed, after the touch has rung out.
+/// z acceleration during a slide at one speed, after the vibration of the contact has decayed.
 std::vector<double> slide(Vibration& vibration, double speed_mps, int settle, int count) {
   std::vector<double> z;
   for (int i = 0; i < settle + count; ++i) {
@@ -81,7 +81,8 @@ TEST_CASE(
 TEST_CASE("Twice the speed is twice the frequency; at rest nothing sounds") {
   VibrationParams params = bare();
   params.rubbing.asperity_share = 1e-4;
-  const double pitch = 1.25e-3;  // at 1 mm the face would hold eight whole waves and feel nothing
+  const double pitch = 1.25e-3;  // at 1 mm the face would hold eight whole waves with a mean of
+                                 // zero
   Vibration slow = made(params, ribs(pitch, 4e-6)), fast = made(params, ribs(pitch, 4e-6));
   const std::vector<double> at_slow = slide(slow, 25e-3, 48000, 16000);
   const std::vector<double> at_fast = slide(fast, 50e-3, 48000, 16000);
@@ -107,7 +108,7 @@ TEST_CASE("Asperities hiss louder and higher the faster they pass, and follow th
   }
   CHECK(std::sqrt(squares / n) == Approx(1).epsilon(0.03));
   CHECK(difference / n > 0.5);
-  CHECK(std::sqrt(step_squares / n) < 0.5);  // smooth where the path is finely sampled
+  CHECK(std::sqrt(step_squares / n) < 0.5);  // smooth if the path is finely sampled
 
   VibrationParams params = bare();
   params.rubbing.asperity_share = 2e-3;
@@ -268,7 +269,7 @@ TEST_CASE("Waves and asperities take the load off but never pull, however rough"
     REQUIRE(force[2] >= 0);
     if (force[2] > 0) continue;
     ++lifted;
-    CHECK(force[0] == 0);  // nothing that is not loaded rubs
+    CHECK(force[0] == 0);  // without load there is no friction
   }
   CHECK(lifted > 100);
 }
@@ -277,7 +278,7 @@ TEST_CASE("Asperities have their size from the first cell on") {
   std::vector<double> first;
   for (std::uint64_t seed = 0; seed < 400; ++seed)
     first.push_back(Asperities(200e-6, 0.5, seed).at(0));
-  CHECK(rms(first) > 0.8);  // 1 on average along a path, sqrt(3/2) where the values are drawn
+  CHECK(rms(first) > 0.8);  // 1 on average along a path, sqrt(3/2) at the drawn values
   CHECK(rms(first) < 1.6);
 }
 

@@ -46,7 +46,7 @@ double force_at(const HeightMap& map, const SpringLaw& law, double depth_m) {
   return static_cast<double>(sum) * map.cell_m2();
 }
 
-/// Depth by bisection of the total force: knows nothing of contacts or closed forms.
+/// Depth by bisection of the total force: independent of contacts and closed forms.
 double depth_by_bisection(const HeightMap& map, const SpringLaw& law, double force_n) {
   double low = 0, high = 1e-6;
   while (force_at(map, law, high) < force_n) high *= 2;
@@ -84,7 +84,7 @@ TEST_CASE("The depth under a force is the one at which the springs, one by one, 
 }
 
 TEST_CASE("Heights that fall off by halves, one spring after another, are solved exactly") {
-  // Each pass drops few of them: the sorted way has to finish.
+  // Each pass drops few of them: the sorted method must finish.
   HeightMap map{1, 900, taxel_spacing_m, {}};
   for (int i = 0; i < 900; ++i) map.height_m.push_back(-std::exp2(-i));
   for (const double force : {1e-12, 1e-6, 1e-3, 1.0}) {

@@ -44,7 +44,7 @@ Message random_message(std::mt19937& random) {
       m.id = MessageId::hw_get_info;
       m.data = random_bytes(84, random);
       return m;
-    default:  // an id that the protocol's table does not have
+    default:  // an id outside the protocol's table
       m.id = static_cast<MessageId>(0x0A00 + random() % 0x100);
       m.data = random_bytes(1 + random() % max_data_size, random);
       return m;
@@ -177,7 +177,7 @@ TEST_CASE("bit flips, cuts and noise neither crash the APT splitter nor deafen i
     for (int flips = 0; flips < 8; ++flips)
       bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
     bytes.resize(bytes.size() - random() % 10);
-    // No false header can swallow more than one message of the greatest length.
+    // No false header can consume more than one message of the greatest length.
     const Bytes quiet(header_size + max_data_size, 0);
     bytes.insert(bytes.end(), quiet.begin(), quiet.end());
     const Message last{MessageId::move_homed, 1, 0, address::host, address::usb_unit, {}};

@@ -17,8 +17,8 @@ using weft::testing::Vector;
 
 namespace {
 
-// One mapping per layout between the vector's field names and the struct, written out by hand: the
-// names in the vectors must not come from the code under test.
+// One hand-written mapping per layout between the vector's field names and the struct: the names in
+// the vectors must not come from the tested code.
 void from_json_fields(const json& f, ChannelCounts& b) {
   b = {f.at("channel"), f.at("value_counts")};
 }
@@ -187,8 +187,8 @@ TEST_CASE("the splitter takes every APT vector out of one stream, in order") {
   CHECK(splitter.skipped_bytes() == 0);
 }
 
-// docs/reference/device-facts.md, APT scales: the numbers of the table, against the counts that
-// peers were seen to send
+// docs/reference/device-facts.md, APT scales: the numbers of the table, compared with the counts of
+// other programs
 TEST_CASE("stage scales give the counts that other programs send") {
   const StageModel& prm = *find_stage("PRM1-Z8");
   CHECK(position_to_counts(prm.scale, 10).value() == 19196);   // pylablib

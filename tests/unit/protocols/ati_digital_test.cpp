@@ -16,7 +16,7 @@ using weft::testing::hex;
 
 namespace {
 
-/// A load that wanders with a little noise, as a sensor's does.
+/// A load that changes slowly, with a little noise, like that of a sensor.
 StreamRecord wandering(int i, std::mt19937& random) {
   StreamRecord record;
   for (std::size_t g = 0; g < gauges; ++g)
@@ -122,7 +122,7 @@ TEST_CASE("any chunking of a stream gives the same records, in step or found") {
       StreamSplitter splitter;
       in_step ? splitter.begin_in_step() : splitter.begin_anywhere();
       const Split got = split(splitter, stream.bytes, longest, random);
-      // Four more are needed to be sure of a phase, and five are looked at.
+      // A phase needs four more records to be certain, and five are examined.
       REQUIRE(got.records.size() >= 300 - (in_step ? 0 : StreamSplitter::records_to_agree));
       CHECK(std::equal(got.records.begin(), got.records.end(), stream.records.begin()));
       CHECK(splitter.dropped_bytes() == 0);
@@ -181,13 +181,13 @@ TEST_CASE("after garbage of any length or missing bytes the frame is found again
     StreamSplitter splitter;
     splitter.begin_in_step();
     const Split got = split(splitter, bytes, 100, random);
-    // What comes at the end is the stream again, whole.
+    // The end is the complete stream again.
     REQUIRE(got.records.size() >= 70);
     CHECK(std::equal(got.records.end() - 50, got.records.end(), stream.records.end() - 50));
     for (const StreamRecord& r : got.records)
       wrong += std::find(stream.records.begin(), stream.records.end(), r) == stream.records.end();
   }
-  // One record in 128 of pure chance has a sum that holds, at most one per loss of step.
+  // One random record in 128 has a correct sum, at most one per loss of step.
   CHECK(wrong < 500 * 3 / 128 + 10);
 }
 
@@ -204,7 +204,7 @@ TEST_CASE("a load that does not change at all is found at the phase of the last 
     splitter.begin_in_step();
     const Split got = split(splitter, bytes, 300, random);
     REQUIRE(got.records.size() > 35);
-    // A record that begins with the hole may have a sum that holds by chance.
+    // A record that begins with the gap may have a correct sum by chance.
     CHECK(std::count(got.records.begin(), got.records.end(), record) >=
           static_cast<std::ptrdiff_t>(got.records.size()) - 1);
   }
@@ -215,7 +215,7 @@ TEST_CASE("noise gives hardly a record, and a splitter that nobody drains stays 
   StreamSplitter splitter;
   splitter.begin_anywhere();
   const Bytes noise = testing::random_bytes(200000, random);
-  // Four sums in a row hold by chance once in 2^28 places.
+  // Four sums in a row are correct by chance once in 2^28 places.
   CHECK(split(splitter, noise, 1000, random).records.empty());
   CHECK(splitter.dropped_bytes() > 199000);
   StreamSplitter full;

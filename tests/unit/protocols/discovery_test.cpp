@@ -1,4 +1,4 @@
-// How boxes of ATI are found: bytes as ATI's own client sends them.
+// Discovery of boxes of ATI: bytes like those of ATI's own client.
 #include "protocols/rdt/discovery.hpp"
 
 #include <catch2/catch.hpp>
@@ -47,7 +47,7 @@ TEST_CASE("A discovery reply says who the box is and where") {
 
 TEST_CASE("Zeros behind a reply are no field, and damaged replies are refused") {
   Bytes bytes = hex(reply_bytes);
-  bytes.resize(205);  // ATI's client reads into a buffer of so many
+  bytes.resize(205);  // the size of the buffer of ATI's client
   REQUIRE(decode_discovery_reply(bytes));
   for (std::size_t size = 0; size < 16; ++size) {
     const auto cut = decode_discovery_reply(ByteView(bytes).first(size));

@@ -1,4 +1,4 @@
-// Replies of a box's HTTP server, whatever they are, and requests.
+// Replies of a box's HTTP server, with any content, and requests.
 
 #include "protocols/rdt/http.hpp"
 
@@ -43,7 +43,8 @@ TEST_CASE("a reply is put together from any pieces, with and without its length"
       REQUIRE(reply.complete());
       CHECK(reply.body() == minimal);
     }
-  // What an old server sends behind its page, in the same piece or in none, is no part of it.
+  // Bytes that an old server sends after its page, in the same piece or a later one, do not belong
+  // to it.
   HttpReply with_more;
   REQUIRE(with_more.push(bytes_of(without + "\r\n" + std::string(2 * largest_page, 'x'))));
   REQUIRE(with_more.complete());

@@ -73,9 +73,9 @@ Frame random_frame(std::mt19937& random) {
   return frame;
 }
 
-/// A frame that no writer of ours makes, with right check values.
+/// A frame that our writers never make, with correct check values.
 Bytes with_checksum(Kind kind, const Bytes& body) {
-  // Both checks are over what a right frame has, so the frame is made by hand here.
+  // The checks cover the contents of a correct frame, so the frame is made by hand here.
   Bytes out{protocols::imprint::sync[0],
             protocols::imprint::sync[1],
             1,  // version
@@ -159,7 +159,7 @@ TEST_CASE("bodies that no array sends are no frames, whatever their check values
     CHECK(splitter.damaged() == 1);
     CHECK(splitter.skipped_bytes() > size);
   }
-  Splitter splitter;  // the same hand does make a right one
+  Splitter splitter;  // the same function makes a correct frame too
   splitter.push(with_checksum(Kind::scan, {0, 0, 1, 2, 5, 127}));
   Frame frame;
   CHECK(splitter.next(frame));

@@ -103,7 +103,7 @@ Request random_request(std::mt19937& random) {
   }
 }
 
-/// What comes out of a splitter of requests, in pieces of up to `longest` bytes.
+/// Requests from a splitter, in pieces of up to `longest` bytes.
 std::vector<Request> requests_in(ByteView stream, std::size_t longest, std::mt19937& random) {
   RtuSplitter splitter(Side::requests, 10);
   std::vector<Request> out;
@@ -163,7 +163,7 @@ TEST_CASE("a flipped bit costs one Modbus request, never makes a wrong one") {
     }
     const std::size_t at = starts[1] + random() % (starts[2] - starts[1]);
     stream[at] ^= static_cast<std::uint8_t>(1U << random() % 8);
-    stream.insert(stream.end(), 300, 0);  // a false length may reach so far
+    stream.insert(stream.end(), 300, 0);  // a false length may extend this far
     expected.erase(expected.begin() + 1);
     CHECK(requests_in(stream, 50, random) == expected);
   }
@@ -200,7 +200,7 @@ TEST_CASE("noise gives no Modbus frames, and a splitter that nobody drains stays
     rtu.push(noise);
     CHECK_FALSE(rtu.next());
     mbap.push(noise);
-    while (mbap.next()) {  // no check value: a plausible head is a frame
+    while (mbap.next()) {  // without a check value a plausible head makes a frame
     }
   }
   CHECK(rtu.skipped_bytes() > 199000);
@@ -236,7 +236,7 @@ Bytes joined(std::initializer_list<Bytes> parts) {
   return all;
 }
 
-/// The PDUs that come out of requests to slave 10, byte by byte or in larger pieces.
+/// The PDUs of requests to slave 10, byte by byte or in larger pieces.
 std::vector<Bytes> pdus_in(const Bytes& stream, std::size_t piece) {
   RtuSplitter splitter(Side::requests, 10);
   std::vector<Bytes> out;
@@ -261,7 +261,7 @@ TEST_CASE("a function of any length is framed by its check value, and holds up n
     CHECK(pdus_in(joined({damaged, read, read}), piece) ==
           std::vector<Bytes>{pdu(read), pdu(read)});
     CHECK(pdus_in(joined({Bytes(72, 0), read}), piece) == std::vector<Bytes>{pdu(read)});
-    CHECK(pdus_in(framed("0A 83 02"), piece).empty());  // somebody's exception
+    CHECK(pdus_in(framed("0A 83 02"), piece).empty());  // an exception of another slave
   }
 }
 

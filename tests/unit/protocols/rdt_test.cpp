@@ -41,7 +41,7 @@ TEST_CASE("every RDT vector decodes to its fields and encodes back to its bytes"
     INFO(vector.name);
     const nlohmann::json golden = nlohmann::json::parse(vector.text);
     REQUIRE_FALSE(golden.at("source").get<std::string>().empty());
-    if (golden.contains("message")) continue;  // of the command port: tcp_command_test.cpp
+    if (golden.contains("message")) continue;  // for the command port: tcp_command_test.cpp
     const Bytes bytes = hex(golden.at("hex"));
     if (bytes.size() == request_size)
       check_request(golden.at("fields"), bytes);

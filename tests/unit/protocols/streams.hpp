@@ -1,6 +1,6 @@
 #pragma once
-// Byte streams of random frames, ways to hand one to a splitter, and what every splitter of frames
-// with a check value promises.
+// Byte streams of random frames, ways to give one to a splitter, and the invariants of every
+// splitter of frames with a check value.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -12,7 +12,7 @@
 
 namespace weft::testing {
 
-/// Pushes `stream` in pieces of random length up to `longest`, and takes out what comes.
+/// Pushes `stream` in pieces of random length up to `longest`, and takes the frames.
 template <class Splitter, class Frame>
 std::vector<Frame> split_in_pieces(Splitter& splitter, ByteView stream, std::size_t longest,
                                    std::mt19937& random) {
@@ -27,15 +27,15 @@ std::vector<Frame> split_in_pieces(Splitter& splitter, ByteView stream, std::siz
   return frames;
 }
 
-/// Frames, and their bytes one behind the other.
+/// Frames, and their joined bytes.
 template <class Frame>
 struct FrameStream {
   Bytes bytes;
   std::vector<Frame> frames;
-  std::vector<std::size_t> ends;  ///< of each frame, in `bytes`
+  std::vector<std::size_t> ends;  ///< end of each frame in `bytes`
 };
 
-/// `count` frames that `make` draws.
+/// `count` frames drawn by `make`.
 template <class Frame>
 FrameStream<Frame> random_stream(std::size_t count, std::mt19937& random,
                                  Frame (*make)(std::mt19937&)) {
@@ -48,8 +48,7 @@ FrameStream<Frame> random_stream(std::size_t count, std::mt19937& random,
   return out;
 }
 
-/// However a stream is cut into chunks, its frames come out, no byte is left over and none is
-/// damaged.
+/// For any chunks of a stream all its frames come out; no byte remains and none is damaged.
 template <class Splitter, class Frame>
 void check_any_chunking(std::mt19937& random, Frame (*make)(std::mt19937&)) {
   const FrameStream<Frame> stream = random_stream(200, random, make);
@@ -62,8 +61,8 @@ void check_any_chunking(std::mt19937& random, Frame (*make)(std::mt19937&)) {
   }
 }
 
-/// A flipped bit costs its own frame alone. `quiet`: zeros behind the stream, for a wire where a
-/// false length is waited for.
+/// A flipped bit loses only its own frame. `quiet`: number of zeros after the stream, for a
+/// protocol that waits for a false length.
 template <class Splitter, class Frame>
 void check_flipped_bit(std::mt19937& random, Frame (*make)(std::mt19937&), std::size_t quiet = 0) {
   for (int round = 0; round < 300; ++round) {
@@ -79,8 +78,8 @@ void check_flipped_bit(std::mt19937& random, Frame (*make)(std::mt19937&), std::
   }
 }
 
-/// A frame that is cut short, wherever, is given up for the one behind it. Zeros follow, as many as
-/// its length and `quiet` at least, which is as above.
+/// A frame cut at any place is given up for the next one. Zeros follow: at least its length and
+/// `quiet` (as above).
 template <class Splitter, class Frame>
 void check_cut_frame(std::mt19937& random, Frame (*make)(std::mt19937&), std::size_t quiet = 0) {
   const FrameStream<Frame> cut = random_stream(1, random, make);
@@ -94,7 +93,7 @@ void check_cut_frame(std::mt19937& random, Frame (*make)(std::mt19937&), std::si
   }
 }
 
-/// Memory stays bounded where nobody takes the frames out, and what has no room is counted.
+/// Memory stays bounded if no frame is taken, and the excess is counted.
 template <class Splitter>
 void check_bounded(std::uint8_t byte) {
   Splitter splitter;

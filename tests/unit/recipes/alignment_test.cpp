@@ -16,19 +16,19 @@ using namespace weft::recipes;
 namespace {
 
 /// A tilted plate under a point probe, by rotation in three dimensions: answers the machine's
-/// effects at once. Angles as simulation.plate_tilt_deg.
+/// effects at once. Angles like simulation.plate_tilt_deg.
 struct TestPlant {
   double tilt_x_rad = 0, tilt_y_rad = 0;
-  double noise_m = 0;   ///< standard deviation of a touch
-  double dent_m = 0;    ///< of the plate's first quarter
-  bool plate = true;    ///< there is one
-  double rx_scale = 1;  ///< of a rotary stage with a wrong scale
+  double noise_m = 0;   ///< standard deviation of a contact height
+  double dent_m = 0;    ///< in the plate's first quarter
+  bool plate = true;    ///< there is a plate
+  double rx_scale = 1;  ///< scale error of the rotary stage
   Joints at;
   std::mt19937 random{1};
   std::size_t touches = 0;
-  double highest_crossing_m = -1;  ///< of the surface over the probe, while x or y moved
+  double highest_crossing_m = -1;  ///< height of the surface over the probe while x or y moved
 
-  /// z at which the probe meets the plate where the stages stand.
+  /// z at which the probe meets the plate at the present stage positions.
   [[nodiscard]] double surface_z_m(const Geometry& g) const {
     const double rx = at[Axis::rx] * rx_scale;
     const double c = std::cos(rx), s = std::sin(rx);
@@ -43,7 +43,7 @@ struct TestPlant {
   }
 };
 
-/// Carries one effect out; the event that answers it, if any.
+/// Executes one effect; returns the event that answers it, if any.
 std::optional<Event> answer(TestPlant& bench_plant, const Geometry& g, const AlignEffect& effect) {
   if (const auto* move = std::get_if<MoveTo>(&effect)) {
     for (const AxisMove& m : move->moves) {

@@ -1,5 +1,5 @@
 #pragma once
-// The rig and the recipe that the tests start from.
+// The rig and the recipe from which the tests start.
 
 #include <fstream>
 #include <sstream>
@@ -31,7 +31,7 @@ inline const char* const small_recipe = R"({
     {"phase": "M", "speed_mm_s": 2, "path": [{"dx_mm": 0, "dy_mm": 50}, {"dx_mm": 50, "dy_mm": 0}]},
     {"phase": "E", "duration_s": 2}]}}})";
 
-/// `text` with the first `from` replaced; the text must hold it.
+/// `text` with the first `from` replaced; the text must contain it.
 inline std::string with(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   WEFT_ASSERT(at != std::string::npos);

@@ -19,7 +19,7 @@ inline Geometry bench_geometry() {
   return g;
 }
 
-/// Anywhere in the travel of the bench.
+/// A random position in the travel of the bench.
 template <class Random>
 Joints joints_anywhere(const Geometry& g, Random& random) {
   std::uniform_real_distribution<double> unit(0, 1);

@@ -18,7 +18,7 @@ std::vector<Diagnostic> problems_of(const std::string& recipe) {
   return report.problems;
 }
 
-/// Exactly one problem, at this place, whose sentence holds `words`.
+/// Expects exactly one problem, at this place, with `words` in its sentence.
 void refused(const std::string& recipe, const std::string& pointer, const std::string& words) {
   const std::vector<Diagnostic> problems = problems_of(recipe);
   for (const Diagnostic& problem : problems) UNSCOPED_INFO(to_string(problem));
@@ -152,7 +152,7 @@ TEST_CASE("A force over the cap, within the noise, or that the mount cannot hold
             .step(weft::Phase::press)
             .force_band_n == 0.1);
   RigLimits real = limits();
-  real.hangs_on_stop = false;  // nothing carries a part of the probe
+  real.hangs_on_stop = false;  // no stop carries a part of the probe's weight
   for (const char* force : {"0", "1.9"}) {
     const CheckReport report =
         check_recipe(small_with("\"force_N\": 5", std::string("\"force_N\": ") + force), real);

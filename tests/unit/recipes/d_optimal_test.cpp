@@ -1,4 +1,4 @@
-// Fractions of a factorial against designs that are known to be best.
+// Fractions of a factorial compared with designs known to be the best.
 
 #include "recipes/engine/sweep.hpp"
 

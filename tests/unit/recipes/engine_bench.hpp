@@ -1,5 +1,5 @@
 #pragma once
-// Drives the engine by hand: keeps the state and the time, and looks effects up by type.
+// Drives the engine by hand: keeps the state and the time, and looks up effects by type.
 
 #include <algorithm>
 #include <optional>
@@ -36,7 +36,7 @@ class Bench {
     return effects;
   }
 
-  /// The answer that lets the present step end well; the timer where the step is a recorded phase.
+  /// The answer with which the present step ends well; the timer for a recorded phase.
   Event good_answer() const {
     const Ticket t = state.ticket;
     switch (state.step) {
@@ -88,11 +88,11 @@ class Bench {
   State state;
   TimePoint now{};
   double touch_z_m = 0.0985;
-  double released_z_m = 0.0995;   ///< where the force has fallen to about the weight
+  double released_z_m = 0.0995;   ///< the force has fallen to about the weight
   std::vector<Effect> effects;    ///< of the last event
   std::vector<TrialDone> trials;  ///< so far
   std::optional<CampaignDone> end;
-  Phase phase = Phase::none;  ///< being recorded
+  Phase phase = Phase::none;  ///< the recorded phase
   bool force_loop = false;
   double commanded_z_m = 0;  ///< last target of z
   std::optional<ArmTimer> timer;

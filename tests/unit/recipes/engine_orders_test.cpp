@@ -1,4 +1,4 @@
-// Pause, stop, abort, halt, faults and guards: whatever is asked, in whatever step.
+// Pause, stop, abort, halt, faults and guards: any order in any step.
 
 #include <catch2/catch.hpp>
 

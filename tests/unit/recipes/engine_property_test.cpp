@@ -1,4 +1,4 @@
-// Random event sequences: whatever comes in whatever order, the machine keeps its promises.
+// Random event sequences: for any events in any order the machine keeps its invariants.
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -17,7 +17,7 @@ Error some_error() {
   return {.code = Errc::device, .where = "stage.z", .what = "broken"};
 }
 
-/// Mostly good answers, else anything with a ticket around the present one.
+/// Mostly good answers, else any event with a ticket near the present one.
 Event random_event(const Bench& bench, std::mt19937& random) {
   const auto draw = [&](unsigned n) { return static_cast<unsigned>(random() % n); };
   if (draw(100) < 70) return bench.good_answer();
@@ -76,8 +76,8 @@ Event random_event(const Bench& bench, std::mt19937& random) {
   }
 }
 
-/// The first promise that is broken, or nothing. Asked a few million times, so Catch hears of what
-/// is broken only.
+/// The first violated invariant, or null. Called a few million times, so Catch gets only
+/// violations.
 const char* broken_promise(const Bench& b) {
   const bool recording = b.state.step == Step::resting || b.state.step == Step::holding ||
                          b.state.step == Step::sliding || b.state.step == Step::ending;
@@ -95,9 +95,9 @@ const char* broken_promise(const Bench& b) {
   return b.timer->deadline > b.now - std::chrono::hours(1) ? nullptr : "a timer lies ahead";
 }
 
-/// Whether the rig may be left as it is by this: a device or a guard said that it is not well, the
-/// stage of the retreat is lost, the halt was pressed, nothing came where something other than time
-/// was waited for, or it ended before anything had moved, and stands as it was found.
+/// Whether the rig may be left as it is because of this event: a device or a guard reported a
+/// fault, the stage of the retract is lost, the halt was pressed, no answer came while the engine
+/// waited for more than time, or it ended before any motion and is as it was found.
 bool excuses(const Bench& b, const Event& event) {
   if (b.state.step == Step::ready &&
       (std::holds_alternative<AbortRequested>(event) ||
@@ -111,7 +111,7 @@ bool excuses(const Bench& b, const Event& event) {
   return std::holds_alternative<Fault>(event) || std::holds_alternative<HaltRequested>(event);
 }
 
-/// One campaign of random events to its end. Whether anything excused a rig that is not safe.
+/// One campaign of random events to its end. Returns whether an event excused an unsafe rig.
 bool play(Bench& b, std::mt19937& random) {
   bool excused = false;
   for (int events = 0; b.state.step != Step::done; ++events) {

@@ -1,4 +1,4 @@
-// A repetition whose record is bad: taken again, as often as the recipe says.
+// A rejected attempt: the repetition is repeated as often as the recipe states.
 
 #include <catch2/catch.hpp>
 
@@ -21,7 +21,7 @@ Bench bench(std::uint32_t at_most, OnTrialFailure on_failure = OnTrialFailure::s
   return Bench(std::move(plan));
 }
 
-/// The take under way comes to its end and is found bad.
+/// Ends the attempt in progress and rejects it.
 void reject(Bench& b) {
   b.advance_to(Step::retracting);
   b.send(AttemptRejected{dead_taxel});

@@ -66,7 +66,7 @@ TEST_CASE("Nothing moves across the cloth before the probe is clear of it") {
   REQUIRE(up);
   REQUIRE(up->moves.size() == 1);
   CHECK(up->moves[0].axis == Axis::z);
-  CHECK(up->moves[0].target == Approx(0.092));  // 100 mm surface less 8 mm clearance
+  CHECK(up->moves[0].target == Approx(0.092));  // 100 mm surface minus 8 mm clearance
 }
 
 TEST_CASE("The approach stops at first contact, then goes on slowly to the probe's weight") {

@@ -1,4 +1,4 @@
-// What a recipe has done finally: when, within which budget, and what ends it.
+// The final steps of a recipe: their time, their budget, and the reasons for their end.
 
 #include <catch2/catch.hpp>
 
@@ -26,7 +26,7 @@ Bench parking() {
     "on_fault": [{"do": "wait", "duration_s": 30}], "budget_s": 60})");
 }
 
-/// The wait under way is over.
+/// Lets the wait in progress expire.
 void wait_out(Bench& b) {
   b.now = b.timer->deadline;
   b.send(TimerExpired{b.state.ticket});
@@ -60,7 +60,7 @@ TEST_CASE("The forecast has the parks and waits that follow a complete campaign"
   const Forecast without = test::plan_of(test::small_recipe).forecast;
   CHECK(without.finally_s == 0);
   const Forecast with = parking().plan.forecast;
-  // Both paths end 50 mm on from (50, 50): 95 mm at 4 mm/s, a ramp of 0.2 s, the confirmation.
+  // Both paths end 50 mm beyond (50, 50): 95 mm at 4 mm/s, a ramp of 0.2 s, the confirmation.
   CHECK(with.finally_s == Approx(95 / 4.0 + 0.2 + 0.1 + 4));
   CHECK(with.duration_s == Approx(without.duration_s + with.finally_s));
   CHECK(with.trials_s() == Approx(without.duration_s));
@@ -160,7 +160,7 @@ TEST_CASE("What comes up meanwhile ends it, and changes nothing of what the tria
   paused.send(PauseRequested{true});
   CHECK(paused.state.step == Step::concluding);
   Bench silent = concluding();
-  wait_out(silent);  // the park has no answer
+  wait_out(silent);  // the park gets no answer
   REQUIRE(silent.end);
   CHECK(silent.end->cleanup == Cleanup::partial);
   CHECK(silent.end->error);
@@ -209,7 +209,7 @@ TEST_CASE("The checker warns of waits that their budget leaves no time for") {
       about_budget(R"({"on_success": [{"do": "wait", "duration_s": 3600}], "budget_s": 1})");
   CHECK(longer.starts_with("/finally/on_success: "));
   CHECK_THAT(longer, Catch::Contains("budget_s"));
-  // As long as the budget is too long: then the budget ends it.
+  // A wait as long as the budget is too long: then the budget ends it.
   const std::string two = about_budget(
       R"({"on_stop": [{"do": "wait", "duration_s": 20}],
           "on_fault": [{"do": "wait", "duration_s": 200}, {"do": "park", "x_mm": 5, "y_mm": 7},

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double quantum_m = 1e-6, cycle_s = 0.004;
 
-/// A spring under a stage that stands on whole quanta; the force is 5 N at `level_m`.
+/// A spring under a stage that moves in whole quanta; the force is 5 N at `level_m`.
 struct Stand {
   double stiffness_npm = 15e3;
   double motor_m = 0;
@@ -32,7 +32,7 @@ struct Stand {
   }
 };
 
-/// Root of the mean square over 60 s in which the level goes up and down by `wave_m` in 15 s.
+/// Root mean square over 60 s in which the level rises and falls by `wave_m` in 15 s.
 double rms_n(Stand stand, double wave_m, double noise_n, const ForceHoldConfig& config = {}) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0, noise_n);
@@ -90,13 +90,13 @@ TEST_CASE("A hold that believes another stiffness does not run away") {
 
 TEST_CASE("A hold that believes a contact far too stiff still comes near") {
   for (const double side : {-1, 1}) {
-    Stand stand{2e4, 0, side * 3.5e-6};  // 70 mN off: less than half a quantum of what is believed
+    Stand stand{2e4, 0, side * 3.5e-6};  // an error of 70 mN: less than half of an assumed quantum
     ForceHoldState state;
     for (int i = 0; i < 1500; ++i) {
       ForceHoldInput seen = stand.seen();
       seen.stiffness_npm = 2e5;
-      // a step that moves the force by less than believed ends a hold; the loop stands until the
-      // next
+      // a step that moves the force by less than assumed ends a hold; the loop does not move until
+      // the next hold
       if (const auto mps = hold_force({}, state, seen)) stand.motor_m += *mps * cycle_s;
     }
     CHECK(std::abs(stand.force_n() - 5) <= 0.03);
@@ -104,7 +104,7 @@ TEST_CASE("A hold that believes a contact far too stiff still comes near") {
 }
 
 TEST_CASE("A quantum that was tried in vain is not tried again") {
-  Stand stand{1.5e5, 0, 0.45e-6};  // 67 mN off, and a quantum is 150 mN
+  Stand stand{1.5e5, 0, 0.45e-6};  // an error of 67 mN, while a quantum is 150 mN
   ForceHoldState state;
   int moves = 0;
   double quantum = 0;
@@ -123,7 +123,7 @@ TEST_CASE("A step of the stage's own is foretold and not taken for news") {
   Stand stand{15e3, 0, 1e-6};
   ForceHoldState state;
   for (int i = 0; i < 1000; ++i) stand.motor_m += *hold_force({}, state, stand.seen()) * cycle_s;
-  CHECK(stand.force_n() == Approx(5).margin(1e-9));  // one quantum up, and there it stands
+  CHECK(stand.force_n() == Approx(5).margin(1e-9));  // one quantum up, where it stays
   CHECK(std::abs(state.force_n - 5) < 1e-3);
   CHECK(hold_force({}, state, stand.seen()) == std::optional<double>(0.0));
 }
@@ -139,7 +139,7 @@ TEST_CASE("A hold is where the force is near and quiet") {
   CHECK(hold_force(config, state, stand.seen(config.band_n * 0.99 - config.quiet_n * 0.9)));
   CHECK_FALSE(hold_force(config, state, stand.seen(-config.quiet_n)));  // a jump is no noise
   CHECK_FALSE(state.active);
-  CHECK(hold_force(config, state, stand.seen(-config.quiet_n)));  // the next one begins anew
+  CHECK(hold_force(config, state, stand.seen(-config.quiet_n)));  // the next one starts again
   CHECK(state.age_s == 0);
   CHECK_FALSE(hold_force(config, state, stand.seen(std::nan(""))));
 }
@@ -179,8 +179,8 @@ TEST_CASE("A drift that is told at the start is followed from the start") {
 }
 
 TEST_CASE("Phase M stays within 1.5 of the quantum's floor on every cloth, at 250 Hz") {
-  // The aim for a held force, on a model of the press that is not sim/'s: noise and resolution of a
-  // Mini40 (12 mN), 500 readings a second, waves of 3 um rms under the slide.
+  // The aim for a held force, on a model of the press independent of sim/: noise and resolution of
+  // a Mini40 (12 mN), 500 readings a second, waves of 3 um rms during the slide.
   for (const Cloth& cloth : cloths) {
     PressModel model({.cloth = cloth,
                       .delay_cycles = 2,
@@ -210,7 +210,7 @@ TEST_CASE("Phase M stays within 1.5 of the quantum's floor on every cloth, at 25
 }
 
 TEST_CASE("A sensor slower than the cycle is taken for what it is") {
-  // Readings in every fourth cycle only: the observer's poles stay where they are.
+  // Readings in every fourth cycle only: the observer's poles do not change.
   const auto worst_n = [](int every) {
     Stand stand;
     ForceHoldState state;
@@ -235,14 +235,14 @@ TEST_CASE("A late cycle does not throw the observer off") {
   ForceHoldState state;
   REQUIRE(hold_force({}, state, stand.seen()));
   ForceHoldInput late = stand.seen(0.02);
-  late.dt_s = 0.25;  // as late as the guard lets a cycle be
+  late.dt_s = 0.25;  // as late as the guard allows
   REQUIRE(hold_force({}, state, late));
   CHECK(std::abs(state.drift_nps) <= 0.02 / 0.25 + 1e-12);
   CHECK(std::abs(state.force_n - 5) <= 0.02);
 }
 
 TEST_CASE("Fifty newtons are held as five are") {
-  // Ellis' presses: force / longest lambda is more than any mount allows, and is not believed.
+  // Ellis' presses: force / longest lambda exceeds the stiffness of any mount, and is not used.
   for (const Cloth& cloth : {cloths[5], cloths[7], cloths[9]}) {
     PressModel model({.cloth = cloth, .delay_cycles = 1, .quantum_m = quantum_m});
     ForceLoopState state;

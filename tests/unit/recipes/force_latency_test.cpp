@@ -12,7 +12,8 @@ namespace {
 
 constexpr double cycle_s = 0.01;
 
-/// A stage that hunts by some micrometres, over a cloth of 2e4 N/m, read so late.
+/// A stage that oscillates by some micrometres, over a fabric of 2e4 N/m, with readings delayed by
+/// `latency_s`.
 double measured_s(double latency_s, double amplitude_m, double noise_n) {
   ForceLatency latency(cycle_s);
   std::mt19937 random(7);

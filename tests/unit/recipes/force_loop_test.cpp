@@ -23,7 +23,7 @@ struct Press {
   double worst_late_n = 0;  ///< largest error in the last three seconds
 };
 
-/// Six seconds of pressing to 5 N out of phase S, as the engine asks for.
+/// Six seconds of pressing to 5 N from phase S, as the engine requests.
 Press press(PressModel& model, ForceLoopState& state) {
   const ForceLoopConfig config;
   SettleDetector settled{0.25, 0.5};
@@ -40,7 +40,7 @@ Press press(PressModel& model, ForceLoopState& state) {
   return result;
 }
 
-/// A linear spring behind `delay` cycles: the discrete loop of docs/reference/plant.md,
+/// A linear spring with a delay of `delay` cycles: the discrete loop of docs/reference/plant.md,
 /// Instruments and the force loop.
 class Spring {
  public:
@@ -100,7 +100,7 @@ TEST_CASE("The force settles in its band on every cloth, with none to two cycles
       ForceLoopState state;
       const Press result = press(model, state);
       INFO(cloth.name << ", delay " << delay);
-      CHECK(result.settle_s > 0.5);  // the dwell itself takes that long
+      CHECK(result.settle_s > 0.5);  // the dwell alone takes this long
       CHECK(result.settle_s < 2.5);
       CHECK(result.overshoot_n < 0.2);
       CHECK(result.worst_late_n < 0.08);
@@ -108,7 +108,7 @@ TEST_CASE("The force settles in its band on every cloth, with none to two cycles
 }
 
 TEST_CASE("The estimate of stiffness comes near cloth and mount in series") {
-  // At 5 N: K = (F + A p_s) / lambda for the cloth, 2e4 N/m for the mount.
+  // At 5 N: K = (F + A p_s) / lambda for the fabric, 2e4 N/m for the mount.
   for (const Cloth& cloth : cloths) {
     PressModel model({.cloth = cloth});
     ForceLoopState state;

@@ -26,7 +26,7 @@ WatchLimits limits() {
   return out;
 }
 
-/// A bench whose readings come with each cycle, at its own times.
+/// A bench with readings in each cycle, at its own times.
 struct Bench {
   GuardWatch watch;
   Duration period = 10ms;
@@ -133,7 +133,7 @@ TEST_CASE("Positions that a stall of the host held back are no speed; a leap is"
     b.z() += 4e-5;
     b.cycle();
   }
-  b.now += 200ms;  // the reading in hand is as old as that, the next one is new
+  b.now += 200ms;  // the present reading has this age, the next one is new
   b.cycle();
   b.z() += 8e-4;
   b.cycle();
@@ -154,7 +154,7 @@ TEST_CASE("A stage that stands while it should move is found by the way it owes"
   }
   CHECK(b.seen.not_following == Axis::y);
   CHECK(cycles > 60);   // 0.3 s, two ramps of 0.2 s, 0.2 mm
-  CHECK(cycles < 100);  // the driver's own watch takes three seconds
+  CHECK(cycles < 100);  // the driver's own check takes three seconds
   b.watch.released(Axis::y, b.now);
   b.cycle();
   CHECK_FALSE(b.seen.not_following);
@@ -209,8 +209,8 @@ TEST_CASE("A velocity that has run out asks for nothing more") {
 
 namespace {
 
-/// A stage on its way down at one speed, then on at another, with a ramp of 20 mm/s2 and orders
-/// that it hears 50 ms late; `deaf`: after the first it hears none. Whether it was found wanting.
+/// A stage moves down at one speed, then at another, with a ramp of 20 mm/s2, and receives orders
+/// 50 ms late; `deaf`: it ignores all orders after the first. Returns whether the guard tripped.
 bool found_on_the_way_down(double first_mps, double then_mps, bool deaf = false) {
   Bench b;
   b.cycle();
@@ -241,9 +241,9 @@ bool found_on_the_way_down(double first_mps, double then_mps, bool deaf = false)
 
 namespace {
 
-/// A way down of a stage that is sent, cycle by cycle, to where the velocity takes it within 100 ms
-/// and must be able to stop there; its positions are read 2 ms after the cycle before. When it was
-/// found wanting, 0: never.
+/// A descent of a stage that is commanded, cycle by cycle, to the position that its velocity
+/// reaches within 100 ms, and that must be able to stop there. Its positions are read 2 ms after
+/// the previous cycle. Returns the time at which the guard tripped, 0: never.
 Duration found_driven_after(int cycle_ms, double acceleration_mps2, double speed_mps,
                             bool is_still) {
   WatchLimits with = limits();
@@ -323,14 +323,14 @@ TEST_CASE("The probe's weight may come upon the cloth at once while z travels, a
     return b.seen.wrench_jumps;
   };
   CHECK(jumps({0, 0, 3.9}, down) == 0);
-  CHECK(jumps({0, 0, -3.9}, up) == 0);  // and go again
+  CHECK(jumps({0, 0, -3.9}, up) == 0);  // and leaves again
   CHECK(jumps({0, 0, -3.9}, down) == 1);
   CHECK(jumps({0, 0, 3.9}, up) == 1);
   CHECK(jumps({0, 0, 3.9}, turning) == 0);
   CHECK(jumps({0, 0, -3.9}, turning) == 0);
   CHECK(jumps({0, 0, 4.1}, turning) == 1);
   CHECK(jumps({0, 2.6, 3.9}, down) == 1);
-  CHECK(jumps({0, 0, 2.6}, none) == 1);  // the cloth keeps it
+  CHECK(jumps({0, 0, 2.6}, none) == 1);  // the fabric keeps the force
 }
 
 TEST_CASE("Values that are not numbers end nothing here: the guards on single readings see them") {

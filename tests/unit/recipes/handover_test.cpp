@@ -1,4 +1,4 @@
-// What a recipe says of the hand-over of its data set, and how repetitions are dealt into groups.
+// The handover settings of a recipe, and the division of repetitions into groups.
 
 #include "recipes/engine/handover.hpp"
 
@@ -71,7 +71,7 @@ TEST_CASE("A hand-over that could not learn is refused before anything moves") {
   refused(with_handover(R"({"groups": 1})"), "/hand_over/groups");
   refused(with_handover(R"({"at_most_s": 0})"), "/hand_over/at_most_s");
   refused(with_handover(R"({"lerner": "lda"})"), "/hand_over/lerner");
-  // with both repetitions trained one would be left, with three in two groups one as well
+  // without a test group one repetition would remain; the same for three in two groups
   refused(with_handover("{}", 2), "/hand_over");
   refused(with_handover(R"({"groups": 2})", 3), "/hand_over");
   CHECK(check_recipe(with_handover("{}", 3), test::limits()).plan);
@@ -96,7 +96,7 @@ TEST_CASE("A hand-over from vibration needs a rig that hears, and learners of it
             .plan);
   }
   refused(with_handover(R"({"learner": "every"})"), "/hand_over/learner");
-  // what a recipe was before it could say from what is what it is now
+  // a recipe from before the key "from" existed keeps its meaning
   CHECK(test::plan_of(with_handover(R"({"from": "taxels"})")).canonical_json ==
         test::plan_of(with_handover("{}")).canonical_json);
 }

@@ -27,7 +27,7 @@ double dot(const Vec3& a, const Vec3& b) {
 }
 
 /// World position (X, Y, up) of a fabric point, by rotation about the platform's axis: an
-/// independent way through 3-D, where kinematics.cpp works in planes.
+/// independent computation in 3-D, while kinematics.cpp works in planes.
 Vec3 fabric_point_on_bench(const Geometry& g, const Joints& j, const Vec3& uvh) {
   const double c = std::cos(j[Axis::rx]);
   const double s = std::sin(j[Axis::rx]);

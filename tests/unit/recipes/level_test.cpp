@@ -1,4 +1,4 @@
-// Campaigns on a rig whose rotary stages are held where they put the plate level.
+// Campaigns on a rig with rotary stages that are held where the plate is level.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -93,7 +93,7 @@ TEST_CASE(
 
 namespace {
 
-/// Over a path of 50 mm along each direction from a start [mm].
+/// Checks a path of 50 mm along each direction from a start [mm].
 CheckReport checked_from(const RigLimits& limits, double x_mm, double y_mm) {
   const std::string start = "\"M2\": {\"start\": {\"x_mm\": " + std::to_string(x_mm) +
                             ", \"y_mm\": " + std::to_string(y_mm) + "}, ";
@@ -106,7 +106,7 @@ TEST_CASE("a path that the level takes beyond a stage's travel is refused by the
   RigLimits limits = levelled(0, 0);
   limits.geometry.plate_size_m = {0.14, 0.12};
   REQUIRE(checked_from(limits, 82, 50).plan);
-  limits.level = {0, -0.2};  // the arm of 50 mm puts x another 10 mm on
+  limits.level = {0, -0.2};  // the arm of 50 mm moves x by another 10 mm
   const CheckReport far = checked_from(limits, 82, 50);
   REQUIRE(far.problems.size() == 1);
   CHECK(far.problems[0].pointer == "/explorations/M2/phases/2/path");

@@ -1,4 +1,4 @@
-// A slide that ends once its vote is sure: the recipe's field, and what the engine makes of it.
+// A stroke that ends when its vote is certain: the recipe's field, and its effect in the engine.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Motion outside a campaign: what is planned, and that the machine ends whatever happens.
+// Motion outside a campaign: the plan, and the end of the machine in all cases.
 
 #include "recipes/maintenance/maintenance.hpp"
 
@@ -40,7 +40,7 @@ Errc refused(const MaintenanceOrder& order, const BenchFound& found) {
   return plan.error().code;
 }
 
-/// A machine under way, with what it asked for last.
+/// A machine in progress, with its last requests.
 struct Machine {
   explicit Machine(MaintenancePlan of) : plan(std::move(of)) { send(Start{}); }
 
@@ -108,7 +108,7 @@ TEST_CASE("retract of a z that has not been homed goes up by the clearance, slow
   CHECK(lift.unhomed);
   machine.arrive();
   REQUIRE(machine.done);
-  CHECK(machine.done->rig == RigFact::holding);  // nobody knows how high it is
+  CHECK(machine.done->rig == RigFact::holding);  // its height is unknown
 }
 
 TEST_CASE("park lifts first and then moves the other axes to the park position") {
@@ -198,7 +198,7 @@ TEST_CASE("a way up goes on after guards and faults of other devices, a way acro
   CHECK_FALSE(machine.stopped);
   CHECK_FALSE(machine.done);
   machine.arrive();
-  REQUIRE(machine.done);  // up, but nothing follows on a bench with a fault
+  REQUIRE(machine.done);  // it is up, but nothing follows on a bench with a fault
   CHECK(machine.moves.size() == 1);
   CHECK(machine.done->outcome == Outcome::failed);
   CHECK(machine.done->rig == RigFact::safe);
@@ -220,7 +220,7 @@ TEST_CASE("what ends a motion, and what is known of the rig then") {
       {trip(Guard::travel, GuardAction::end_campaign), Outcome::failed, RigFact::unknown},
       {Fault{why}, Outcome::failed, RigFact::unknown}};
   for (const Row& row : rows) {
-    Machine machine(planned(park, found_at(0.01)));  // up already: across at once
+    Machine machine(planned(park, found_at(0.01)));  // already up: moves across at once
     machine.send(row.event);
     CAPTURE(row.event.index());
     CHECK(machine.stopped);

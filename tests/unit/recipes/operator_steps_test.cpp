@@ -1,4 +1,4 @@
-// What a person does between trials: in the recipe, in the plan and its time, and in the engine.
+// Operator steps between trials: in the recipe, in the plan and its time, and in the engine.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -43,7 +43,7 @@ std::string only_problem(const std::string& steps) {
   return problems[0].pointer;
 }
 
-/// All that is asked until the campaign ends, each with its trial.
+/// All prompts until the campaign ends, each with its trial.
 std::vector<std::string> prompts_in(Bench& b) {
   std::vector<std::string> out;
   while (b.state.step != Step::done) {
@@ -137,7 +137,8 @@ TEST_CASE("An order that changes the fabric again and again is warned of") {
   CHECK(warned.plan->forecast.prompts > 4);
   const auto blocked = check_recipe(asking(mount_each), test::limits());
   CHECK(warned.warnings.size() ==
-        blocked.warnings.size() + 1 + (warned.plan->forecast.prompts > 6 ? 1 : 0));  // of the order
+        // about the order
+        blocked.warnings.size() + 1 + (warned.plan->forecast.prompts > 6 ? 1 : 0));
 }
 
 TEST_CASE("People are asked before the campaign and at each change of fabric, and not else") {
@@ -227,7 +228,7 @@ TEST_CASE("Whoever presses on the plate between trials fails no trial") {
   CHECK(b.send(GuardTripped{saturated}).empty());
   CHECK(b.state.step == Step::awaiting_operator);
   b.advance_to(Step::clearing);
-  b.send(GuardTripped{saturated});  // and still is, with nobody at work
+  b.send(GuardTripped{saturated});  // it still is, without an operator
   b.finish();
   CHECK(b.end->outcome == Outcome::failed);
 }

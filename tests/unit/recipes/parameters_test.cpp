@@ -1,4 +1,4 @@
-// A recipe with parameters becomes one with values, or is refused where one of them cannot be used.
+// A recipe with parameters becomes one with values, or is refused if a value cannot be used.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -23,7 +23,7 @@ const char* const declarations = R"("parameters": {
     "cloth": {"type": "text", "default": "denim"},
     "then": {"type": ["stop", "continue"], "default": "stop"}},)";
 
-/// The small recipe with a parameter of every type that a recipe has a place for.
+/// The small recipe with a parameter of every type that recipes can have.
 std::string template_recipe(const std::string& block = declarations) {
   std::string text = small_with("\"schema_version\": 1,", "\"schema_version\": 1, " + block +
                                                               "\"on_trial_failure\": "

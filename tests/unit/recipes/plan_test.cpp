@@ -25,7 +25,7 @@ std::string randomised(int seed) {
   return small_with(order_stub, text += '}');
 }
 
-/// fabric, repetition and patch of each trial, in order.
+/// Fabric, repetition and patch of each trial, in order.
 std::vector<std::string> sequence(const Plan& plan) {
   std::vector<std::string> out;
   for (const TrialSpec& t : plan.trials)

@@ -43,7 +43,7 @@ TEST_CASE("Three touches that agree by necessity are as uncertain as the step th
   REQUIRE(fit);
   CHECK(fit->slope_x == Approx(0.01));
   CHECK(fit->residual_rms_m == 0);
-  // slope_x = (h2 - h1) / 0.1 m, two independent touches of 1 um / sqrt 12 each
+  // slope_x = (h2 - h1) / 0.1 m, two independent contact heights of 1 um / sqrt 12 each
   CHECK(fit->slope_x_sd == Approx(std::sqrt(2.0) * 1e-6 / std::sqrt(12.0) / 0.1));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A press on a cloth, just large enough to try the force loop on: exponential compression with two
+// A press on a fabric, just large enough to test the force loop: exponential compression with two
 // Prony terms (docs/reference/plant.md, Contact law), in series with a mount that has slack, moved
 // by a stage with limited acceleration, lag and a reported position of one micrometre. Independent
 // of sim/.
@@ -44,16 +44,16 @@ class PressModel {
     int delay_cycles = 1;
     double cycle_s = 0.01;
     double mount_npm = 2e4;
-    double slack_left_m = 0.2e-3;  ///< z goes this far before the mount's spring pushes
+    double slack_left_m = 0.2e-3;  ///< z moves this far before the mount's spring pushes
     double force_quantum_n = 0.02;
     double force_noise_n = 0.01;  ///< standard deviation
     int readings = 1;             ///< per cycle, of which measured_n() is the mean
-    double quantum_m = 0;         ///< the carriage stands on multiples of this; 0: anywhere
+    double quantum_m = 0;         ///< the carriage moves in multiples of this; 0: continuous
   };
 
   explicit PressModel(const Setup& setup) : setup_(setup) { settle(); }
 
-  /// One cycle with this command of the stage's velocity.
+  /// One cycle with this commanded velocity of the stage.
   void advance(double command_mps) {
     for (int i = 0; i < substeps; ++i) move_stage(command_mps, setup_.cycle_s / substeps);
     force_n_ = solve();
@@ -92,7 +92,7 @@ class PressModel {
     return depth_m > 0 ? area_m2 * setup_.cloth.pressure_pa * std::expm1(x) : 0;
   }
 
-  /// Force of the cloth after one cycle at this depth.
+  /// Force of the fabric after one cycle at this depth.
   [[nodiscard]] double cloth_n(double depth_m) const {
     double force = elastic_n(depth_m);
     for (std::size_t i = 0; i < share.size(); ++i) {
@@ -108,7 +108,7 @@ class PressModel {
     return weight_n + setup_.mount_npm * std::max(0.0, carriage_m + height_m_ - depth_m - rest_m_);
   }
 
-  /// Depth at which cloth and mount agree, by bisection; then the relaxation moves on.
+  /// Depth at which fabric and mount balance, by bisection; then the relaxation advances.
   double solve() {
     double low = 0;
     double high = 0.02;
@@ -148,7 +148,7 @@ class PressModel {
 
   Setup setup_;
   double z_m_ = 0, velocity_mps_ = 0, height_m_ = 0;
-  double rest_m_ = 0;  ///< stage less probe when the slack is used up
+  double rest_m_ = 0;  ///< stage minus probe when the slack is used up
   double depth_m_ = 0, force_n_ = 0;
   std::array<double, 2> relaxed_n_{};
   std::deque<Reading> readings_;  ///< newest first

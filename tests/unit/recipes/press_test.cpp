@@ -1,4 +1,4 @@
-// Explorations that press and stand still, for static imprints; classes; their hand-over.
+// Explorations that only press, for imprints; classes; their handover.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -117,7 +117,7 @@ TEST_CASE("Imprints are handed over of presses in classes, also of one repetitio
   REQUIRE(report.plan);
   const Plan& plan = *report.plan;
   REQUIRE(plan.handover);
-  // One object of a class leaves none, two of one imprint each leave one.
+  // A class with one object has nothing left; two objects with one imprint each leave one.
   says(with_handover(""), "/classes/hard: too few imprints are left");
   says(with_handover(""), "/classes/soft: too few imprints are left");
   CHECK(problem_of(three, test::limits()).find("the rig has no imprint array") !=

@@ -1,4 +1,4 @@
-// Which piece of its cloth a trial touches, how often that was mounted, and where.
+// The piece of the fabric that a trial touches, its mountings, and the place.
 
 #include <catch2/catch.hpp>
 #include <map>
@@ -16,7 +16,7 @@ using test::small_with;
 
 namespace {
 
-/// Two fabrics, one exploration, so many repetitions, and more keys.
+/// Two fabrics, one exploration, `repetitions` repetitions, and more keys.
 std::string recipe(int repetitions, const std::string& repetition, const std::string& more = "") {
   return small_with("\"repetitions\": 2",
                     "\"repetitions\": " + std::to_string(repetitions) +

@@ -123,7 +123,7 @@ TEST_CASE("A rig file that is not JSON is refused with line and column") {
 
 namespace {
 
-/// The bench without some stages: `fixed` says where their axes stand.
+/// The bench without some stages: `fixed` has the positions of their axes.
 std::string rig_without(const std::string& fixed, bool without_y) {
   std::string rig = with(rig_json, "\"control\"", "\"fixed\": " + fixed + ", \"control\"");
   rig = with(rig, ", \"tilt_deg\": [-5, 5]", "");

@@ -1,7 +1,8 @@
-// The shipped JSON Schema, for editors, must say the same as the parser. valijson is the judge.
+// The shipped JSON Schema, for editors, must accept the same recipes as the parser. valijson
+// validates.
 
-// g++ 12 believes at -O3 that valijson's std::string copies may have half the address space as
-// length.
+// At -O3 g++ 12 assumes that valijson's std::string copies may be as long as half the address
+// space.
 #pragma GCC diagnostic ignored "-Wstringop-overflow"
 #pragma GCC diagnostic ignored "-Warray-bounds"
 
@@ -27,8 +28,8 @@ using test::source_file;
 
 namespace {
 
-/// The judge knows draft 7, the schema is 2020-12: of the words that changed between them it uses
-/// those for lists of one schema for each place.
+/// The validator supports draft 7, the schema is 2020-12: of the changed keywords it uses only
+/// those for lists with one schema for each place.
 json as_draft_7(json schema) {
   if (schema.is_object() && schema.contains("prefixItems")) {
     if (schema.contains("items")) schema["additionalItems"] = schema["items"];
@@ -69,7 +70,7 @@ TEST_CASE("The library's recipes pass schema and parser") {
     INFO(name);
     RigLimits has_vibration = test::limits();
     has_vibration.sound_rate_hz = 8000;
-    has_vibration.force_cap_n = 15;  // of sim/rigs/pilot17.json, and its light probe
+    has_vibration.force_cap_n = 15;  // like sim/rigs/pilot17.json with its light probe
     has_vibration.probe_weight_n = 0.8;
     CHECK(schema_accepts(recipe));
     CHECK(parser_accepts(recipe, has_vibration));

@@ -96,7 +96,7 @@ TEST_CASE("A normal along the warp is refused as the singularity it is") {
     REQUIRE_FALSE(tilts);
     CHECK_THAT(to_string(tilts.error()), Catch::Contains("rx is undetermined"));
   }
-  CHECK(tilts_along({1, 0, 1e-6}));  // just beside it there is an answer
+  CHECK(tilts_along({1, 0, 1e-6}));  // very near to it there is an answer
 }
 
 TEST_CASE("Normals that point into the plate, are zero or are not numbers are refused") {

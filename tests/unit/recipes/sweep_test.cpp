@@ -1,4 +1,4 @@
-// Sweeps: what is refused, which cells are done and in which order, what the normal form says.
+// Sweeps: refusals, the cells and their order, the normal form.
 
 #include "recipes/engine/sweep.hpp"
 
@@ -27,7 +27,7 @@ std::string with_sweep(const std::string& factors, const std::string& more = "")
                     R"("sweep": {"replicates": 3, "factors": [)" + factors + "]" + more + "}");
 }
 
-/// What is said at `pointer`, as sentences.
+/// The problems at `pointer`, as sentences.
 std::string problem_at(const std::string& recipe, const std::string& pointer) {
   const CheckReport report = check_recipe(recipe, test::limits());
   CHECK_FALSE(report.plan);
@@ -65,7 +65,7 @@ TEST_CASE("A factor outside the rig's limits is refused with a sentence") {
   CHECK_THAT(problem_at(with_sweep(R"({"name": "speed_mps", "values": [0.005]})"),
                         "/sweep/factors/0/values/0"),
              Catch::Contains("expected 1e-06 to 0.004, the rig's limit, got 0.005"));
-  // 2 + 2 legs of a quarter of it each; it no longer fits, and is told once
+  // 2 + 2 legs of a quarter of it each; it no longer fits, and is reported once
   CHECK_THAT(problem_at(with_sweep(R"({"name": "stroke_mm", "values": [100, 400]}, )" + speed),
                         "/sweep/factors/0/values/1"),
              Catch::Contains("too long along x") && Catch::Contains("too long along y"));
@@ -84,7 +84,7 @@ TEST_CASE("A sweep of more than a million trials is refused with a sentence") {
   CHECK(problem_at(with_sweep(many), "/sweep") ==
         "/sweep: the sweep has too many trials (expected at most 1000000, got 1200000.0). Give "
         "fewer values, fewer replicates or a fraction of the design.");
-  // 400 x 30 x 2 fabrics x 3 replicates are fewer trials, but no pilot
+  // 400 x 30 x 2 fabrics x 3 replicates are fewer trials, but not a pilot study
   const std::string wide = R"({"name": "force_N", "values": [)" + numbers(400) +
                            R"(]}, {"name": "press_s", "values": [)" + numbers(30) + "]}";
   CHECK_THAT(problem_at(with_sweep(wide), "/sweep"), Catch::Contains("too many combinations"));
@@ -137,7 +137,8 @@ TEST_CASE("A sweep is bounded in values, factors and explorations, each with a s
   for (int i = 0; i < 4; ++i) factors += ", " + force;
   CHECK_THAT(problem_at(with_sweep(factors), "/sweep/factors"),
              Catch::Contains("more factors than there are (expected at most 4, each once, got 5)"));
-  // 16 x 700 explorations of 2 trials are no million trials, and each exploration no 10 000 cells
+  // 16 x 700 explorations of 2 trials are fewer than a million trials, and each exploration has
+  // fewer than 10 000 cells
   std::string many = with_sweep(R"({"name": "press_s", "values": [)" + numbers(700) + "]}");
   many = test::with(many, "\"replicates\": 3", "\"replicates\": 1");
   const std::size_t at = many.find("\"M2\"");
@@ -149,7 +150,7 @@ TEST_CASE("A sweep is bounded in values, factors and explorations, each with a s
 }
 
 TEST_CASE("The longest name of a cell counts, not the last one") {
-  const std::string longest(57, 'x');  // and "-2.125N" are 64, "-2.0625N" are 65
+  const std::string longest(57, 'x');  // with "-2.125N" it has 64 characters, with "-2.0625N" 65
   const auto named = [&](const std::string& values) {
     return test::with(with_sweep(R"({"name": "force_N", "values": [)" + values + "]}"), "\"M2\"",
                       "\"" + longest + "\"");
@@ -185,7 +186,7 @@ TEST_CASE("What weft design analyse would have to leave out is warned of before 
                  Catch::Contains("(expected at least 3, got 2)"));
   CHECK_THAT(warnings(test::with(good, R"(["denim", "silk"])", R"(["denim"])")),
              Catch::Contains("/fabrics: there is nothing to tell apart"));
-  // two legs of 0.05 mm at 20 mm/s2: 0.1 s each, of 20 Hz
+  // two legs of 0.05 mm at 20 mm/s2: 0.1 s each, sampled at 20 Hz
   CHECK_THAT(warnings(with_sweep(R"({"name": "stroke_mm", "values": [100, 0.1]})"), 20),
              Catch::Contains("/explorations/M2: too few samples in phase M") &&
                  Catch::Contains("in M2-0.1mm") && !Catch::Contains("phase P"));
@@ -212,7 +213,7 @@ TEST_CASE("Every exploration is done in every cell, with the cell's values in it
   CHECK(last.step(weft::Phase::motion).speed_mps == 0.004);
   CHECK(plan.explorations.front().name == "M2-2N-0.5mm_s");
   CHECK(plan.forecast.mounts == 2);
-  // of the slow cell longer than of the fast one
+  // the slow cell lasts longer than the fast one
   CHECK(plan.explorations[0].step(weft::Phase::motion).duration_s >
         plan.explorations[2].step(weft::Phase::motion).duration_s);
   CHECK(plan.forecast.force_n->max == 5);
@@ -229,7 +230,7 @@ TEST_CASE("A stroke keeps its shape, and the time of P its place") {
   CHECK(small.step(weft::Phase::press).duration_s == 1.5);
   CHECK(small.path_m()[0].y_m == Approx(0.010));
   CHECK(small.path_m()[1].x_m == Approx(0.010));
-  // centred anew: half of 150 mm less half of 10 mm
+  // centred again: half of 150 mm minus half of 10 mm
   CHECK(small.start_m.x_m == Approx(0.070));
   CHECK(plan.explorations[1].start_m.x_m == Approx(0.050));
 }
@@ -249,7 +250,7 @@ TEST_CASE("A sweep blocked by fabric mounts each once, and each replicate is a c
     CHECK(blocks[b].size() == 6);
     orders.insert(order);
   }
-  CHECK(orders.size() > 1);  // drawn anew for each
+  CHECK(orders.size() > 1);  // drawn again for each
 }
 
 TEST_CASE("Blocked by replicate every cloth is mounted anew; not blocked, all trials mix") {
@@ -294,7 +295,7 @@ TEST_CASE("The normal form has the sweep, not what it replaces") {
         json{{"name", "speed_mps"}, {"values", {0.0005, 0.002, 0.004}}});
   CHECK_FALSE(document.contains("repetitions"));
   CHECK(document["explorations"].size() == 1);
-  // another spelling is the same campaign, and so is another value in the phases
+  // another notation is the same campaign, and so is another value in the phases
   CHECK(
       normal(with_sweep(force + R"(, {"name": "speed_mps", "values": [0.0005, 0.002, 0.004]})")) ==
       normal(recipe));

@@ -18,7 +18,8 @@ TEST_CASE("Touch is the change from the mean of the baseline's frames") {
   CHECK(touch.mean_change() == 0);
   touch.settle();
   touch.add(Counts{111, 201, 301, 381});
-  CHECK(touch.mean_change() == 2.5);  // -10 of the sum over four, whatever the sign
+  CHECK(touch.mean_change() == 2.5);  // the sum changes by 10 over four taxels, regardless of the
+                                      // sign
   CHECK(touch.largest_change() == 20);
 }
 

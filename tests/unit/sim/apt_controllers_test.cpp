@@ -1,5 +1,5 @@
-// What differs between controllers: the direction of velocity moves and jogs, which counters and
-// parameters are listed, and the brushless family's status.
+// Differences between controllers: the direction of velocity moves and jogs, the listed counters
+// and parameters, and the status of the brushless family.
 
 #include "tests/unit/sim/apt_unit.hpp"
 
@@ -11,7 +11,7 @@ using namespace weft::sim::test;
 
 namespace {
 
-/// A unit of this controller, homed and enabled, 5 mm or degrees from home.
+/// A unit with this controller, homed and enabled, 5 mm or degrees from home.
 Unit away_from_home(const std::string& controller, const std::string& stage,
                     std::uint8_t positive_direction = 0) {
   AptStageParams params = Unit::params(stage, RetargetPolicy::replan);
@@ -28,7 +28,7 @@ std::int32_t position_counter(Unit& unit) {
 
 }  // namespace
 
-// pylablib, pyKDC101 and thorlabs-apt-device, tested on hardware, take direction 2 as increasing
+// pylablib, pyKDC101 and thorlabs-apt-device, tested on hardware, use direction 2 for increasing
 // counts on KDC and TDC
 TEST_CASE("the direction that increases the counts is the controller's, or the rig file's") {
   struct Case {
@@ -67,7 +67,7 @@ TEST_CASE("an encoder count has one answer, and none from a controller that does
   lts.send("0A 04 01 00 50 01");
   CHECK(lts.take().empty());
   CHECK(lts.status().encoder_counts == 0);
-  lts.send("09 04 06 00 D0 01 01 00 07 00 00 00");  // nor is it set
+  lts.send("09 04 06 00 D0 01 01 00 07 00 00 00");  // it cannot be set either
   CHECK(lts.status().encoder_counts == 0);
 
   const auto encoder_counter = [&] {
@@ -77,7 +77,7 @@ TEST_CASE("an encoder count has one answer, and none from a controller that does
         .value()
         .value_counts;
   };
-  CHECK(encoder_counter() == 0);  // none is fitted
+  CHECK(encoder_counter() == 0);  // no encoder is fitted
   CHECK(card.status().encoder_counts == 0);
   card.send("09 04 06 00 D0 01 01 00 07 00 00 00");
   CHECK(encoder_counter() == 7);

@@ -1,4 +1,4 @@
-// What an emulated APT stage answers, to whom, and what it ignores.
+// The answers of an emulated APT stage, their receivers, and the messages that it ignores.
 
 #include <catch2/catch.hpp>
 
@@ -134,7 +134,7 @@ TEST_CASE("noise on the line and messages for others do no harm") {
   for (int i = 0; i < 3000; ++i) {
     Bytes noise(1 + random.bits() % 64);
     for (auto& byte : noise) byte = static_cast<std::uint8_t>(random.bits());
-    // Half of it wears a header that is believed.
+    // Half of them have a plausible header.
     if (i % 2 == 0 && noise.size() > 6) {
       noise[1] = static_cast<std::uint8_t>(random.bits() % 6);
       noise[3] = 0;
@@ -148,7 +148,7 @@ TEST_CASE("noise on the line and messages for others do no harm") {
   unit.take();
   CHECK(unit.position() >= 0);
   CHECK(unit.position() <= 0.15);
-  unit.send("05 00 00 00 22 01");  // bay 1 is somebody else
+  unit.send("05 00 00 00 22 01");  // bay 1 is another unit
   CHECK(unit.take().empty());
   CHECK(unit.emulator.ignored() > 0);
 }
@@ -178,13 +178,13 @@ TEST_CASE("half a message of a host that went is not the beginning of another's"
   unit.send("05 00 00 00 50 01");
   CHECK(unit.take().size() == 90);
   unit.run(5);
-  CHECK(unit.position() == Approx(0).margin(1e-9));  // and nothing was driven
+  CHECK(unit.position() == Approx(0).margin(1e-9));  // and it has not moved
   unit.send("53 04 06 00 D0 01 01 00");
   unit.run(0.1);
-  unit.send("00 C0 D4 01");  // a slow host's rest
+  unit.send("00 C0 D4 01");  // the rest from a slow host
   unit.run(20);
   CHECK(unit.take().size() == 20);
-  // on TCP the rig knows at once
+  // on TCP the rig notices a new host at once
   unit.send("53 04 06 00 D0 01 01 00");
   unit.emulator.meet_new_host();
   unit.send("05 00 00 00 50 01");
@@ -192,7 +192,7 @@ TEST_CASE("half a message of a host that went is not the beginning of another's"
 }
 
 TEST_CASE("a message of another length than documented, or unknown, is taken whole and ignored") {
-  // Bodies that hold what would be a request, were they searched for one.
+  // Bodies that contain a request, in case they are searched for one.
   const Bytes inside = hex("05 00 00 00 50 01 05 00 00 00 50 01");
   for (const int id : {0x0413, 0x0443, 0x0005, 0x0999, 0x0A00, 0x0522}) {
     Unit unit;
@@ -212,7 +212,8 @@ TEST_CASE("a message of another length than documented, or unknown, is taken who
 
 TEST_CASE("a K-cube's panel and triggers are told in one length, whatever the host's issue sets") {
   Unit unit("PRM1-Z8");
-  unit.send("21 05 01 00 50 01");  // the wheel: velocity mode, 10 deg/s, 10 deg/s2, upwards forward
+  unit.send("21 05 01 00 50 01");  // the wheel: velocity mode, 10 deg/s, 10 deg/s2, upwards is
+                                   // forward
   CHECK(unit.take() == hex("22 05 1C 00 81 50 01 00 01 00 69 8D 06 00 93 00 00 00 01 00 "
                            "00 00 00 00 00 00 00 00 32 00 0A 00 02 00"));
   const auto saved = [&](std::uint16_t set, std::size_t size) {
@@ -226,7 +227,7 @@ TEST_CASE("a K-cube's panel and triggers are told in one length, whatever the ho
                      data.begin()));
     return reported.size();
   };
-  CHECK(saved(0x0520, 36) == 28);  // with the BBD30x's eight bytes
+  CHECK(saved(0x0520, 36) == 28);  // including the eight bytes of the BBD30x
   CHECK(saved(0x0520, 28) == 28);
   for (const std::size_t size : {10U, 12U, 22U}) CHECK(saved(0x0523, size) == 12);
   for (const std::size_t size : {28U, 36U}) CHECK(saved(0x0529, size) == 36);
@@ -240,7 +241,7 @@ TEST_CASE("a cube tells that it is on no hub; outputs are given back, inputs rea
   CHECK(cube.take() == hex("15 02 05 00 01 50"));
   cube.send("2B 04 01 00 50 01");
   CHECK(cube.take() == hex("2C 04 04 00 81 50 00 00 00 00"));
-  cube.send("26 02 00 00 11 01 29 02 00 00 11 01");  // of racks
+  cube.send("26 02 00 00 11 01 29 02 00 00 11 01");  // messages of racks
   CHECK(cube.take().empty());
   Unit stage;
   stage.send("65 00 00 00 50 01 14 02 00 00 50 01 2B 04 01 00 50 01");

@@ -1,4 +1,4 @@
-// Motions of an emulated APT stage, and what it says at their ends.
+// Motions of an emulated APT stage, and its messages at their ends.
 
 #include <catch2/catch.hpp>
 
@@ -17,7 +17,7 @@ TEST_CASE("homing drives to zero at the home speed and then says so") {
   unit.send("10 02 01 02 50 01 43 04 01 00 50 01");
   unit.run(1);
   CHECK(unit.out.empty());
-  CHECK(unit.position() == Approx(0.02));  // disabled: nothing moves
+  CHECK(unit.position() == Approx(0.02));  // disabled: no motion
   unit.send("10 02 01 01 50 01");
   unit.send("40 04 0E 00 D0 01 01 00 02 00 01 00 00 00 9F 02 00 20 03 00");  // 2 mm/s
   unit.send("13 04 0E 00 D0 01 01 00 00 00 00 00 08 60 01 00 00 00 36 1A");  // 20, 20
@@ -54,7 +54,7 @@ TEST_CASE("a bow index makes the move an S-curve, which lasts longer by accelera
   CHECK(unit.take().empty());
   unit.run(0.02);
   CHECK(unit.take() == hex("64 04 0E 00 81 50 01 00 00 C0 D4 01 00 00 00 00 00 05 00 80"));
-  unit.send("F4 04 04 00 D0 01 01 00 FF FF");  // beyond the last index: as the last
+  unit.send("F4 04 04 00 D0 01 01 00 FF FF");  // beyond the last index: as the last one
   unit.send("53 04 06 00 D0 01 01 00 00 00 00 00");
   unit.run(4.75 + 20.0 / 131072 + 1e-3);
   CHECK(unit.take().size() == 20);
@@ -76,9 +76,9 @@ TEST_CASE("relative moves, stored parameters and their requests agree") {
   unit.send("45 04 06 00 D0 01 01 00 00 80 3E 00");  // store 10 mm
   unit.send("46 04 01 00 50 01");
   CHECK(unit.take() == hex("47 04 06 00 81 50 01 00 00 80 3E 00"));
-  unit.send("48 04 01 00 50 01");  // short form uses it
+  unit.send("48 04 01 00 50 01");  // the short form uses it
   unit.run(5);
-  unit.send("48 04 06 00 D0 01 01 00 00 80 3E 00");  // long form
+  unit.send("48 04 06 00 D0 01 01 00 00 80 3E 00");  // the long form
   unit.run(5);
   CHECK(unit.status().position_counts == 8192000);
   unit.send("50 04 06 00 D0 01 01 00 00 80 3E 00");
@@ -140,7 +140,8 @@ TEST_CASE("targets beyond the travel end at its limit, with the limit bit") {
   unit.run(60);
   CHECK(unit.position() == 0);
   CHECK(unit.status().status_bits == 0x80000502);
-  unit.send("53 04 06 00 D0 01 01 00 00 00 00 00");  // where it stands: not driven into the switch
+  unit.send("53 04 06 00 D0 01 01 00 00 00 00 00");  // the present position: not driven into the
+                                                     // switch
   unit.run(1);
   CHECK(unit.status().status_bits == 0x80000500);
 }

@@ -1,4 +1,4 @@
-// The status of an emulated APT stage, when it comes unasked, and when it ceases.
+// The status of an emulated APT stage: the unsolicited messages, and their end.
 
 #include <catch2/catch.hpp>
 #include <numbers>
@@ -37,7 +37,7 @@ TEST_CASE("a servo answers with its own status and falls silent without acknowle
   unit.send("90 04 01 00 50 01");
   CHECK(decode(unit.take())->id == MessageId::get_dcstatusupdate);
   unit.send("80 04 01 00 50 01");
-  CHECK(unit.take().empty());  // a stepper's request
+  CHECK(unit.take().empty());  // it is a stepper's request
   unit.send("11 00 00 00 50 01");
   unit.run(20);
   CHECK(unit.take().size() == 50 * 20);
@@ -111,7 +111,7 @@ TEST_CASE(
     CHECK(ends_reported(unit) == 20);
     unit.send("11 00 0A 00 50 01");
     unit.run(30);
-    CHECK(ends_reported(unit) == 0);  // nobody has acknowledged fifty messages
+    CHECK(ends_reported(unit) == 0);  // fifty messages have no acknowledgement
     next_host();
     CHECK(ends_reported(unit) == 20);
   }
@@ -146,7 +146,7 @@ TEST_CASE("the status tells which way the shaft moves and why, from the first mo
   CHECK(motion() == (status::homing | status::moving_reverse));
   unit.run(20);
   CHECK(motion() == 0);
-  unit.send("43 04 01 00 50 01");  // on the switch: off it first, then back
+  unit.send("43 04 01 00 50 01");  // on the switch: first off it, then back
   CHECK(motion() == (status::homing | status::moving_forward));
   unit.run(0.45);
   CHECK(motion() == (status::homing | status::moving_reverse));
@@ -167,7 +167,7 @@ TEST_CASE("the status tells which way the shaft moves and why, from the first mo
   unit.send("57 04 01 02 50 01");
   CHECK(motion() == status::moving_reverse);
   unit.run(0.1);
-  unit.send("65 04 01 02 50 01");  // still on its way while it slows down
+  unit.send("65 04 01 02 50 01");  // still in motion while it decelerates
   CHECK(motion() == status::moving_reverse);
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("a host that introduces itself is told of updates and ends, whoever we
     Unit unit("PRM1-Z8");
     unit.ready();
     unit.send("11 00 00 00 50 01");
-    unit.run(10);  // and gone without a word
+    unit.run(10);  // the host leaves silently
     CHECK(unit.take().size() == 50 * 20);
     unit.send("53 04 06 00 D0 01 01 00 64 00 00 00");
     unit.run(2);

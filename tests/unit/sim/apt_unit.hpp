@@ -1,6 +1,6 @@
 #pragma once
-// One APT stage on a bench of its own, for tests. Byte strings in them are those of
-// protocols/apt/vectors; positions and times are the trapezoid's.
+// One APT stage on its own bench, for tests. Byte strings in the tests are those of
+// protocols/apt/vectors; positions and times are those of the trapezoid.
 
 #include <catch2/catch.hpp>
 #include <utility>
@@ -26,14 +26,14 @@ inline BenchPlantParams stages_plant() {
   return params;
 }
 
-/// One stage on a bench of its own.
+/// One stage on its own bench.
 struct Unit {
   explicit Unit(const std::string& stage = "LTS150",
                 RetargetPolicy retarget = RetargetPolicy::replan)
       : Unit(params(stage, retarget)) {}
   explicit Unit(const AptStageParams& params)
       : bench_plant(stages_plant(), 1), emulator(params, bench_plant, {}) {}
-  /// A stage at a controller of this model.
+  /// A stage with a controller of this model.
   static Unit at(const std::string& model, const std::string& stage) {
     AptStageParams p = params(stage, RetargetPolicy::replan);
     p.model = model;
@@ -50,7 +50,7 @@ struct Unit {
   }
   void send(const Bytes& bytes) { emulator.receive(bytes, now, sink); }
   void send(const std::string& text) { send(hex(text)); }
-  /// Lets time pass, calling the emulator when it asks for it.
+  /// Lets time pass, and calls the emulator at its requested times.
   void run(double seconds) {
     const TimePoint end = now + from_seconds(seconds);
     for (auto at = emulator.next_wakeup(); at && *at <= end; at = emulator.next_wakeup())

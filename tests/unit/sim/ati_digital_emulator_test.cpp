@@ -21,7 +21,7 @@ struct Sensor {
   explicit Sensor(AtiDigitalParams params = {})
       : bench_plant(test::still_plant(), 1), device(params, bench_plant, 1) {}
 
-  /// What is answered at once; silence lies before it.
+  /// The immediate answer; silence precedes the request.
   Bytes query(const Bytes& bytes) {
     run(0.1);
     received.clear();
@@ -222,7 +222,7 @@ TEST_CASE("behind a Modbus TCP gateway there are registers and no stream") {
   CHECK(sensor.query("12 34 00 00 00 06 0A 03 00 1D 00 01") ==
         hex("12 34 00 00 00 05 0A 03 02 00 00"));
   CHECK(sensor.query("00 01 00 00 00 03 0A 46 55") == hex("00 01 00 00 00 03 0A C6 01"));
-  // nobody has the address 11; 0 and 255 are whoever is there
+  // address 11 does not exist; 0 and 255 address any device
   CHECK(sensor.query("00 01 00 00 00 06 0B 03 00 1D 00 01") == hex("00 01 00 00 00 03 0B 83 0B"));
   CHECK(sensor.query("00 01 00 00 00 06 FF 03 00 1D 00 01") ==
         hex("00 01 00 00 00 05 FF 03 02 00 00"));
@@ -244,7 +244,7 @@ TEST_CASE("every function that the sensor does not have is refused with exceptio
     const bool served =
         code == 3 || code == 4 || code == 6 || code == 0x10 || code == 0x46 || code == 0x6A;
     if (served) continue;
-    // As long as the standard says, where it does.
+    // With the length that the standard states, if it states one.
     Bytes request{10, function, 0, 0, 0, 1};
     if (code == 0x07 || code == 0x0B || code == 0x0C || code == 0x11) request = {10, function};
     if (code == 0x0F) request = {10, function, 0, 0, 0, 8, 1, 0xFF};

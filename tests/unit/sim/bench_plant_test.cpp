@@ -24,7 +24,7 @@ BenchPlantParams plant_params() {
   return params;
 }
 
-/// A press and a slide, looked at `extra` times more than needed; returns all counts and forces.
+/// A press and a slide, observed `extra` times more than needed; returns all counts and forces.
 std::vector<double> press_and_slide(std::uint64_t seed, std::uint64_t patch, int extra,
                                     Level level = Level::quasistatic) {
   BenchPlantParams params = plant_params();
@@ -62,7 +62,8 @@ TEST_CASE("pads are converted two at a time, 3.072 ms apart") {
   bench_plant.mount(test::patch_of(test::library(), "felt", 1), {});
   bench_plant.stage(AxisId::z, {}).move_to(0.06, {4e-3, 0.02}, {});
   bench_plant.advance_to(TimePoint(std::chrono::seconds(8)));
-  // Dead stop of the press: pads converted before it and after it tell the force at their own time.
+  // A sudden stop of the press: pads converted before and after it measure the force at their own
+  // time.
   const TimePoint start = BenchPlant::frame_start(400);
   bench_plant.advance_to(start);
   const auto before = bench_plant.plant().pad_pressures_pa();
@@ -126,7 +127,7 @@ TEST_CASE("an array of another shape and rate sends frames of its own taxels, wi
     for (std::size_t i = 0; i < last.size(); ++i) {
       changes[i] = changes[i] || (frames > 0 && frame.counts[i] != last[i]);
       last[i] = frame.counts[i];
-      CHECK(frame.counts[i] > 3900);  // least baseline of a pad
+      CHECK(frame.counts[i] > 3900);  // smallest baseline of a pad
     }
     ++frames;
   }
@@ -150,7 +151,7 @@ TEST_CASE("taxels where the plant has its pads read them, a scan of the plant la
   };
   both(before, BenchPlant::frame_start(1));
   CHECK(counts == before.counts);
-  both(newest, BenchPlant::frame_start(2));  // the next one has just come
+  both(newest, BenchPlant::frame_start(2));  // the next one has just arrived
   CHECK(counts == before.counts);
   both(newest, BenchPlant::frame_start(3));
   CHECK(counts == newest.counts);

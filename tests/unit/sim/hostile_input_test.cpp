@@ -1,4 +1,4 @@
-// Files and loads that cannot be: refused with the field's name, or simulated with finite numbers.
+// Impossible files and loads: refused with the field's name, or simulated with finite numbers.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -17,7 +17,7 @@ using namespace weft::sim;
 
 namespace {
 
-/// bench17 with every number that `simulation` knows, the probe in contact from the start.
+/// bench17 with every number of `simulation`, with the probe in contact from the start.
 std::string rig_in_contact(const std::string& level) {
   return test::bench17_with(
       {{"/simulation/level", '"' + level + '"'},
@@ -40,8 +40,8 @@ std::string rig_in_contact(const std::string& level) {
        {"/devices/5/emulator/rate_hz", "100"}});
 }
 
-/// The table with a fabric of the papers and a calibrated one, what they need, and two fields of
-/// each list of the calibration: all others are like them.
+/// The table with a fabric of the papers and a calibrated one, with their parameters, and two
+/// fields of each list of the calibration: all others are similar.
 std::string two_fabrics() {
   auto table = nlohmann::json::parse(test::fabrics_text());
   table["fabrics"] = {table["fabrics"][12], table["fabrics"][17]};
@@ -57,16 +57,16 @@ std::string two_fabrics() {
   return table.dump();
 }
 
-/// Presses, drags along y and lifts for a sixth of a second; true if every number is one.
+/// Presses, drags along y and lifts for a sixth of a second; true if every number is finite.
 bool runs_with_finite_numbers(std::unique_ptr<Rig> made, const std::string& fabric) {
   test::TestLoop loop;
   test::TestLink y(loop), z(loop), ft(loop), taxels(loop);
-  const std::unique_ptr<Rig> rig = std::move(made);  // goes before its links
+  const std::unique_ptr<Rig> rig = std::move(made);  // destroyed before its links
   for (auto& [name, link] :
        {std::pair{"stage.y", &y}, {"stage.z", &z}, {"ft", &ft}, {"taxels", &taxels}})
     if (!rig->attach(name, *link, loop)) return false;
   if (const auto mounted = rig->mount(fabric, 2, loop.now()); !mounted)
-    return !mounted.error().what.empty();  // a cloth that cannot be cut is refused too
+    return !mounted.error().what.empty();  // a fabric that cannot be cut is refused too
   for (test::TestLink* stage : {&y, &z}) stage->send(test::hex("10 02 01 01 50 01"));
   ft.send(test::hex("12 34 00 02 00 00 00 00"));
   y.send(test::hex("57 04 01 01 50 01"));  // towards its limit
@@ -96,7 +96,7 @@ TEST_CASE("any number of a rig file that is absurd is refused by name, or simula
       hostile::for_each_number(
           base, root, [&](const std::string& pointer, auto value, const std::string& document) {
             const bool others = pointer.find("/config/") != std::string::npos;
-            if (others) return;  // a driver's, tests/unit/drivers
+            if (others) return;  // belongs to a driver: tests/unit/drivers
             CAPTURE(level, pointer, value);
             auto rig = Rig::create(document, fabrics, 1);
             if (!rig) {
@@ -173,7 +173,7 @@ TEST_CASE("a load that is no load is held to the sensor's range and flagged, nev
   denormal.normal_n = std::numeric_limits<double>::denorm_min();
   CHECK_FALSE(sensor.read(denormal, 5).saturated);
   denormal.normal_n = nan;
-  sensor.bias(denormal, 6);  // a bias that was taken then is no poison
+  sensor.bias(denormal, 6);  // a bias from this reading does no harm
   CHECK(held(sensor.read({}, 7)));
   CHECK_FALSE(sensor.read({}, 8).saturated);
 }
@@ -194,7 +194,7 @@ TEST_CASE("sensors with parameters that are no numbers give counts of their rang
       sensor.bias(contact, 1);
       CAPTURE(bad, field);
       const FtReading reading =
-          sensor.read(contact, 2);  // the sanitisers look for what is undefined
+          sensor.read(contact, 2);  // the sanitisers detect undefined behaviour
       for (const std::int32_t count : reading.counts)
         CHECK(std::abs(static_cast<double>(count)) <= 2147483648.0);
     }

@@ -1,4 +1,4 @@
-// The emulated imprint array: what it sends is the press of the object under the bench's force.
+// The emulated imprint array: it sends the press of the object under the bench's force.
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ using nlohmann::json;
 
 namespace {
 
-/// The imprint bench, with members of the array's emulator exchanged.
+/// The imprint bench, with changed members of the array's emulator.
 json imprint_bench(const std::string& emulator = "{}") {
   json rig = json::parse(testing::source_text("sim/rigs/imprint12.json"));
   for (json& device : rig["devices"])
@@ -27,7 +27,7 @@ json imprint_bench(const std::string& emulator = "{}") {
   return rig;
 }
 
-/// A rig whose z stage stands so that the contact bears some force, and the array's wire.
+/// A rig with the z stage at a height with some contact force, and the array's link.
 struct Bench {
   explicit Bench(const json& rig_json, std::uint64_t seed = 4) : link(loop) {
     auto made = Rig::create(rig_json.dump(), testing::source_text("sim/objects.json"), seed);
@@ -59,7 +59,7 @@ struct Bench {
   test::TestLink link;
 };
 
-/// The stage stands so deep in an object of 2 mm that it presses.
+/// The stage is deep enough in an object of 2 mm to press it.
 json pressing(json rig, double depth_mm) {
   for (json& device : rig["devices"])
     if (device["role"] == "z") device["emulator"]["start_mm"] = 58 + depth_mm;
@@ -100,7 +100,7 @@ TEST_CASE("an imprint array tells who it is each second, and scans the part it w
   CHECK(scans[4].sequence == 4);
   CHECK(scans[4].device_us == 1000000);
   CHECK(scans[4].window == imprint::Window{0, 0, 128, 128});
-  CHECK(compute_mean(scans[4]) < 1);  // nothing presses
+  CHECK(compute_mean(scans[4]) < 1);  // no load
   bench.query({48, 40, 32, 16});
   CHECK(bench.last_scan().window == imprint::Window{48, 40, 32, 16});
 }
@@ -118,12 +118,12 @@ TEST_CASE("an imprint is the pressure of the bench's force, and keeps its object
     INFO(level);
     const auto [plane, plane_n] = scan_of("PLANE2", 2.0, level);
     CHECK(plane_n > 10);
-    // No taxel is saturated by a plane at 20 N, so that counts are the force.
+    // A plane at 20 N saturates no taxel, so the counts give the force.
     const double area_m2 = array_side * array_side * taxel_spacing_m * taxel_spacing_m;
     const double reported_n = compute_mean(plane) / 127 * 150e3 * area_m2;
     CHECK(reported_n == Approx(plane_n).epsilon(level[1] == '+' ? 0.1 : 0.02));
     const auto [rasp, rasp_n] = scan_of("RASP1", 2.0, level);
-    CHECK(empty_share(rasp) > 0.5);  // teeth, and nothing between them
+    CHECK(empty_share(rasp) > 0.5);  // teeth with gaps between them
     CHECK(empty_share(plane) < 0.5);
     const auto [heavy, heavy_n] = scan_of("RASP1", 3.4, level);
     CHECK(heavy_n > 1.5 * rasp_n);

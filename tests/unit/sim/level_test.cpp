@@ -1,5 +1,5 @@
-// How a rig comes to its level of fidelity, what it then leaves out, and how far it is from a finer
-// one.
+// A rig's choice of its fidelity level, the omitted computations, and the difference from a finer
+// level.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -131,7 +131,7 @@ TEST_CASE("a level that follows from the scene and the same one by hand make the
 TEST_CASE("a rig without pads presses none, one without any force has no contact") {
   test::TestLoop loop;
   const auto pressed = [&](const std::string& text) {
-    // The plate is at 60 mm: the probe starts 2 mm inside the cloth, at rest in its slack.
+    // The plate is at 60 mm: the probe starts 2 mm inside the fabric, at rest in its slack.
     json rig = json::parse(text);
     for (json& device : rig["devices"])
       if (device["role"] == "z") device["emulator"]["start_mm"] = 59.5;
@@ -208,7 +208,7 @@ TEST_CASE("a level by hand stays, and its file too") {
   CHECK(choice.rig_json == rig);
   CHECK(choice.because == "the rig file names it");
   CHECK(to_string(choice.setting) == "L2 adaptive 0.192 ms");
-  // what was once chosen explains nothing when somebody has changed the level since
+  // an earlier choice is no explanation after the level was changed
   json edited = json::parse(choice_of(test::bench17_text(), {}).rig_json);
   edited["simulation"]["level"] = "L2";
   CHECK(choice_of(edited.dump(), {}).because == "the rig file names it");
@@ -241,7 +241,7 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   CHECK(choice.because ==
         "the scene needs a wrench, taxel counts, relaxation and a regulated force, and this is the "
         "fastest setting within 10 mN (promises 5 mN on denim)");
-  SimulationRequest slower = request;  // the same on a machine that is busier just now
+  SimulationRequest slower = request;  // the same on a machine that is busier now
   slower.fidelity.probe_us = 75;
   const SimulationChoice again = choice_of(test::bench17_text(), slower, &table);
   CHECK(again.offer->forecast.times_real_time() != choice.offer->forecast.times_real_time());
@@ -258,7 +258,7 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   CHECK(coarse.setting == l1);
   REQUIRE(coarse.next);
   CHECK(coarse.next->setting == coarse_l2);
-  // a campaign that goes on keeps the setting of its record
+  // a resumed campaign keeps the setting of its record
   SimulationRequest resumed = request;
   resumed.recorded = coarse_l2;
   resumed.recorded_because = choice.because;
@@ -266,14 +266,14 @@ TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says
   request.fidelity.accuracy_n = {};
   request.fidelity.times_real_time = 1e4;
   CHECK(choice_of(test::bench17_text(), request, &table).setting == l1);
-  // a level by hand is kept: there the wish cannot be granted
+  // a level set by hand is kept: then the request cannot be met
   CHECK_FALSE(choose_simulation(bench17_with({{level, R"("L2")"}}), request, &table));
   CHECK_FALSE(choose_simulation(test::bench17_text(), request, nullptr));
 }
 
 namespace {
 
-/// A press and a slide of a world whose motion is kept; the counts of every frame.
+/// A press and a slide of a plant with a recorded motion; the counts of every frame.
 struct KeptRun {
   BenchMotion motion;
   std::vector<std::array<std::uint16_t, pad_count>> counts;
@@ -320,19 +320,19 @@ TEST_CASE("a replayed motion is the run itself, bit for bit, at every level") {
     CAPTURE(to_string(setting));
     REQUIRE(run.normal_n.back() > 1);
     const Replayed again = replay(plant_params(setting).plant, 7, run.motion);
-    // The patch was put on within a frame, whose end comes first in the replay.
+    // The patch was mounted within a frame, and the end of that frame comes first in the replay.
     const auto skip = static_cast<std::ptrdiff_t>(again.counts.size() - run.counts.size());
     REQUIRE(skip == 1);
     CHECK(std::equal(run.counts.begin(), run.counts.end(), again.counts.begin() + skip));
     CHECK(std::equal(run.normal_n.begin(), run.normal_n.end(), again.normal_n.begin() + skip));
     const RunError none = difference(again, again);
     CHECK(none.samples > 200);
-    // the frame that ended last before a sample is the one that counts
+    // the last frame that ended before a sample counts
     const RunError late = run_error(plant_params(setting).plant, 7, run.motion,
                                     {{BenchPlant::frame_start(390) + Duration(1'000'000),
                                       BenchPlant::frame_start(395), BenchPlant::frame_start(5)},
                                      {}});
-    CHECK(late.samples == 2);  // nothing is touched in the fifth frame
+    CHECK(late.samples == 2);  // there is no contact in the fifth frame
     CHECK(late.anywhere_max_n >= late.force_max_n);
     CHECK((late.worst_at == BenchPlant::frame_start(390) ||
            late.worst_at == BenchPlant::frame_start(395)));
@@ -349,7 +349,7 @@ TEST_CASE("samples of the force sensor count beside those of the pads, at the gr
   const auto points =
       wrench_points(run.motion, {frame - Duration(1), frame, frame + step, frame + 3 * step / 2,
                                  TimePoint{}, TimePoint{std::chrono::hours(1)}});
-  REQUIRE(points.size() == 4);        // nothing before the first pose, and nothing after the last
+  REQUIRE(points.size() == 4);        // none before the first pose, none after the last
   CHECK(points[1] == points[0] + 1);  // the frame ends at its start
   CHECK(points[2] == points[1] + 1);
   CHECK(points[3] == points[2]);
@@ -366,7 +366,7 @@ TEST_CASE("samples of the force sensor count beside those of the pads, at the gr
   CHECK(error.force_max_n == Approx(0.5));
   off.wrench_n[2] = std::numeric_limits<double>::quiet_NaN();
   CHECK(difference(again, off).force_max_n == HUGE_VAL);
-  // through the whole comparison, which says where the worst was
+  // through the whole comparison, which reports the place of the worst error
   const RunError all = run_error(params, 7, run.motion, {{frame}, {frame + 2 * step}});
   CHECK(all.samples == 2);
   CHECK((all.worst_at == frame || all.worst_at == frame + 2 * step));
@@ -381,7 +381,7 @@ TEST_CASE("a run's error falls with its step, and L1's is that of its model") {
   CHECK(quasistatic.reference == "L2 tr_bdf2 0.2 ms");
   CHECK(quasistatic.force_rms_n > 1e-5);
   CHECK(quasistatic.force_rms_n < 20e-3);
-  // the loop's answer to a cloth that remembers its touch-down otherwise
+  // the loop's reaction to a fabric with another memory of its first contact
   CHECK(quasistatic.force_rms_n < quasistatic.unled_rms_n);
   FidelitySetting quarter = l1;
   quarter.step_s /= 4;
@@ -454,7 +454,7 @@ TEST_CASE("the place of an error is that against the reference which is further"
   const auto sampled = [&](std::size_t frame) {
     return BenchPlant::frame_start(motion.first.frame + frame + 1);
   };
-  std::size_t found = 0;  // pairs of frames which the two references rank otherwise
+  std::size_t found = 0;  // pairs of frames that the two references rank differently
   for (std::size_t i = 0; i < one.size() && found == 0; ++i)
     for (std::size_t j = 0; j < one.size() && found == 0; ++j) {
       if (!(one[i] > one[j] && other[j] > other[i] && other[j] > one[i])) continue;

@@ -1,5 +1,5 @@
 #pragma once
-// A Net F/T box on a bench of its own, for tests.
+// A Net F/T box on its own bench, for tests.
 
 #include <catch2/catch.hpp>
 #include <string>

@@ -1,4 +1,4 @@
-// The web pages of the Net F/T box: what its forms set, and what its pages show of that.
+// The web pages of the Net F/T box: the settings of its forms, and their display.
 
 #include <cmath>
 
@@ -81,7 +81,7 @@ TEST_CASE("the box's web pages set what they show") {
   CHECK(records.size() == 305);
   const auto conversions = static_cast<int>(records[304].ft_sequence - records[0].ft_sequence);
   CHECK(std::abs(conversions - 304 * 23) <= 1);
-  get("/comm.cgi?comrdtrate=7000");  // of the next stream
+  get("/comm.cgi?comrdtrate=7000");  // for the next stream
   box.run(0.1);
   CHECK(box.take().size() < 35);
   box.send("12 34 00 00 00 00 00 00");
@@ -198,7 +198,7 @@ TEST_CASE("the box's page sets thresholds, and shows which were breached, and th
   CHECK(box.box.page(box.now).lowest_counts[2] == 0);
   CHECK(box.box.page(box.now).highest_counts == counts);
   browser.get("/setting.cgi?setpke=0");
-  browser.get("/setting.cgi?setpke=1");  // begins anew
+  browser.get("/setting.cgi?setpke=1");  // starts again
   CHECK(box.box.page(box.now).highest_counts[2] == 0);
 }
 

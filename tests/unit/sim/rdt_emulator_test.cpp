@@ -38,7 +38,7 @@ TEST_CASE("a request for one sample gives one, a request for buffers gives full 
   REQUIRE(box.datagrams.size() == 1);
   CHECK(box.datagrams[0].size() == 36);
   box.take();
-  box.send("12 34 00 01 00 00 00 01");  // as ATI's own Java asks
+  box.send("12 34 00 01 00 00 00 01");  // like ATI's own Java client
   box.run(1);
   REQUIRE(box.datagrams.size() == 1);
   CHECK(box.datagrams[0].size() == 36);
@@ -85,7 +85,7 @@ TEST_CASE("pushing the plate down reads as plus Fz, and the torque is the arm ti
   box.run(6);
   const auto record = box.take().back();
   const double force = Mount{}.weight_n() + 0.0002 * Mount{}.stiffness_n_m;
-  CHECK(record.force_counts[2] / 1e6 == Approx(force).margin(0.1));  // the plate gives 3 um
+  CHECK(record.force_counts[2] / 1e6 == Approx(force).margin(0.1));  // the plate yields by 3 um
   CHECK(record.torque_counts[0] / 1e6 == Approx(-0.010 * force).margin(1.5e-3));
   CHECK(record.torque_counts[1] / 1e6 == Approx(-0.025 * force).margin(3e-3));
 }
@@ -145,7 +145,7 @@ TEST_CASE("a force above the threshold latches until a request resets it; the va
   box.run(0.1);
   CHECK(box.take().back().status == 0x80010000);
   CHECK(rdt::values_valid(0x80010000));
-  box.send("12 34 00 42 00 00 00 00");  // biased: below it, but latched
+  box.send("12 34 00 42 00 00 00 00");  // biased: below the threshold, but latched
   box.run(0.1);
   CHECK(box.take().back().status == 0x80010000);
   box.send("12 34 00 41 00 00 00 00");
@@ -166,7 +166,7 @@ struct CommandPort {
       port.receive(ByteView(bytes).subspan(at, std::min(chunk, bytes.size() - at)), box.now, out);
     return reply;
   }
-  /// N and N m, as a client computes them.
+  /// Values in N and N m, as a client computes them.
   std::array<double, 6> wrench(const rdt::ReadFt& read = {}) {
     const auto scale = rdt::decode_calibration_reply(query(rdt::ReadCalibration{})).value();
     const auto reply = rdt::decode_ft_reply(query(read)).value();
@@ -218,10 +218,10 @@ TEST_CASE("a tool transform moves torques and turns the frame, on the stream too
   CommandPort port(box);
   const auto sensed = port.wrench();
   const auto taken = hex("12 34 02 00"), refused = hex("12 34 02 01");
-  // 100 mm along x: the weight along z then pulls about y, T' = T - d x F.
+  // 100 mm along x: the weight along z then causes a torque about y, T' = T - d x F.
   CHECK(port.query(rdt::WriteTransform{.hundredths = {10000, 0, 0, 0, 0, 0}}) == taken);
   CHECK(port.wrench()[4] == Approx(sensed[4] + 0.1 * sensed[2]).margin(0.001));
-  // A quarter turn about x: what was along z is now along the new y.
+  // A quarter turn about x: the old z direction is now the new y.
   CHECK(port.query(rdt::WriteTransform{.hundredths = {0, 0, 0, 9000, 0, 0}}) == taken);
   CHECK(port.wrench()[1] == Approx(sensed[2]).margin(0.005));
   CHECK(std::abs(port.wrench()[2]) < 0.005);

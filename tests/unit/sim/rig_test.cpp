@@ -21,7 +21,7 @@ namespace {
 
 constexpr double counts_per_mm = 409600;
 
-/// A host that speaks raw bytes: z stage, y stage, force sensor and pads.
+/// A host that sends raw bytes: z stage, y stage, force sensor and pads.
 struct Host {
   explicit Host(const std::string& rig_json = test::bench17_text(), std::uint64_t seed = 1)
       : rig(test::make_rig(rig_json, seed)) {
@@ -63,7 +63,7 @@ struct Host {
     ft.send(hex("12 34 00 02 00 00 00 00"));
     loop.run_for(0.02);
   }
-  /// Lowers until the cloth carries the probe.
+  /// Lowers until the fabric carries the probe.
   void touch() {
     lower_to(70, 1);
     while (force_n() < 1.8) loop.run_for(0.01);
@@ -96,7 +96,7 @@ struct Host {
   double z_target_mm = 0;
 };
 
-/// Everything the devices said in one short trial.
+/// All bytes from the devices in one short trial.
 Bytes trial(std::uint64_t seed, std::uint64_t patch, const std::string& level = "L1") {
   Host host(test::bench17_with({{"/simulation/level", '"' + level + '"'}}), seed);
   host.start_force();
@@ -143,7 +143,7 @@ TEST_CASE("a press is regulated through the bytes, standing and sliding, on soft
     CHECK(host.regulate(5, 9) < 0.05);
     const Truth truth = host.rig->truth(host.loop.now());
     CHECK(truth.fabric_point_m[1] == Approx(0.018).margin(1e-3));
-    CHECK(truth.friction_n[1] > 0.3);  // dragged the way the probe goes
+    CHECK(truth.friction_n[1] > 0.3);  // dragged in the direction of the probe
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A pipe and a rig for tests: the least that the interfaces allow.
+// A link and a rig for tests: the minimum for the interfaces.
 
 #include <catch2/catch.hpp>
 #include <string>
@@ -41,8 +41,8 @@ class TestLink final : public Link {
   Receiver receiver_;
 };
 
-/// Stages in the middle of their travel, without quanta or play, over a level plate: for sensors
-/// that are tested without a rig file.
+/// Stages in the middle of their travel, without quanta or play, over a level plate: for tests of
+/// sensors without a rig file.
 inline BenchPlantParams still_plant() {
   BenchPlantParams params;
   for (StageParams& stage : params.stages)
@@ -54,7 +54,7 @@ inline BenchPlantParams still_plant() {
   return params;
 }
 
-/// Frames of one kind among what the device has sent, which has no byte beside them.
+/// Frames of one kind in the device's output, which must have no other bytes.
 template <class Splitter, class Frame, class Kind>
 std::vector<Frame> frames_of(const TestLink& link, Kind kind) {
   Splitter splitter;
@@ -73,7 +73,7 @@ inline std::string bench17_text() {
   return testing::source_text("sim/rigs/bench17.json");
 }
 
-/// bench17 with values exchanged, each as JSON text: {"/simulation/slack_mm", "2"}.
+/// bench17 with replaced values, each as JSON text: {"/simulation/slack_mm", "2"}.
 std::string bench17_with(const std::vector<std::pair<std::string, std::string>>& changes);
 
 inline std::unique_ptr<Rig> make_rig(const std::string& rig_json, std::uint64_t seed) {

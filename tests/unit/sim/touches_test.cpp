@@ -1,4 +1,4 @@
-// What cloth and pads remember from one touch of a mounted piece to the next.
+// The memory of fabric and pads from one trial of a mounted piece to the next.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -29,7 +29,7 @@ BenchPlantParams params_at(Level level) {
   return out;
 }
 
-/// One bench, touched again and again: down to 5 N, 4 mm along y, up.
+/// One bench with repeated trials: down to 5 N, 4 mm along y, up.
 class Strokes {
  public:
   explicit Strokes(Level level = Level::quasistatic) : plant_(params_at(level), 1) {
@@ -55,7 +55,7 @@ class Strokes {
   void wait(Duration time) {
     now_ = BenchPlant::frame_start(BenchPlant::frame_at_or_after(now_ + time));
   }
-  /// Of the last stroke, from its mount on.
+  /// Frames of the last stroke, from its mounting on.
   [[nodiscard]] const Counts& frames() const { return frames_; }
   [[nodiscard]] const std::optional<BenchMotion>& motion() const { return motion_; }
 
@@ -78,7 +78,7 @@ class Strokes {
   std::optional<BenchMotion> motion_;
 };
 
-/// Noise and touch errors left out: what is left is cloth and pads.
+/// Without noise and errors of position: only fabric and pads remain.
 Spread quiet() {
   Spread spread;
   spread.touch = {0, 0, 0};

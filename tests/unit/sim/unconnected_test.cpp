@@ -1,4 +1,4 @@
-// Devices that nobody hears: they do nothing, and nobody can tell once they are heard.
+// Devices without a host: they send nothing, and a later host sees no difference.
 
 #include <nlohmann/json.hpp>
 
@@ -13,7 +13,7 @@ using nlohmann::json;
 
 namespace {
 
-/// bench17 whose taxels' frames come in pieces, with a vibration sensor as its eighth device.
+/// bench17 with taxel frames in pieces, and a vibration sensor as its eighth device.
 json sensing_bench() {
   json rig = json::parse(test::bench17_with({{"/devices/2/emulator/start_mm", "62"}}));
   rig["devices"][6]["emulator"]["largest_chunk_bytes"] = 7;
@@ -39,7 +39,7 @@ struct Bench {
     const json order{{"device", name}, {"fault", fault}, {"amount", amount}, {"duration_s", 0.2}};
     REQUIRE(rig->inject(order.dump(), when));
   }
-  /// What it sends between two times.
+  /// Bytes that it sends between two times.
   std::vector<Bytes> pieces_between(TimePoint from, TimePoint to) {
     loop.run_to(from);
     const auto before = static_cast<std::ptrdiff_t>(link.pieces.size());

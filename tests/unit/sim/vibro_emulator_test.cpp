@@ -1,4 +1,4 @@
-// The emulated vibration sensor: what it sends is what the plant read.
+// The emulated vibration sensor: it sends the plant's readings.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -36,7 +36,7 @@ std::string refusal(const std::string& rig) {
   return to_string(config.error());
 }
 
-/// A rig with the sensor switched on at time zero, and the host's end of its wire.
+/// A rig with the sensor switched on at time zero, and the host's end of its link.
 struct Bench {
   explicit Bench(const std::string& rig_json) : rig(test::make_rig(rig_json, 9)), link(loop) {
     REQUIRE(rig->attach("vibro", link, loop));
@@ -50,7 +50,7 @@ struct Bench {
   test::TestLink link;
 };
 
-/// Counts of all frames, one behind the other.
+/// Counts of all frames, joined.
 std::vector<std::int16_t> counts_of(const std::vector<vibro::Frame>& frames) {
   std::vector<std::int16_t> all;
   for (const vibro::Frame& f : frames) all.insert(all.end(), f.counts().begin(), f.counts().end());
@@ -100,7 +100,7 @@ TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is 
   REQUIRE(bench.rig->mount("denim", 4, mounted));
   bench.loop.run_to(end);
 
-  // the same world, moved by hand
+  // the same plant, moved by hand
   const auto library = parse_fabrics(test::fabrics_text()).value();
   const auto config =
       parse_rig_config(rig_json, {library.params.cover, library.pads.value_or(PadParams{})})
@@ -117,7 +117,7 @@ TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is 
 
   const auto sound = bench.frames(vibro::Kind::sound);
   const std::vector<std::int16_t> pressures = counts_of(sound);
-  const std::size_t first_sound = 160;  // number of the first block's first reading
+  const std::size_t first_sound = 160;  // number of the first reading of the first block
   REQUIRE(sound.size() == 148);
   double loudest_pa = 0;
   for (std::size_t i = 0; i < pressures.size(); ++i) {
@@ -125,7 +125,7 @@ TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is 
     REQUIRE(pressures[i] * (2.0 / 32768) == std::min(pa, 32767 * (2.0 / 32768)));
     loudest_pa = std::max(loudest_pa, std::abs(pa));
   }
-  CHECK(loudest_pa > 0.05);  // the blow of a cloth that is under load at once
+  CHECK(loudest_pa > 0.05);  // the noise of a fabric that is loaded suddenly
 
   const auto shaken = bench.frames(vibro::Kind::acceleration);
   const std::vector<std::int16_t> accelerations = counts_of(shaken);
