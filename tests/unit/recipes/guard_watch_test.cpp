@@ -210,7 +210,8 @@ TEST_CASE("A velocity that has run out asks for nothing more") {
 namespace {
 
 /// A stage moves down at one speed, then at another, with a ramp of 20 mm/s2, and receives orders
-/// 50 ms late; `deaf`: it ignores all orders after the first. Returns whether the guard tripped.
+/// 50 ms late; `deaf`: it ignores all orders after the first. Returns whether the watch found that
+/// it does not follow.
 bool found_on_the_way_down(double first_mps, double then_mps, bool deaf = false) {
   Bench b;
   b.cycle();
@@ -243,7 +244,7 @@ namespace {
 
 /// A descent of a stage that is commanded, cycle by cycle, to the position that its velocity
 /// reaches within 100 ms, and that must be able to stop there. Its positions are read 2 ms after
-/// the previous cycle. Returns the time at which the guard tripped, 0: never.
+/// the previous cycle. Returns the time at which the watch found that it does not follow, 0: never.
 Duration found_driven_after(int cycle_ms, double acceleration_mps2, double speed_mps,
                             bool is_still) {
   WatchLimits with = limits();

@@ -297,7 +297,7 @@ TEST_CASE("an error that is known to be too large is said, whatever another tria
       CHECK(each.promise->measured_n == 0.2);
       CHECK(each.promise->exploration == "M1");
       CHECK_FALSE(each.errors.front().worst.is_resolved);
-      each.promise->requested_n = 0.25;  // the known fabric meets this; the other one decides
+      each.promise->requested_n = 0.25;  // the known one meets this; the open one decides
       evaluate_promise(each);
       CHECK_FALSE(is_measured_miss(*each.promise));
       CHECK_FALSE(each.promise->held);

@@ -54,8 +54,8 @@ std::string error_text_of(const AttemptQualityCheck& quality_check, double in_ba
   return bad ? bad->where + ": " + bad->what : "";
 }
 
-/// Two fabrics, two repetitions; the taxel driver does not check its frames, so only the attempt
-/// check can.
+/// Two fabrics, two repetitions; the taxel driver's own watch is off, so only the attempt check
+/// finds faults.
 CampaignRequest checked_request(const TemporaryFolder& folder, const json& faults,
                                 int at_most = 2) {
   json recipe = json::parse(test::tiny_recipe(2));

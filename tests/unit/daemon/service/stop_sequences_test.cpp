@@ -67,7 +67,7 @@ class ScriptedBench {
     }
   }
 
-  /// A manual motion: it converts each trial's end to its own.
+  /// A manual motion: the event trial_done ends it.
   Result<MaintenanceSummary> maintain(const MaintenanceHooks& hooks) {
     if (is_down) return fail({.code = Errc::io, .where = "stage.z", .what = "no device answers"});
     ++motions;
