@@ -1,5 +1,5 @@
 #pragma once
-// A number that tells whether two recordings hold the same samples.
+// A number for comparing the samples of two recordings.
 
 #include <bit>
 #include <cstdint>
@@ -9,12 +9,13 @@
 
 namespace weft::classifier {
 
-/// 64 bits of everything added, in order: equal contents give equal digests on every machine; of a
-/// million unlike ones two agree with a probability below 1e-7. Not made against forgery.
+/// A 64-bit digest of the values added, in order. Equal contents give equal digests on every
+/// machine. Two of a million different contents agree with a probability below 1e-7. The digest
+/// gives no protection against forgery.
 class ContentDigest {
  public:
   void add(std::uint64_t word) { value_ = splitmix64_finish((value_ ^ word) + splitmix64_gamma); }
-  /// Bit for bit, but -0 counts as 0.
+  /// Adds the exact bits of the samples; -0 counts as 0.
   void add(std::span<const double> samples) {
     add(samples.size());
     for (const double sample : samples) add(std::bit_cast<std::uint64_t>(sample + 0.0));

@@ -15,7 +15,8 @@ struct CriticalValues {
   bool whole_groups = false;
 };
 
-// Wilson's interval of one of the shares, or of as many answers as there are groups.
+// Wilson's interval of the mean answers of one share. With whole groups the number of groups limits
+// the number of answers.
 Interval compute_floor(double share, double answers, std::size_t splits,
                        const CriticalValues& words) {
   const auto count = static_cast<double>(splits);
@@ -27,11 +28,11 @@ Interval compute_floor(double share, double answers, std::size_t splits,
   return out;
 }
 
-// Share and t times the deviation times `widening`, cut to [0, 1]; of groups at least as wide as
-// the floor, of shares without a deviation the floor itself.
+// Share plus or minus t times the deviation times `widening`, cut to [0, 1]. With whole groups it
+// is at least as wide as the floor. Without a deviation the floor is the interval.
 Interval t_interval(std::span<const SplitShare> shares, double widening,
                     const CriticalValues& words) {
-  constexpr double rounding = 1e-12;  // of shares that are computed alike
+  constexpr double rounding = 1e-12;  // rounding error of equal shares
   const auto count = static_cast<double>(shares.size());
   double part = 0.0, whole = 0.0;
   for (const SplitShare& one : shares) {
@@ -60,7 +61,7 @@ Interval t_interval(std::span<const SplitShare> shares, double widening,
   return out;
 }
 
-// Of figures that weigh alike.
+// Gives all figures the same weight.
 std::vector<SplitShare> equal_shares(std::span<const double> figures, double whole) {
   std::vector<SplitShare> out;
   for (const double figure : figures) out.push_back({figure * whole, whole});
@@ -93,7 +94,7 @@ Interval wilson_of_share(double share, double total) {
   const double z2 = z95 * z95 / total;
   const double centre = (p + z2 / 2.0) / (1.0 + z2);
   const double half = z95 * std::sqrt(p * (1.0 - p) / total + z2 / (4.0 * total)) / (1.0 + z2);
-  // the ends are exact where the formula is so up to rounding
+  // At 0 and 1 the formula is exact up to rounding; set the ends exactly.
   out.low = p <= 0.0 ? 0.0 : std::max(0.0, centre - half);
   out.high = p >= 1.0 ? 1.0 : std::min(1.0, centre + half);
   return out;

@@ -1,6 +1,7 @@
 #pragma once
-// Eight doubles side by side, one per taxel, mapped by the compiler to what the processor has.
-// Lanes never mix and nothing is fused, so every processor and compiler computes the same bits.
+// Eight doubles side by side, one per taxel. The compiler maps them to the vectors of the
+// processor. Lanes never mix and no operation is fused, so every processor and compiler computes
+// the same bits.
 
 #ifdef __linux__
 #include <sys/mman.h>
@@ -10,13 +11,14 @@
 #include <new>
 #include <vector>
 
-// Lanes are passed by value only between functions that are always inlined: no call, no ABI.
+// Only functions that are always inlined pass lanes by value. So no call passes a lane and no ABI
+// matters.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #define WEFT_INLINE [[gnu::always_inline]] inline
 // One copy of a function for each named kind of processor and one for all others, chosen when the
-// program starts: before the thread sanitizer is there, which crashes. clang 14 names such clones
-// so that its own linker does not find them.
+// program starts. That is before the thread sanitizer is ready, which crashes it. clang 14 names
+// such clones so that its own linker does not find them.
 #if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define WEFT_CLONES(...) [[gnu::target_clones(__VA_ARGS__, "default")]]
 #else
@@ -26,13 +28,13 @@
 namespace weft::classifier::simd {
 
 inline constexpr std::size_t width = 8;
-/// Taxels that are worked on together: two lanes each, the real and the imaginary signal of one
-/// Fourier transform.
+/// Taxels processed together: two lanes each, the real and the imaginary signal of one Fourier
+/// transform.
 inline constexpr std::size_t block_taxels = 2 * width;
 
 using Lanes = double __attribute__((vector_size(width * sizeof(double))));
 
-/// Lanes anywhere in an array of doubles, on whatever boundary.
+/// Lanes at any address in an array of doubles, without alignment.
 struct __attribute__((packed, may_alias)) Loose {
   Lanes value;
 };
@@ -43,14 +45,14 @@ WEFT_INLINE void store(double* p, Lanes v) {
   reinterpret_cast<Loose*>(p)->value = v;
 }
 WEFT_INLINE Lanes all(double v) {
-  // By doubling: gcc 12 fills {v, v ... v} lane by lane in a function that has clones.
+  // Fills by doubling: gcc 12 fills {v, v ... v} lane by lane in a function that has clones.
   using Two = double __attribute__((vector_size(2 * sizeof(double))));
   const Two two{v, v};
   const auto four = __builtin_shufflevector(two, two, 0, 1, 0, 1);
   return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
 
-// The same for V = Lanes or one double.
+// The same operations for V = Lanes or one double.
 template <class V>
 inline constexpr std::size_t lanes_of = sizeof(V) / sizeof(double);
 template <class V>
@@ -86,8 +88,8 @@ WEFT_INLINE V magnitude(V a) {
 }
 
 /// Memory on cache line boundaries: a load of eight doubles then touches one line, not two. Blocks
-/// of several huge pages ask the kernel for such: a long transform walks a dozen places far apart,
-/// and with pages of 4 KiB every step of each would wait for the page table.
+/// of several huge pages request huge pages from the kernel. A long transform accesses a dozen
+/// distant places; with pages of 4 KiB every step would wait for the page table.
 template <class T>
 struct LineAllocator {
   using value_type = T;

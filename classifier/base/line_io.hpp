@@ -12,35 +12,34 @@
 
 namespace weft::classifier {
 
-// A stored model as a whole: a first line that says what it is, its text, a last line with a
-// checksum.
+// A whole stored model: a first line with its kind, its text, and a last line with a checksum.
 
-/// The last line of a file, or of its head, which is `before` and `more`; `keyword` ends in a
-/// blank.
+/// The checksum line that ends a file or the head of a file. The checksum covers `before` and
+/// `more`. `keyword` ends in a blank.
 std::string checksum_line(std::string_view keyword, std::string_view before,
                           std::string_view more = {});
 inline constexpr std::string_view checksum_keyword = "crc32 ";
 
-/// `header` and a line break, `body`, which ends with one, and the checksum of both.
+/// `header`, a line break, `body` (ends with a line break), and the checksum of both.
 std::string with_checksum(std::string_view header, std::string_view body);
 
-/// Refuses a whole file whose last line is not its checksum; else what lies before that line.
-/// Errors: corrupt, cut short or altered.
+/// The text before the checksum line. Refuses a file without a correct checksum as its last line.
+/// Errors: corrupt (the file is incomplete or altered).
 Result<std::string_view> check_checksum(std::string_view text);
 
-/// Refuses a first line that ends in a carriage return: a transfer as text changed the file.
+/// Refuses a first line that ends in a carriage return: a transfer in text mode changed the file.
 Status check_line_ends(std::string_view beginning);
 
 /// Builds a text line by line.
 class LineWriter {
  public:
-  /// Line breaks and backslashes in `text` are escaped.
+  /// Escapes line breaks and backslashes in `text`.
   void text(std::string_view keyword, std::string_view text);
   void number(std::string_view keyword, double value) { numbers(keyword, {&value, 1}); }
   void numbers(std::string_view keyword, std::span<const double> values);
   void counts(std::string_view keyword, std::span<const std::size_t> values);
   void count(std::string_view keyword, std::size_t value) { counts(keyword, {&value, 1}); }
-  /// What another writer has written.
+  /// Appends the lines of another writer.
   void lines(std::string_view text) { out_ += text; }
 
   [[nodiscard]] const std::string& str() const { return out_; }
@@ -49,34 +48,35 @@ class LineWriter {
   std::string out_;
 };
 
-/// Reads such a text in order. The first problem is kept with its line, and every later value is
-/// empty or zero, so that a sequence of reads is checked once, at its end.
+/// Reads such a text in order. It keeps the first problem with its line number. Every later value
+/// is empty or zero, so callers check once, after the last read.
 class LineReader {
  public:
-  /// `lines_before`: that precede the text in its file, so that a problem names the file's line.
+  /// `lines_before`: number of lines before the text in its file, so that a problem names the line
+  /// of the file.
   explicit LineReader(std::string_view text, std::size_t lines_before = 0)
       : rest_(text), line_(lines_before) {}
 
   std::string text(std::string_view keyword);
-  /// NaN is refused; infinity as well unless `infinite`.
+  /// Refuses NaN. Refuses infinity unless `infinite`.
   double number(std::string_view keyword);
-  /// A number above 0, or 0 as well.
+  /// Requires a number above 0; not_negative() also accepts 0.
   double positive(std::string_view keyword);
   double not_negative(std::string_view keyword);
-  /// Exactly `count` of them.
+  /// Requires exactly `count` numbers.
   std::vector<double> numbers(std::string_view keyword, std::size_t count, bool infinite = false);
-  /// Exactly `count` numbers above 0.
+  /// Requires exactly `count` numbers above 0.
   std::vector<double> positives(std::string_view keyword, std::size_t count);
   std::vector<std::size_t> counts(std::string_view keyword, std::size_t count);
-  /// From `least` to `most`.
+  /// Requires a count from `least` to `most`.
   std::size_t count(std::string_view keyword, std::size_t least, std::size_t most);
-  /// Refuses a position in a list of `size` that is not there. Call it after the line was read.
+  /// Refuses a position outside a list of `size`. Call it after the line was read.
   void within(std::span<const std::size_t> positions, std::size_t size, std::string_view what);
   void finish();
   /// Bytes that are not read yet.
   [[nodiscard]] std::size_t left() const { return rest_.size(); }
 
-  /// Notes a problem of the line read last, unless there is one already.
+  /// Records a problem of the line read last, unless one is already recorded.
   void refuse(std::string message, std::string expected = {}, std::string got = {});
   [[nodiscard]] bool ok() const { return status_.has_value(); }
   [[nodiscard]] const Status& status() const { return status_; }

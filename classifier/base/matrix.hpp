@@ -1,6 +1,6 @@
 #pragma once
-// A dense row-major table of doubles: the one container that the classifier's folders share, so
-// that their headers do not pull in Eigen.
+// A dense row-major table of doubles. The classifier's folders share only this container, so their
+// headers do not include Eigen.
 
 #include <algorithm>
 #include <cstddef>
@@ -28,14 +28,14 @@ class Matrix {
   [[nodiscard]] const std::vector<double>& data() const { return data_; }
   [[nodiscard]] std::span<double> data() { return data_; }
 
-  /// Another size, every element `value`; memory is kept where it suffices.
+  /// Changes the size and sets every element to `value`; keeps the memory where it suffices.
   void assign(std::size_t rows, std::size_t cols, double value = 0.0) {
     rows_ = rows;
     cols_ = cols;
     data_.assign(rows * cols, value);
   }
 
-  /// The named rows, in the order given; a row may be named twice.
+  /// The named rows, in the given order; a row may appear twice.
   [[nodiscard]] Matrix take(std::span<const std::size_t> rows) const {
     Matrix out;
     out.rows_ = rows.size();
@@ -60,7 +60,7 @@ inline std::vector<std::size_t> numbers_below(std::size_t count) {
   return out;
 }
 
-/// Place of the largest of the values; the lowest of several, 0 of none.
+/// Index of the largest value; the lowest index of equal ones, 0 for an empty list.
 template <class Values>
 std::size_t place_of_largest(const Values& values) {
   return static_cast<std::size_t>(std::ranges::max_element(values) - std::ranges::begin(values));

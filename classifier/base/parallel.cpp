@@ -19,7 +19,7 @@ std::size_t thread_count(std::size_t count, std::size_t requested) {
                                  std::max<std::size_t>(1, count));
 }
 
-// Keeps what the first thread threw until all have ended.
+// Keeps the first exception of any thread until all threads have ended.
 class FirstThrown {
  public:
   void on_error() noexcept {
@@ -35,7 +35,7 @@ class FirstThrown {
   std::exception_ptr thrown_;
 };
 
-// Runs `body(t)` on threads t = 0 .. n - 1, the first of them the caller's own.
+// Runs `body(t)` on threads t = 0 .. n - 1; thread 0 is the caller's own.
 void on_threads(std::size_t n, const std::function<void(std::size_t)>& body) {
   FirstThrown first;
   const auto guarded = [&](std::size_t t) {

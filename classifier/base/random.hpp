@@ -1,5 +1,5 @@
 #pragma once
-// Random choices that are the same with every compiler: the standard fixes mt19937_64 but neither
+// Random choices that are equal with every compiler: the standard fixes mt19937_64, but neither
 // std::shuffle nor its distributions.
 
 #include <cstddef>
@@ -27,7 +27,7 @@ inline double random_unit(RandomEngine& engine) {
   return static_cast<double>(engine() >> 11U) * 0x1p-53;
 }
 
-/// Fisher-Yates.
+/// Fisher-Yates shuffle.
 template <class T>
 void shuffle(std::vector<T>& items, RandomEngine& engine) {
   for (std::size_t i = items.size(); i > 1; --i) {

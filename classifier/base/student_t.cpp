@@ -10,8 +10,8 @@
 namespace weft::classifier {
 namespace {
 
-// log of Gamma(a + 1/2) / Gamma(a), without the cancellation of two lgamma: recurrence up to a >=
-// 30, then the asymptotic series (Tricomi and Erdelyi 1951), whose next term is below 1e-16 there.
+// log of Gamma(a + 1/2) / Gamma(a), without the cancellation of two lgamma. Recurrence up to a >=
+// 30, then the asymptotic series (Tricomi and Erdelyi 1951); there its next term is below 1e-16.
 double log_gamma_ratio(double a) {
   constexpr std::array series = {1.0,
                                  -1.0 / 8,
@@ -97,7 +97,7 @@ double critical_t(double p, double df) {
     high *= 2.0;
   }
   if (!std::isfinite(high)) return high;
-  // halves the bracket until no double lies inside
+  // Halves the bracket until no double lies inside.
   for (double t = std::midpoint(low, high); t > low && t < high; t = std::midpoint(low, high))
     (log_two_sided_p(t, df) > wanted ? low : high) = t;
   return high;
@@ -115,7 +115,7 @@ RareT::Limit RareT::limit(double delta, double df) const {
 }
 
 bool RareT::Limit::passed_by(double t) const {
-  constexpr double margin = 1e-9;  // far more than p and critical_t are off
+  constexpr double margin = 1e-9;  // far larger than the errors of p and critical_t
   if (std::abs(t) > critical * (1.0 + margin)) return true;
   if (std::abs(t) < critical * (1.0 - margin)) return false;
   return two_sided_p(t, df) < delta;

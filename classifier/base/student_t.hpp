@@ -1,5 +1,5 @@
 #pragma once
-// Tail of Student's t distribution, good where a double still has digits.
+// Tail of Student's t distribution, accurate down to the smallest probabilities.
 
 #include <map>
 #include <mutex>
@@ -12,21 +12,20 @@ namespace weft::classifier {
 /// df <= 0.
 double log_two_sided_p(double t, double df);
 
-/// The same as a probability: relative error below 1e-12 down to 1e-300, then underflows to 0.
+/// The same as a probability: relative error below 1e-12 down to 1e-300, then underflow to 0.
 double two_sided_p(double t, double df);
 
 /// The t > 0 with two_sided_p(t, df) = p: 0.05 gives the factor of a 95 % interval. NaN unless 0 <
 /// p < 1 and df > 0; infinity where no finite t is that unlikely.
 double critical_t(double p, double df);
 
-/// Asks whether t is less likely than delta, many times for few (delta, df). Safe to share between
-/// threads.
+/// Checks whether t is less likely than delta, many times for few pairs (delta, df). Thread: any.
 class RareT {
  public:
-  /// One (delta, df), to be asked often without a lock.
+  /// The limit of one (delta, df), for frequent checks without a lock.
   struct Limit {
     double critical, delta, df;
-    /// two_sided_p(t, df) < delta, mostly without computing p.
+    /// True if two_sided_p(t, df) < delta; mostly decided without computing p.
     [[nodiscard]] bool passed_by(double t) const;
   };
   [[nodiscard]] Limit limit(double delta, double df) const;

@@ -13,9 +13,9 @@ namespace weft::classifier::design {
 namespace {
 
 constexpr std::size_t least_replicates = 3;
-constexpr std::size_t error_resamples = 200;  // of the median seconds
+constexpr std::size_t error_resamples = 200;  // for the error of the median seconds
 
-/// Of these trials together.
+/// Statistics of all these trials together.
 CellStatistics cell_statistics(const std::vector<CellTrial>& trials) {
   CellStatistics out;
   std::vector<double> seconds;
@@ -43,8 +43,8 @@ std::vector<CellTrial> redrawn(const WeighedCell& cell, RandomEngine& engine) {
   return out;
 }
 
-/// A resample of a resample: the first stands for what the truth may be, the second for what a
-/// pilot of the same size then finds.
+/// A resample of a resample. The first stands for a possible truth, the second for the trials that
+/// a pilot study of the same size then finds.
 std::vector<CellTrial> another_pilot(const WeighedCell& cell, RandomEngine& engine) {
   std::vector<CellTrial> out;
   for (const auto& fabric : cell.fabrics) {
@@ -72,7 +72,7 @@ ClusteredShare by_replicate(const WeighedCell& cell) {
   return out;
 }
 
-/// How often the rule takes each cell when the pilot is done again.
+/// Counts how often the rule chooses each cell in resampled pilot studies.
 void draw_other_pilots(const std::vector<WeighedCell>& cells, double requested, std::uint64_t seed,
                        CellChoice& out) {
   RandomEngine engine(seed);
@@ -90,8 +90,8 @@ void draw_other_pilots(const std::vector<WeighedCell>& cells, double requested, 
   }
 }
 
-/// Cells that the chosen one has on the side of time: which is the quickest of those within one
-/// standard error, and how many take no longer than that one.
+/// Finds the quickest cell within one standard error of the best accuracy. Counts the cells within
+/// that error that take no longer than it.
 void count_equal_times(CellChoice& out) {
   const double enough = out.cells[out.most_separable].figures.accuracy - out.within;
   std::vector<std::size_t> within;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t least_trained = 2, least_groups = 4;
 
-/// Rows of each group, groups by name.
+/// Rows of each group; groups sorted by name.
 std::vector<std::vector<std::size_t>> rows_by_group(const FeatureMatrix& matrix) {
   std::map<std::string, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < matrix.size(); ++i) groups[matrix.groups[i]].push_back(i);
@@ -22,7 +22,7 @@ std::vector<std::vector<std::size_t>> rows_by_group(const FeatureMatrix& matrix)
   return out;
 }
 
-/// Numbers of training repetitions: 2 to `most`, or so many of them in equal ratios.
+/// Numbers of training repetitions: all from 2 to `most`, or `points` of them in equal ratios.
 std::vector<std::size_t> sizes(std::size_t most, std::size_t points) {
   std::set<std::size_t> out;
   const double ratio = static_cast<double>(most) / least_trained;
@@ -35,10 +35,10 @@ std::vector<std::size_t> sizes(std::size_t most, std::size_t points) {
   return {out.begin(), out.end()};
 }
 
-/// One training, and whom it is asked about.
+/// One training and its test group.
 struct Job {
-  std::size_t tested = 0, size = 0;  ///< index of the group; of sizes()
-  std::vector<std::size_t> train;    ///< groups
+  std::size_t tested = 0, size = 0;  ///< index of the group; index into sizes()
+  std::vector<std::size_t> train;    ///< groups that train
   double error = 0;
   std::optional<Error> failed;
 };
@@ -111,8 +111,8 @@ double mean_error(const CurvePoint& point, const std::vector<std::size_t>& repet
   return sum / static_cast<double>(repetitions.size());
 }
 
-/// As if half an error more had been seen among one trial more (Krichevsky and Trofimov 1981): no
-/// campaign proves that there are no errors.
+/// Error as if half an error more had been seen among one trial more (Krichevsky and Trofimov
+/// 1981). No campaign proves that there are no errors.
 double smoothed(double error, double requested) {
   return (error * requested + 0.5) / (requested + 1);
 }
@@ -154,9 +154,10 @@ class Forecaster {
 
   [[nodiscard]] double requested() const { return static_cast<double>(curve_.trials); }
 
-  /// The repetitions left out share nearly all that they were trained on, so their mean varies by
-  /// more than they do: sd^2 (1 / R + test / train) in the place of sd^2 / R, as in
-  /// split_interval() (Nadeau and Bengio 2003); of R repetitions one tests and R - 1 train.
+  /// Every test repetition shares nearly all its training repetitions with the others, so their
+  /// mean varies by more than their spread shows. Therefore the variance is sd^2 (1 / R + test /
+  /// train) instead of sd^2 / R, as in split_interval() (Nadeau and Bengio 2003). Of R repetitions
+  /// one tests and R - 1 train.
   [[nodiscard]] std::vector<ErrorPoint> make_points(
       const std::vector<std::size_t>& repetitions) const {
     std::vector<ErrorPoint> out;
@@ -171,7 +172,7 @@ class Forecaster {
     return out;
   }
 
-  /// An exponent by its likelihood under the binomial variance of the points.
+  /// Draws an exponent by its likelihood under the binomial variance of the points.
   PowerLaw drawn_law(const std::vector<ErrorPoint>& points) {
     std::vector<PowerLaw> laws;
     std::vector<double> misfits;
@@ -190,8 +191,9 @@ class Forecaster {
     return laws.back();
   }
 
-  /// Of the mean of so many repetitions: binomial, or what repetitions differ by where that is
-  /// more, for the trials of one repetition may fail together.
+  /// Standard deviation of the mean accuracy of `options_.predict` repetitions. It is binomial, or
+  /// the spread between repetitions where that is larger: the trials of one repetition may fail
+  /// together.
   [[nodiscard]] double measurement_sd(double accuracy) const {
     const auto& last = curve_.points.back().error_by_tested;
     const auto repetitions = static_cast<double>(options_.predict);
@@ -301,7 +303,7 @@ PowerLaw fit_power_law(std::span<const ErrorPoint> points, double exponent) {
     xy += p.weight * at * p.error;
   }
   const double determinant = w * xx - x * x;
-  PowerLaw law{y / w, 0, exponent};  // a flat line: no learning is seen
+  PowerLaw law{y / w, 0, exponent};  // a flat line: the points show no learning
   if (!(determinant > 1e-12 * w * xx)) return law;
   const double scale = (w * xy - x * y) / determinant;
   if (scale <= 0) return law;

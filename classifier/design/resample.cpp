@@ -7,7 +7,7 @@
 namespace weft::classifier::design {
 namespace {
 
-/// In (0, 1].
+/// Uniform in (0, 1].
 double uniform(RandomEngine& engine) {
   return (static_cast<double>(engine() >> 11) + 1) * 0x1p-53;
 }
@@ -26,7 +26,7 @@ Interval percentiles(std::span<const double> values, std::size_t draws, std::uin
           "percentiles of " + std::to_string(draws) + " resamples of the trials"};
 }
 
-/// Of the share's clusters, as they would be of a single answer: n var(share).
+/// Variance of the share between clusters, scaled to a single answer: n var(share).
 double between_clusters(const ClusteredShare& one) {
   const double share = one.share(), count = static_cast<double>(one.clusters.size());
   double squares = 0;
@@ -84,7 +84,7 @@ double design_effect(std::span<const ClusteredShare> shares) {
     const double requested = one.requested();
     if (one.clusters.size() < 2 || requested <= 1) continue;
     between += between_clusters(one);
-    // p (1 - p) of a sample is too small by 1 / n in the mean
+    // The p (1 - p) of a sample of n is on average too small by a factor of 1 - 1 / n.
     independent += one.share() * (1 - one.share()) * requested / (requested - 1);
     for (const ClusteredShare::Cluster& cluster : one.clusters)
       most = std::max(most, cluster.answers);

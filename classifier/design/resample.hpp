@@ -1,5 +1,5 @@
 #pragma once
-// Resampling with replacement (Efron 1979), the same with every compiler.
+// Resampling with replacement (Efron 1979), equal with every compiler.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace weft::classifier::design {
 
-// Shares whose answers come in clusters: all trials of one replicate are answered by one training,
-// so they may be right or wrong together. docs/design.md, "Intervals of a share".
+// Shares of answers in clusters. One training predicts all trials of one replicate, so they may be
+// right or wrong together. docs/design.md, "Intervals of a share".
 
 /// A share of right answers, by cluster.
 struct ClusteredShare {
@@ -21,19 +21,19 @@ struct ClusteredShare {
     double answers = 1;  ///< at least 1
   };
   std::vector<Cluster> clusters;       ///< at least one
-  [[nodiscard]] double share() const;  ///< of all answers, so that a larger cluster weighs more
+  [[nodiscard]] double share() const;  ///< share of all answers: a larger cluster weighs more
   [[nodiscard]] double requested() const;
 };
 
-/// By how much the answers of a cluster hang together: the variance between clusters over what it
-/// would be if all answers were independent (Kish 1965, Survey Sampling, sections 5.4 and 6.4: a
-/// ratio mean, so that clusters need not be of one size), as a ratio of sums over all `shares`,
-/// because a few clusters alone tell too little of it. At least 1, at most the answers of a
-/// cluster; 1 where no share has an error or none has two clusters.
+/// How strongly the answers of a cluster correlate: the variance between clusters over the variance
+/// of independent answers. It is a ratio mean, so clusters may differ in size (Kish 1965, Survey
+/// Sampling, sections 5.4 and 6.4). It is a ratio of sums over all `shares`, because a few clusters
+/// alone give a poor estimate. At least 1, at most the answers of a cluster; 1 where no share has
+/// an error or none has two clusters.
 double design_effect(std::span<const ClusteredShare> shares);
 
-/// Wilson's interval of the effective number of answers, asked / design effect (Dean and Pagano
-/// 2015, Journal of Survey Statistics and Methodology 3). It has width at 0 and 1 too.
+/// Wilson's interval of the effective number of answers: answers / design effect (Dean and Pagano
+/// 2015, Journal of Survey Statistics and Methodology 3). Its width is above 0 even at 0 and 1.
 Interval clustered_interval(const ClusteredShare& share, double effect);
 
 /// `count` numbers below `count`, with replacement; count > 0.
@@ -42,14 +42,14 @@ std::vector<std::size_t> resampled(std::size_t count, RandomEngine& engine);
 /// Standard normal (Box and Muller 1958).
 double normal_draw(RandomEngine& engine);
 
-/// Value below which `share` (0 to 1) of `values` lies, between neighbours in proportion. At least
-/// one value; they are sorted.
+/// Quantile `share` (0 to 1) of `values`, linear between neighbours. Sorts the values; needs at
+/// least one.
 double quantile(std::vector<double> values, double share);
 
-/// The middle 95 % of the means of `draws` resamples; a single value has no interval but itself.
+/// The middle 95 % of the means of `draws` resamples. The interval of a single value is that value.
 Interval mean_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed);
 
-/// The same of their median.
+/// The middle 95 % of the medians of `draws` resamples.
 Interval median_interval(std::span<const double> values, std::size_t draws, std::uint64_t seed);
 
 }  // namespace weft::classifier::design

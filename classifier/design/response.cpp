@@ -34,7 +34,7 @@ double noise_variance(const std::vector<double>& x) {
   return std::max(rounding_counts2, sum / (2.0 * static_cast<double>(x.size() - 1)));
 }
 
-/// Less its least-squares line: relaxation must not count as texture.
+/// Subtracts the least-squares line: relaxation must not count as texture.
 void remove_line(std::vector<double>& x) {
   const auto n = static_cast<double>(x.size());
   const double middle = (n - 1) / 2;
@@ -58,7 +58,7 @@ double band_power(const Spectrum& spectrum, std::vector<double> x, const Bins& b
                   simd::AlignedDoubles& scratch) {
   remove_line(x);
   const std::size_t n = x.size();
-  std::vector<double> rows(2 * n, 0.0);  // two signals side by side; the second is silent
+  std::vector<double> rows(2 * n, 0.0);  // two signals side by side; the second is zero
   double largest[2] = {0, 0};
   for (std::size_t i = 0; i < n; ++i) {
     rows[2 * i] = x[i];
@@ -68,7 +68,7 @@ double band_power(const Spectrum& spectrum, std::vector<double> x, const Bins& b
   const double* magnitude = spectrum.magnitudes<double>(rows.data(), offset, largest, scratch);
   double power = 0;
   for (std::size_t k = bins.first; k <= bins.last; ++k) {
-    const double twice = 2 * k == n ? 1 : 2;  // the bin at half of the rate stands for itself
+    const double twice = 2 * k == n ? 1 : 2;  // the bin at half the rate has no mirror image
     power += twice * magnitude[2 * k] * magnitude[2 * k];
   }
   return power / (static_cast<double>(n) * static_cast<double>(n));
@@ -104,7 +104,7 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
   simd::AlignedDoubles scratch;
   std::size_t saturated = 0;
   const auto taxels = static_cast<double>(trial.taxels);
-  // a bin of white noise of variance v has 2 v / n
+  // A bin of white noise of variance v has a power of 2 v / n.
   const double share = 2 * static_cast<double>(bins.count()) / static_cast<double>(motion.size());
   for (std::size_t taxel = 0; taxel < trial.taxels; ++taxel) {
     const std::vector<double> moving = extract_signal(trial, motion, taxel);
@@ -113,7 +113,7 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
     out.signal_counts2 += band_power(spectrum, moving, bins, scratch) / taxels;
     out.noise_counts2 += share * noise_variance(extract_signal(trial, press, taxel)) / taxels;
   }
-  // a silent signal is as good as one far below the noise
+  // A zero signal counts as one far below the noise.
   out.snr_db = 10 * std::log10(std::max(out.signal_counts2 / out.noise_counts2, 1e-6));
   out.saturated_share =
       static_cast<double>(saturated) / (taxels * static_cast<double>(motion.size()));

@@ -21,7 +21,8 @@ TrainOptions train_options(const AuditOptions& options, std::size_t threads) {
   return out;
 }
 
-// Accuracy of one split. Permuted labels may leave a test label untrained: its rows are errors.
+// Accuracy of one split. Permuted labels may leave a test label untrained: its rows count as
+// errors.
 Result<double> split_accuracy(const FeatureMatrix& matrix, const Split& split, Learner learner,
                               const TrainOptions& options) {
   const std::set<std::string> labels = labels_in(matrix, split.train);
@@ -87,7 +88,7 @@ Result<std::vector<std::vector<double>>> permuted_accuracies(
   return out;
 }
 
-// Rounding of means over splits must not part equal counts.
+// Tolerance for equal accuracies: means over splits of equal counts differ by rounding.
 constexpr double same_accuracy = 1e-9;
 
 std::size_t count_reaching(const std::vector<std::vector<double>>& permuted, double accuracy) {
@@ -98,7 +99,8 @@ std::size_t count_reaching(const std::vector<std::vector<double>>& permuted, dou
   return static_cast<std::size_t>(std::ranges::count_if(permuted, reaches));
 }
 
-// Share of permutations whose best probe reaches `accuracy`, the observed one counted.
+// Share of permutations with a best probe that reaches `accuracy`; the observed labels count as one
+// permutation.
 double max_p(const std::vector<std::vector<double>>& permuted, double accuracy) {
   return static_cast<double>(1 + count_reaching(permuted, accuracy)) /
          static_cast<double>(1 + permuted.size());
@@ -137,14 +139,14 @@ Result<BothLearners> evaluate_both(const FeatureMatrix& matrix, std::span<const 
 CannotTell find_obstacle(const AuditFigures& figures, const PermutationUnits& units,
                          const std::vector<std::vector<double>>& permuted, double level) {
   if (figures.probes.empty()) return CannotTell::no_probe;
-  // Below it most permutations repeat each other, and p has no room to be small.
+  // Below this number most permutations repeat each other, and p cannot be small.
   if (units.log_arrangements() < std::log(static_cast<double>(1 + permuted.size())))
     return CannotTell::too_few_units;
   return max_p(permuted, figures.full.accuracy) > level ? CannotTell::full_at_chance
                                                         : CannotTell::none;
 }
 
-// Appends the figures of every probe, with the p of LDA alone, to `out`; gives the accuracies of
+// Appends the figures of every probe to `out`, with the p of LDA alone. Returns the accuracies of
 // trees.
 Result<std::vector<double>> measure_probes(std::span<const Probe> probes,
                                            std::span<const Split> splits,
@@ -177,8 +179,8 @@ bool is_open(const ProbeFigure& one, const AuditOptions& options) {
 
 constexpr std::size_t tree_batch = 10;
 
-// Permutes trees until no probe is left that they could still make significant. One that is given
-// up early has the p of the permutations so far, which is above the level too.
+// Permutes with trees while they could still make a probe significant. A probe that is dropped
+// early has the p of the permutations so far, which is above the level too.
 Status add_trees(std::span<const Probe> probes, std::span<const Split> splits,
                  const PermutationUnits& units, std::span<const double> tree_accuracy,
                  const AuditOptions& options, AuditFigures& out) {
@@ -262,7 +264,7 @@ std::vector<std::string> permute_labels(const PermutationUnits& units, RandomEng
 }
 
 std::vector<Split> split_in_parts(const FeatureMatrix& matrix, bool by_group, std::size_t parts) {
-  // Units go to the parts in turn, in order of appearance: those of groups, or of each label.
+  // Units (groups, or recordings of each label) go to the parts in turn, in order of appearance.
   std::map<std::string, std::map<std::string, std::size_t>> number;
   std::vector<std::size_t> part;
   for (std::size_t r = 0; r < matrix.size(); ++r) {

@@ -46,7 +46,7 @@ Status check_answers(std::span<const double> stated, std::span<const double> rig
   return check_shares(right, where);
 }
 
-// What one recording adds to each bin.
+// Contribution of one recording to each bin.
 struct BinSums {
   std::vector<double> stated_minus_right;
   double answers = 0.0;
@@ -113,7 +113,7 @@ double squared_error(std::span<const double> p, std::size_t truth) {
   return sum;
 }
 
-// Sums become means.
+// Turns sums into means.
 void finish(Reliability& out) {
   const auto n = static_cast<double>(out.trials);
   out.brier /= n;

@@ -42,8 +42,8 @@ Status check_split(const FeatureMatrix& matrix, const Split& split) {
   return {};
 }
 
-// One trial at a time on the calling thread, as the paper times it. `answer`: class of a feature
-// vector. `seconds` takes what each took.
+// Predicts one trial at a time on the calling thread, as the paper measures the time. `answer`
+// returns the class of a feature vector. The duration of each prediction goes to `seconds`.
 template <class Predict, class Now>
 Result<std::vector<std::size_t>> collect_predictions(const Predict& answer,
                                                      const FeatureMatrix& matrix,
@@ -61,8 +61,8 @@ Result<std::vector<std::size_t>> collect_predictions(const Predict& answer,
   return out;
 }
 
-// Counts one split's answers, which are given in its own labels: a later split may have trained
-// fewer classes than the first. Returns the split's accuracy.
+// Counts the answers of one split. They are indices into the split's own labels: a later split may
+// train fewer classes than the first. Returns the split's accuracy.
 double count_answers(const FeatureMatrix& matrix, const Split& split,
                      std::vector<std::size_t> answers, Scores& out) {
   const std::set<std::string> trained = labels_in(matrix, split.train);
@@ -112,8 +112,8 @@ Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const S
   return Confusion(std::vector<std::string>(labels.begin(), labels.end()));
 }
 
-// Trains and tests on every split. `train_on` gives something trained on a matrix, `answer` its
-// class of a feature vector, `sink` takes it over afterwards, with its split.
+// Trains and tests on every split. `train_on` trains on a matrix; `answer` predicts the class of a
+// feature vector; `sink` then takes the trained object with its split.
 template <class TrainOn, class Predict, class Sink>
 Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> splits,
                            const SecondsNow& seconds_now, const TrainOn& train_on,
@@ -141,8 +141,7 @@ Result<Scores> over_splits(const FeatureMatrix& matrix, std::span<const Split> s
   return out;
 }
 
-// Matches to expect if the answers were dealt out blindly: sum over labels of (answers x trials) /
-// n.
+// Expected number of matches for random answers: sum over labels of (answers x trials) / n.
 double blind_matches(const Confusion& confusion) {
   double sum = 0.0;
   for (std::size_t k = 0; k < confusion.classes(); ++k) {
@@ -156,7 +155,7 @@ double blind_matches(const Confusion& confusion) {
   return sum / static_cast<double>(confusion.total());
 }
 
-// `evaluate_on` gives the scores of a matrix over splits.
+// `evaluate_on` returns the scores of a matrix over splits.
 template <class EvaluateOn>
 Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t seed,
                                    const PermutationOptions& options,

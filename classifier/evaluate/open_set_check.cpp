@@ -13,10 +13,10 @@ class Tally {
   Tally(const FeatureMatrix& matrix, const TrainOptions& options)
       : matrix_(matrix), options_(options) {}
 
-  // What is left out from here on belongs to one split more.
+  // The calls of leave_out() that follow belong to a new split.
   void begin_split() { by_split_.emplace_back(); }
 
-  // Novelty is of the features that the learner takes, as in a stored model.
+  // Novelty is measured on the learner's own columns, as in a stored model.
   Status leave_out(const std::string& label, const Split& split, Recipe recipe) {
     const FeatureMatrix own =
         recipe.columns.empty() ? matrix_ : select_columns(matrix_, recipe.columns);
@@ -85,7 +85,7 @@ class Tally {
   const FeatureMatrix& matrix_;
   const TrainOptions& options_;
   std::map<std::string, UnknownLabel> unknown_labels_;
-  std::map<std::string, std::set<std::size_t>> rows_;  // different ones, of each stranger
+  std::map<std::string, std::set<std::size_t>> rows_;  // distinct test rows of each unknown label
   std::vector<SplitShare> by_split_;
   std::set<std::string> not_measured_;
   std::size_t known_ = 0, refused_ = 0;

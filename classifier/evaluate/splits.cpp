@@ -16,7 +16,7 @@
 namespace weft::classifier {
 namespace {
 
-constexpr std::size_t least_train = 2;  // trials of a label
+constexpr std::size_t least_train = 2;  // fewest training trials of a label
 
 Split one_split(const RowsOfLabel& rows, double fraction, RandomEngine& engine) {
   Split out;
@@ -59,7 +59,7 @@ Status check_groups(std::span<const std::string> groups, std::span<const std::st
   return {};
 }
 
-// Rows of `recordings` recordings of every label, ascending.
+// Draws `recordings` recordings of every label; returns their rows, ascending.
 Result<std::vector<std::size_t>> draw(
     const std::map<std::string, std::map<std::string, std::vector<std::size_t>>>& rows,
     std::size_t recordings, RandomEngine& engine) {
@@ -85,7 +85,7 @@ double share(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-// The first of the rows with the same features, for every row.
+// For every row, the first row with the same features.
 std::vector<std::size_t> first_alike(const FeatureMatrix& matrix) {
   const auto before = [&matrix](std::size_t a, std::size_t b) {
     return std::ranges::lexicographical_compare(matrix.values.row(a), matrix.values.row(b));
@@ -96,7 +96,7 @@ std::vector<std::size_t> first_alike(const FeatureMatrix& matrix) {
   return out;
 }
 
-/// Which recordings are copies of each other, by the rows that they have in common.
+/// Finds the recordings that are copies of each other, by the rows that they share.
 class Recordings {
  public:
   explicit Recordings(const FeatureMatrix& matrix) : alike_(first_alike(matrix)) {
@@ -117,8 +117,8 @@ class Recordings {
   }
 
  private:
-  // Who has more than half of a recording's rows has one of any half of them: those that fewest
-  // recordings have are looked up, so that a window of silence in all is not.
+  // A copy has more than half of a recording's rows, so it has at least one of any half of them.
+  // Only the rarer half of the rows is looked up; a window of silence in all recordings is skipped.
   void find_copies() {
     std::map<std::size_t, std::vector<std::size_t>> holders;
     for (std::size_t a = 0; a < rows_.size(); ++a)
@@ -143,14 +143,15 @@ class Recordings {
     return 2 * common.size() > std::min(rows_[a].size(), rows_[b].size());
   }
 
-  std::vector<std::size_t> alike_, of_;               // per row
-  std::vector<std::set<std::size_t>> rows_, copies_;  // per recording: its different rows
+  std::vector<std::size_t> alike_, of_;  // per row
+  std::vector<std::set<std::size_t>> rows_,
+      copies_;  // per recording: its distinct rows, its copies
 };
 
-// A training row for each recording that has one like it, by the first row like them.
+// First row of equal features -> recording -> one of its training rows with these features.
 using Trained = std::map<std::size_t, std::map<std::size_t, std::size_t>>;
 
-// The twin of a test row: one of another label if there is any.
+// The duplicate of a test row; one with another label if there is any.
 std::optional<std::size_t> find_duplicate(std::size_t row, const FeatureMatrix& matrix,
                                           const Trained& trained, const Recordings& recordings) {
   const auto like_it = trained.find(recordings.alike(row));
