@@ -40,9 +40,9 @@ bool is_cheaper(const CellStatistics& a, const CellStatistics& b);
 double standard_error(double accuracy, double requested);
 
 /// Applies the rule to at least one cell. Candidates: cells with an accuracy at most one standard
-/// error below the best (Breiman and others 1984). Of these it keeps the cells that take no longer
-/// than the quickest, and takes the one with the largest signal over noise. `requested`: effective
-/// number of answers of a cell.
+/// error below the best (Breiman and others 1984). The rule keeps the candidates that take no
+/// longer than the quickest one. It takes the one with the largest signal over noise. `requested`:
+/// effective number of answers of a cell.
 std::size_t take(std::span<const CellStatistics> cells, double requested);
 
 /// Cells that no other cell beats, in the order of their time. A cell beats another if it is more
@@ -85,8 +85,9 @@ struct CellChoice {
   double design_effect = 1;  ///< see design_effect()
   std::size_t equal_time =
       0;  ///< number of cells within one standard error that take no longer than the quickest
-  double share = 0;             ///< share of the resamples in which the same cell is chosen
-  std::size_t overlapping = 0;  ///< other cells whose interval overlaps that of the chosen one
+  double share = 0;  ///< share of the resamples in which the same cell is chosen
+  std::size_t overlapping =
+      0;  ///< other cells with an interval that overlaps that of the chosen one
   std::size_t quicker_overlapping = 0;  ///< those of the overlapping cells that take less time
   /// True if all of these hold: there is more than one cell; the chosen cell tells fabrics apart
   /// better than chance; at least `stable_share` of the resamples made the same choice; the

@@ -156,8 +156,8 @@ class Forecaster {
 
   /// Every test repetition shares nearly all its training repetitions with the others, so their
   /// mean varies by more than their spread shows. Therefore the variance is sd^2 (1 / R + test /
-  /// train) instead of sd^2 / R, as in split_interval() (Nadeau and Bengio 2003). Of R repetitions
-  /// one tests and R - 1 train.
+  /// train) instead of sd^2 / R, as in split_interval() (Nadeau and Bengio 2003). One of the R
+  /// repetitions tests and R - 1 train.
   [[nodiscard]] std::vector<ErrorPoint> make_points(
       const std::vector<std::size_t>& repetitions) const {
     std::vector<ErrorPoint> out;

@@ -64,7 +64,7 @@ SplitSizes mean_sizes(std::span<const Split> splits);
 std::vector<std::string> groups_on_both_sides(std::span<const Split> splits,
                                               std::span<const std::string> groups);
 
-/// `repeats` random splits. Of every label round(fraction x n) trials train: at least 2, and at
+/// `repeats` random splits. For every label round(fraction x n) trials train: at least 2, and at
 /// most n - 1 where n >= 3. The rest tests. The choice within a label is random, so use it only for
 /// independent recordings. Refuses fraction outside (0, 1), no repeats, a label with fewer than two
 /// trials, and two trials of every label (nothing is left to test).

@@ -48,7 +48,7 @@ CoreInfo describe(const Reducer& reducer, const GridResult& grid, std::size_t ro
 }
 
 struct Trained {
-  std::vector<std::size_t> support;  // rows
+  std::vector<std::size_t> support;  // row numbers
   std::vector<double> coefficient;
   double bias = 0.0;
 };
@@ -105,7 +105,7 @@ std::size_t whole_blocks(std::size_t count) {
   return (count + lanes - 1) / lanes * lanes;
 }
 
-// [rows x cols] as [cols x width], the padding zero.
+// Appends the transposed matrix, [cols x width]; the padding is zero.
 void append_transposed(const Matrix& from, std::size_t width, std::vector<double>& to) {
   for (std::size_t c = 0; c < from.cols(); ++c)
     for (std::size_t r = 0; r < width; ++r) to.push_back(r < from.rows() ? from(r, c) : 0.0);
@@ -113,7 +113,7 @@ void append_transposed(const Matrix& from, std::size_t width, std::vector<double
 
 }  // namespace
 
-// Where the parts lie.
+// Pointers to the parts of PackedCore::data_.
 struct PackedView {
   const std::uint32_t* column;
   std::size_t columns, directions, vectors, axes_width, support_width;
@@ -140,8 +140,8 @@ struct PackedView {
 
 namespace {
 
-// Sums run over columns and directions in their order, one lane per component or support vector:
-// the bits of the plain loops.
+// Sums run over columns and directions in their order, one lane per component or support vector.
+// The result has the same bits as the plain loops.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 double decide_packed(const PackedView& v, const double* features, double* scratch) {
   double* const scaled = scratch;

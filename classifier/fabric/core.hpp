@@ -1,6 +1,6 @@
 #pragma once
-// One fabric classification core: tells fabric a (f > 0) from fabric b. Section III-A of Khan et
-// al. 2016.
+// One fabric classification core: separates fabric a (f > 0) from fabric b. Section III-A of Khan
+// et al. 2016.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,12 +18,12 @@ namespace weft::classifier {
 /// f(x) = sum_s coefficient[s] exp(-gamma |project(x) - support[s]|^2) + bias. Immutable.
 class PackedCore {
  public:
-  /// `support` [support vectors x directions], projected by `reducer`.
+  /// `support` [support vectors x directions], already projected by `reducer`.
   PackedCore(const Reducer& reducer, const Matrix& support, std::span<const double> coefficient,
              double gamma, double bias);
 
-  /// Of one full feature vector. No allocation up to `most_on_stack` columns, directions and
-  /// support vectors together.
+  /// Decision value of one full feature vector. No allocation up to `most_on_stack` columns,
+  /// directions and support vectors together.
   [[nodiscard]] double decide(std::span<const double> features) const;
 
   static constexpr std::size_t most_on_stack = 1024;
@@ -40,7 +40,7 @@ class PackedCore {
   std::vector<double> data_;
 };
 
-/// A feature that a core uses, with what the t-test on its training rows said.
+/// A feature that a core uses, with the result of the t-test on its training rows.
 struct SelectedFeature {
   std::size_t column = 0;
   double t = 0.0;
@@ -55,11 +55,12 @@ struct CoreInfo {
   double threshold = 0.0;  ///< chosen delta, or share of the variance; 0 with all features
   double c = 0.0;
   double gamma = 0.0;
-  std::size_t cv_errors = 0;  ///< of the chosen grid point, out of train_rows
+  std::size_t cv_errors = 0;  ///< errors of the chosen grid point among train_rows
   double cv_loss = 0.0;
   std::size_t train_rows = 0;
-  std::size_t folds = 0;  ///< of the cross-validation; with two trials a class it leaves one out
-  std::size_t fits = 0;   ///< SVMs solved for the grid
+  std::size_t folds =
+      0;  ///< folds of the cross-validation; with two trials a class it leaves one out
+  std::size_t fits = 0;  ///< number of SVMs solved for the grid
 };
 
 /// A trained core. Immutable; may be used by several threads.
@@ -69,7 +70,7 @@ class FabricCore {
   FabricCore(CoreInfo info, Reducer reducer, Matrix support, std::vector<double> coefficient,
              double bias);
 
-  /// Decision value of one full feature vector: f > 0 votes for a.
+  /// Decision value of one full feature vector: f > 0 is a vote for a.
   [[nodiscard]] double decide(std::span<const double> features) const {
     return packed_.decide(features);
   }
@@ -89,8 +90,9 @@ class FabricCore {
   PackedCore packed_;
 };
 
-/// Grid search, then one SVM on all rows. `sign`: +1 for class a, -1 for class b, each at least
-/// twice. `search` keeps its memory from core to core. Refuses what GridSearch::run() refuses.
+/// Searches the grid, then trains one SVM on all rows. `sign`: +1 for class a, -1 for class b; each
+/// occurs at least twice. `search` keeps its memory from core to core. Errors: those of
+/// GridSearch::run().
 Result<FabricCore> train_core(const Matrix& rows, std::span<const int> sign,
                               std::span<const Fold> folds, const TrainOptions& options,
                               const RareT& rare, GridSearch& search);

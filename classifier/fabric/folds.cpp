@@ -20,7 +20,7 @@ std::vector<std::size_t> row_units(const FeatureMatrix& matrix, FoldUnit kind) {
   for (std::size_t r = 0; r < matrix.size(); ++r) {
     const std::string_view unit =
         kind == FoldUnit::group ? matrix.groups[r] : recording_of(matrix.files[r]);
-    // rows without a name are recordings of their own
+    // A row without a name is a recording of its own.
     const std::string key = unit.empty() ? "#" + std::to_string(r) : std::string(unit);
     out.push_back(number.emplace(key, number.size()).first->second);
   }
@@ -47,7 +47,7 @@ std::vector<std::vector<std::size_t>> rows_by_class(std::span<const std::size_t>
 
 namespace {
 
-// A number per recording and part of it.
+// A number for each pair of recording and part.
 std::vector<std::size_t> part_units(std::span<const std::size_t> recording,
                                     std::span<const std::size_t> part) {
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> number;
@@ -127,7 +127,7 @@ Status check_labels(std::span<const std::string> labels, std::size_t least) {
 PairMaker::PairMaker(const FeatureMatrix& matrix, const TrainOptions& options)
     : options_(options), unit_(units_by_label(matrix, options.fold_unit).of_row) {}
 
-// Units numbered as they come.
+// The units of the rows, numbered in order of appearance.
 std::vector<std::size_t> PairMaker::pattern(const std::vector<std::size_t>& rows) const {
   std::unordered_map<std::size_t, std::size_t> number;
   std::vector<std::size_t> out;
@@ -158,7 +158,8 @@ const PairProblem& PairMaker::make(const std::vector<std::size_t>& a,
 
 namespace {
 
-// The units with a row of either class, in order of first appearance, and whether they have both.
+// Units with rows of both classes, of class a only, or of class b only; in order of first
+// appearance.
 struct Units {
   std::vector<std::size_t> mixed;
   std::vector<std::size_t> positive;
@@ -171,17 +172,17 @@ Units units_of(std::span<const int> sign, std::span<const std::size_t> unit) {
   Units out;
   for (const std::size_t u : unit) {
     auto& [negative, positive] = has[u];
-    if (!negative && !positive) continue;  // seen
+    if (!negative && !positive) continue;  // already listed
     (negative && positive ? out.mixed : positive ? out.positive : out.negative).push_back(u);
     negative = positive = false;
   }
   return out;
 }
 
-// Deals units into k folds, each to the fold that has the fewest units of its class or classes,
-// then the fewest in all. Units of both classes go first and so to different folds; a class with at
-// most one of them then finds folds without it. Hence a class of two or more units is in two or
-// more folds, and every training part has both classes.
+// Deals units into k folds. Each goes to the fold with the fewest units of its class or classes,
+// then with the fewest units in all. Units of both classes go first and so to different folds. A
+// class with at most one of them then finds folds without it. Hence a class of two or more units is
+// in two or more folds, and every training part has both classes.
 class Assigner {
  public:
   explicit Assigner(std::size_t folds) : held_(folds) {}
@@ -229,7 +230,7 @@ std::vector<Fold> leave_one_out(std::span<const std::size_t> unit) {
   return gather(fold_of_row, number.size());
 }
 
-// A pooled t-test inside the fold needs three rows: with two it has no degree of freedom.
+// A pooled t-test inside the fold needs three rows; with two it has no degree of freedom.
 bool large_enough(const std::vector<Fold>& folds) {
   return std::all_of(folds.begin(), folds.end(),
                      [](const Fold& fold) { return fold.train.size() >= least_fold_rows; });

@@ -41,8 +41,8 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
   return {};
 }
 
-// What decides between two points: fewest errors, then (not with Tie::order) smallest loss to 1e-9,
-// smallest C, gamma, and first member.
+// Order of grid points: fewest errors, then (not with Tie::order) smallest loss to 1e-9, smallest
+// C, gamma and first member.
 using Key = std::tuple<std::size_t, double, double, double, std::size_t>;
 
 Key key_of(const TrainOptions& options, const GridPoint& at, const GridScore& score) {
@@ -66,12 +66,13 @@ class Choice {
     result_.best = score;
   }
 
-  // Whether a point with `part` of its score can still win: folds only add errors and loss.
+  // True if a point with the partial score `part` can still win: more folds only add errors and
+  // loss.
   [[nodiscard]] bool open(const GridPoint& at, const GridScore& part) const {
     if (!any_ || part.errors < result_.best.errors) return true;
     if (part.errors > result_.best.errors) return false;
     if (options_.tie == Tie::order) return key_of(options_, at, part) < best_;
-    // twice the resolution of the key, and the order of the sum
+    // twice the resolution of the key, plus the rounding of the sum
     return part.loss <= result_.best.loss * (1.0 + 1e-12) + 2e-9;
   }
 
@@ -114,8 +115,8 @@ Status search_whole(FoldProblems& folds, std::size_t members, const TrainOptions
   return {};
 }
 
-// All Cs of one member and gamma together, fold by fold; a point is dropped as soon as it cannot
-// win. The fold that last dropped a point goes first: most points fall at one hard fold.
+// Searches all Cs of one member and gamma together, fold by fold. It drops a point as soon as it
+// cannot win. The fold that last dropped a point goes first, as one hard fold drops most points.
 class FastSearch {
  public:
   FastSearch(FoldProblems& folds, const TrainOptions& options, GridResult& result)
@@ -135,7 +136,8 @@ class FastSearch {
   }
 
  private:
-  // The same number of directions in every fold as an earlier member, which wins the tie.
+  // True if an earlier member has the same number of directions in every fold; that one wins the
+  // tie.
   bool seen_before(std::size_t member) const {
     for (std::size_t m = 0; m < member; ++m) {
       if (std::all_of(folds_.begin(), folds_.end(), [&](const FoldProblem& fold) {
@@ -146,10 +148,10 @@ class FastSearch {
     return false;
   }
 
-  // Scores one point that often wins: the sooner a good one is known, the sooner others are
-  // dropped.
+  // Scores one point that often wins: an early good point lets the search drop others sooner.
   Status probe(std::size_t gamma) {
-    constexpr double usual_product = 0x1p-4;  // of C and gamma, where the kernel is nearly linear
+    constexpr double usual_product =
+        0x1p-4;  // product of C and gamma at which the kernel is nearly linear
     const auto& cs = options_.grid.c;
     const auto distance = [&](double c) {
       return std::abs(std::log(c) + std::log(options_.grid.gamma[gamma] / usual_product));
@@ -163,7 +165,7 @@ class FastSearch {
     return {};
   }
 
-  // Gammas about the usual winners come first.
+  // Gammas near the usual winners come first.
   static std::vector<std::size_t> likely_first(std::size_t count) {
     std::vector<std::size_t> out;
     const std::size_t start = count / 3;
@@ -187,8 +189,8 @@ class FastSearch {
     return {};
   }
 
-  // Whether a point can still win when the folds before `place` have been visited. The others lose
-  // what their bound says, at least.
+  // True if a point can still win after the folds before `place`. Each remaining fold adds at least
+  // its bound of the loss.
   bool open_after(std::size_t place, const GridPoint& at) const {
     GridScore least = part_[at.c];
     if (!choice_.open(at, least)) return false;
@@ -214,9 +216,9 @@ class FastSearch {
   FoldProblems& folds_;
   const TrainOptions& options_;
   Choice choice_;
-  std::vector<std::size_t> order_;  // of the folds
-  std::vector<std::size_t> alive_;  // Cs of the column
-  std::vector<GridScore> part_;     // per C, of the folds visited
+  std::vector<std::size_t> order_;  // order of the folds
+  std::vector<std::size_t> alive_;  // Cs still in the search for this member and gamma
+  std::vector<GridScore> part_;     // per C: sum over the folds visited
 };
 
 void take(std::span<const int> sign, const std::vector<std::size_t>& rows, std::vector<int>& out) {
@@ -225,7 +227,7 @@ void take(std::span<const int> sign, const std::vector<std::size_t>& rows, std::
 }
 
 constexpr double rounding = 1e-9;
-constexpr double float_rounding = 1e-7;  // of the solvers' kernel
+constexpr double float_rounding = 1e-7;  // rounding of the solvers' float kernel
 
 double smallest(std::span<const double> values, double least) {
   for (const double v : values) least = std::min(least, v);
@@ -290,7 +292,7 @@ void FoldProblem::measure() {
   slots_ = 0;
   std::size_t done = 0;
   for (;;) {
-    std::size_t next = projected_.cols() + 1;  // smallest size that is still to come
+    std::size_t next = projected_.cols() + 1;  // next larger size in sizes_
     for (const std::size_t size : sizes_)
       if (size > done) next = std::min(next, size);
     if (next > projected_.cols()) return;
@@ -368,9 +370,9 @@ LossBound::LossBound(const Matrix& squared, std::span<const int> train,
   }
 }
 
-// The most that f(p) - f(n) can be for any pair, where the kernel is nearly the identity.
+// Upper bound of f(p) - f(n) over all pairs; useful where the kernel is nearly the identity.
 double LossBound::farthest_apart(double c, double gamma) const {
-  constexpr double useful_exponent = 2.0;  // a larger kernel value bounds nothing
+  constexpr double useful_exponent = 2.0;  // with a larger kernel value the bound is useless
   if (!(gamma * nearest_across_ > useful_exponent)) return std::numeric_limits<double>::infinity();
   const double largest = std::exp(-gamma * nearest_across_);
   const double off_diagonal = rows_ * (std::exp(-gamma * nearest_train_) + float_rounding);

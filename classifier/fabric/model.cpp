@@ -121,7 +121,7 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
   for (const auto& entry : rows) size.push_back(entry.second.size());
   std::ranges::sort(size, std::greater<>());
   size.resize(std::min<std::size_t>(size.size(), 2));
-  // of the largest pair, when one of its folds is tested: distances and kernel
+  // Memory of the largest pair while one of its folds is tested: distances and kernel.
   if (auto ok = check_square_memory(std::accumulate(size.begin(), size.end(), std::size_t{0}), 1.6);
       !ok)
     return pass(ok.error());

@@ -20,23 +20,24 @@ struct Pair {
   std::size_t b = 0;
 };
 
-/// (0,1), (0,2) ... (n-2, n-1): the order of the cores.
+/// All pairs in the order of the cores: (0,1), (0,2) ... (n-2, n-1).
 std::vector<Pair> all_pairs(std::size_t classes);
-/// How many they are.
+/// Number of pairs.
 constexpr std::size_t pair_count(std::size_t classes) {
   return classes * (classes - 1) / 2;
 }
 
-/// The outcome of one trial.
+/// The vote on one trial.
 struct Vote {
-  std::size_t winner = 0;        ///< index into FabricModel::labels()
-  std::vector<int> votes;        ///< per class
-  std::vector<double> support;   ///< per class: sum of tanh(f) over its cores, in favour
+  std::size_t winner = 0;  ///< index into FabricModel::labels()
+  std::vector<int> votes;  ///< per class
+  std::vector<double>
+      support;  ///< per class: sum over its cores of tanh(f), with the sign in favour of the class
   std::vector<double> decision;  ///< per core
 };
 
-/// Most votes; then the largest support, to 1e-9; then the lowest class (AMB-17). `decision` per
-/// pair, finite.
+/// Counts the votes of the cores. The winner has the most votes; then the largest support, to 1e-9;
+/// then the lowest class (AMB-17). `decision` per pair, finite.
 Vote count_votes(std::span<const Pair> pairs, std::vector<double> decision, std::size_t classes);
 
 /// A trained classifier. Immutable; may be used by several threads.
@@ -53,11 +54,11 @@ class FabricModel {
   /// Cross-validation errors and hinge loss of the chosen grid points, summed over the cores.
   [[nodiscard]] GridScore cross_validation() const;
 
-  /// Votes on one feature vector, columns as feature_names(). Refuses another length and values not
-  /// finite.
+  /// Votes on one feature vector with columns as feature_names(). Refuses another length and
+  /// non-finite values.
   [[nodiscard]] Result<Vote> classify(std::span<const double> features) const;
-  /// [rows x cores]: what every core says of every row. A core is asked for all rows before the
-  /// next, so that it stays in the cache: all of a large model would not.
+  /// Decision values [rows x cores]. Each core decides all rows before the next core starts, so it
+  /// stays in the cache; a whole large model would not.
   [[nodiscard]] Matrix decisions(const Matrix& rows, std::size_t threads = 0) const;
 
  private:
@@ -68,14 +69,14 @@ class FabricModel {
   std::vector<FabricCore> cores_;
 };
 
-/// Trains one core per pair of labels. Refuses: fewer than two labels, a label with one trial, what
-/// check() refuses.
+/// Trains one core per pair of labels. Refuses fewer than two labels, a label with one trial, and
+/// what check() refuses.
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options = {});
 
 // ---- the same work in parts, for several processes ----
 
-/// Every `stride`th core of all_pairs(), from `first` on (below `stride`). For a matrix and options
-/// that train() takes.
+/// Trains every `stride`th core of all_pairs(), starting at `first` (below `stride`). The matrix
+/// and the options must be valid for train().
 Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
                                             const TrainOptions& options, std::size_t first = 0,
                                             std::size_t stride = 1);
@@ -83,7 +84,7 @@ Result<std::vector<FabricCore>> train_cores(const FeatureMatrix& matrix,
 /// All cores, in the order of all_pairs().
 using CoreTrainer = std::function<Result<std::vector<FabricCore>>(const TrainOptions& options)>;
 
-/// As train(), with the cores from `trainer`, which is asked once.
+/// Like train(), with the cores from one call of `trainer`.
 Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& options,
                           const CoreTrainer& trainer);
 

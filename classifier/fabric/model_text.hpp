@@ -1,5 +1,5 @@
 #pragma once
-// Parts of stored models as lines, bit for bit: where a model comes from, labels, tables, one core.
+// Parts of stored models as lines, bit for bit: provenance, labels, tables, one core.
 
 #include <algorithm>
 #include <array>
@@ -16,23 +16,24 @@
 
 namespace weft::classifier {
 
-// What every stored model says first: where it comes from; and its labels.
+// The first lines of every stored model: provenance and labels.
 
-/// Where a model comes from.
+/// Origin of a model.
 struct Provenance {
   std::string bench = "unknown";  ///< "simulated", "real" or "unknown"
   std::string dataset_sha256;
   std::string software_version;
-  std::string training;  ///< options of the training, for people
+  std::string training;  ///< options of the training, for readers
 };
 
-/// Of the words of an enumeration, in the order of its enumerators.
+/// The word of an enumerator; `words` are in the order of the enumerators.
 template <std::size_t n, class Enum>
 std::string_view word_in(const std::array<std::string_view, n>& words, Enum value) {
   return words[static_cast<std::size_t>(value)];
 }
 
-/// Position of the word under `keyword`; refused where it is none of them, 0 then.
+/// Position of the word under `keyword`. For an unknown word `in` records a problem and the result
+/// is 0.
 template <std::size_t n>
 std::size_t word(LineReader& in, std::string_view keyword,
                  const std::array<std::string_view, n>& words) {
@@ -43,8 +44,8 @@ std::size_t word(LineReader& in, std::string_view keyword,
   return 0;
 }
 
-/// A value by its name under `keyword`; `otherwise` where `in` has a problem, as with a name that
-/// `from` does not know.
+/// Reads a value by its name under `keyword`. Returns `otherwise` if `in` has a problem or `from`
+/// does not know the name (recorded as a problem).
 template <class Value>
 Value read_name(LineReader& in, std::string_view keyword, Result<Value> (*from)(std::string_view),
                 Value otherwise) {
@@ -55,24 +56,24 @@ Value read_name(LineReader& in, std::string_view keyword, Result<Value> (*from)(
 }
 
 void write_provenance(LineWriter& out, const Provenance& provenance);
-/// Refuses a bench that is not known.
+/// Refuses an unknown bench kind.
 Provenance read_provenance(LineReader& in);
 
-/// A line each.
+/// Reads one name per line.
 std::vector<std::string> read_names(LineReader& in, std::string_view keyword, std::size_t count);
 
 void write_labels(LineWriter& out, const std::vector<std::string>& labels);
-/// Two at least, sorted, none twice.
+/// Requires at least two labels, sorted and distinct.
 std::vector<std::string> read_labels(LineReader& in);
 
 // Tables and scalers as lines of a stored model.
 
-/// A line per row.
+/// Writes one line per row.
 void write_rows(LineWriter& out, std::string_view keyword, const Matrix& matrix);
-/// [rows x cols]. `rows` may be what a damaged file claims: memory grows with the text.
+/// Matrix [rows x cols]. `rows` may come from a damaged file, so memory grows only with the text.
 Matrix read_rows(LineReader& in, std::string_view keyword, std::size_t rows, std::size_t cols);
 
-/// The number of rows under `keyword`, then the rows.
+/// Writes the number of rows under `keyword`, then the rows.
 void write_matrix(LineWriter& out, std::string_view keyword, const Matrix& matrix);
 Matrix read_matrix(LineReader& in, std::string_view keyword, std::size_t cols);
 
@@ -82,9 +83,9 @@ Scaler read_scaler(LineReader& in, std::size_t columns);
 
 /// The lines of a core.
 std::string core_text(const FabricCore& core);
-/// `in` keeps the first problem. `features`: length of a full feature vector.
+/// Problems are recorded in `in`. `features`: length of a full feature vector.
 FabricCore read_core(LineReader& in, std::size_t features);
-/// Of such a text by itself: for cores that travel between processes. Errors: corrupt.
+/// Reads a core from its own text, for cores sent between processes. Errors: corrupt.
 Result<FabricCore> core_from_text(std::string_view text, std::size_t features);
 
 }  // namespace weft::classifier

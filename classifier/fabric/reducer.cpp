@@ -26,14 +26,15 @@ Matrix first_rows(const Matrix& rows, std::size_t count) {
   return rows.take(numbers_below(count));
 }
 
-// Ranked features, as many as the most generous delta admits, with the size for every delta.
+// Ranked features, as many as the largest delta admits, with the size for every delta.
 struct Subset {
   std::vector<std::size_t> columns;
   std::vector<std::size_t> sizes;
-  std::vector<double> t, df;  // of the columns
+  std::vector<double> t, df;  // one per column
 };
 
-// Columns by log p, which tells them apart where p underflows: their degrees of freedom differ.
+// Ranks columns by log p, which still differs where p underflows; t is not comparable, as the
+// degrees of freedom differ.
 Subset welch_subset(const Matrix& rows, std::span<const std::size_t> which,
                     std::span<const int> sign, const TrainOptions& options) {
   const WelchTest test = welch_statistics(rows, which, sign);

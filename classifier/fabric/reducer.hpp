@@ -1,5 +1,5 @@
 #pragma once
-// The feature selection component of a core: from a feature vector to the inputs of its SVM.
+// The feature selection of a core: turns a feature vector into the inputs of its SVM.
 
 #include <cstddef>
 #include <span>
@@ -12,16 +12,16 @@
 
 namespace weft::classifier {
 
-/// Directions in order of merit: ranked features, principal components, or simply all features.
-/// Every member of the delta grid (or of the explained-variance grid) uses the first few of them,
-/// so members that come to the same number are the same problem, and distances grow from one to the
-/// next.
+/// Directions in order of merit: ranked features, principal components, or all features. Every
+/// member of the delta grid (or the explained-variance grid) uses the first few of them. So members
+/// with the same number of directions are the same problem, and distances grow from one member to
+/// the next.
 class Reducer {
  public:
-  /// Learns from training rows only; `sign` as in FoldMaker. Each sign must occur.
+  /// Fits to training rows only; `sign` as in FoldMaker. Each sign must occur.
   static Reducer fit(const Matrix& rows, std::span<const int> sign, const TrainOptions& options,
                      const RareT& rare = RareT());
-  /// The same from the rows `which`; `sign` has one entry per row of the matrix.
+  /// Fits to the rows `which`; `sign` has one entry per row of the matrix.
   static Reducer fit(const Matrix& rows, std::span<const std::size_t> which,
                      std::span<const int> sign, const TrainOptions& options, const RareT& rare);
 
@@ -45,12 +45,12 @@ class Reducer {
 
   /// [rows x directions]
   [[nodiscard]] Matrix project(const Matrix& rows) const;
-  /// The rows `first`, then the rows `second`, to `out` [(first + second) x directions].
+  /// Projects the rows `first`, then the rows `second`, to `out` [(first + second) x directions].
   void project(const Matrix& rows, std::span<const std::size_t> first,
                std::span<const std::size_t> second, Matrix& out) const;
-  /// One full feature vector to `out` [directions].
+  /// Projects one full feature vector to `out` [directions].
   void project(std::span<const double> features, std::span<double> out) const;
-  /// The same with only the first `directions`.
+  /// The same reducer with only the first `directions`.
   [[nodiscard]] Reducer truncated(std::size_t directions) const;
 
  private:

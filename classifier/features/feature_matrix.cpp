@@ -194,7 +194,7 @@ Result<std::span<const double>> FeatureExtractor::extract(const Trial& trial) {
   if (auto ok = check(trial); !ok) return pass(ok.error());
   if (!stream_ || stream_->taxels() != trial.taxels) stream_.emplace(trial.taxels, options_);
   stream_->restart();
-  // phases come in runs: each is handed over whole
+  // Frames of a phase follow each other: add each such run at once.
   for (std::size_t from = 0, to = 0; from < trial.samples(); from = to) {
     while (to < trial.samples() && trial.phase[to] == trial.phase[from]) ++to;
     stream_->add_checked(

@@ -16,7 +16,7 @@ std::vector<TaxelBlock> blocks_of(std::size_t taxels) {
   return out;
 }
 
-// Adds `v`; returns what rounding took from the sum (Knuth's two-sum).
+// Adds `v` to `sum`; returns the rounding error of the sum (Knuth's two-sum).
 double add_exactly(double v, double& sum) {
   const double next = sum + v, part = next - sum;
   const double lost = (sum - (next - part)) + (v - part);
@@ -24,7 +24,7 @@ double add_exactly(double v, double& sum) {
   return lost;
 }
 
-// Looks at the exponents of all values at once: the usual case has nothing to find.
+// Checks the exponents of all values in one pass, as usually all are finite.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 bool all_finite(const double* values, std::size_t count) {
   constexpr std::uint64_t exponent = 0x7ffULL << 52;
@@ -36,7 +36,7 @@ bool all_finite(const double* values, std::size_t count) {
   return bad == 0;
 }
 
-// Whole blocks are the usual case: copied without a call.
+// Whole blocks are the usual case; they are copied without a call.
 void copy_some(const TaxelBlock::PerTaxel& from, std::size_t count, double* to) {
   if (count == from.size()) {
     std::copy_n(from.begin(), from.size(), to);
@@ -141,7 +141,7 @@ PhaseSet FeatureStream::phases() const {
   return {rest_.frames > 0, press_.frames > 0, end_.frames > 0};
 }
 
-// Over all taxels and all frames; absent when the phase is.
+// Mean over all taxels and all frames; none if the phase is absent.
 std::optional<double> FeatureStream::compute_mean(const PadSum& phase) const {
   if (phase.frames == 0) return std::nullopt;
   double sum = 0.0, lost = 0.0;

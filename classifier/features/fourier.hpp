@@ -1,7 +1,7 @@
 #pragma once
-// Levels of a complex Fourier transform whose elements hold one signal or eight side by side.
+// Levels of a complex Fourier transform on elements that hold one signal or eight side by side.
 //
-// V is double (one complex signal) or simd::Lanes (eight). An element is the real parts, then the
+// V is double (one complex signal) or simd::Lanes (eight). An element has the real parts, then the
 // imaginary ones. Both kinds do the same operations in the same order: the same bits.
 
 #include <array>
@@ -18,13 +18,13 @@ namespace weft::classifier::fourier {
 // Tables of the transforms.
 
 /// Twiddles of the first level by `radix`, then of the levels by four of a part, largest first: the
-/// `w` of the levels. `part` is a power of two; a radix of 1 has no first level.
+/// `w` of the levels. `part` is a power of two. A radix of 1 has no first level.
 simd::AlignedDoubles twiddles(std::size_t radix, std::size_t part);
 
 /// [radix x 2]: cos and sin of 2 pi k / radix, zeros exact.
 std::vector<double> roots_of_unity(std::size_t radix);
 
-/// Where forward() leaves each bin of a transform of `size`, a power of two.
+/// Position of each bin after forward() on `size` elements, a power of two.
 std::vector<std::uint32_t> places(std::size_t size);
 
 template <class V>
@@ -66,7 +66,7 @@ template <class V>
 WEFT_INLINE Complex<V> times_i(Complex<V> a) {
   return {-a.im, a.re};
 }
-// The same factor for all lanes, from its real and imaginary part.
+// Multiplies all lanes by the same factor, given by its real and imaginary part.
 template <class V>
 WEFT_INLINE Complex<V> times(Complex<V> a, const double* w) {
   const V re = simd::all<V>(w[0]), im = simd::all<V>(w[1]);
@@ -115,7 +115,7 @@ WEFT_INLINE void split(double* x, std::size_t size, const double* w) {
   }
 }
 
-/// Decimation in time by four with conjugate twiddles: takes split() back, times four.
+/// Decimation in time by four with conjugate twiddles: inverts split(), times four.
 template <class V>
 WEFT_INLINE void join(double* x, std::size_t size, const double* w) {
   const std::size_t quarter = size / 4 * step<V>;
@@ -127,7 +127,7 @@ WEFT_INLINE void join(double* x, std::size_t size, const double* w) {
   }
 }
 
-/// Sixteen elements a sixteenth of the transform apart: what two levels work on together.
+/// Sixteen elements at distances of a sixteenth of the transform, for two levels at once.
 template <class V>
 struct Sixteen {
   std::array<Complex<V>, 16> at;
@@ -157,7 +157,7 @@ WEFT_INLINE void split_twice(double* x, std::size_t size, const double* w) {
   }
 }
 
-/// Takes split_twice() back, times sixteen.
+/// Inverts split_twice(), times sixteen.
 template <class V>
 WEFT_INLINE void join_twice(double* x, std::size_t size, const double* w) {
   const std::size_t sixteenth = size / 16, part = sixteenth * step<V>;
@@ -189,14 +189,14 @@ WEFT_INLINE void convolve_pair(double* x, const double* kernel) {
   put(x + step<V>, sum - difference);
 }
 
-/// Elements that the second cache holds with room to spare (1 MiB). Longer transforms take two
-/// levels in one pass, because each pass goes to the memory and back.
+/// Largest number of elements for the second-level cache, with room to spare (1 MiB). Longer
+/// transforms do two levels in one pass, because each pass reads and writes main memory.
 template <class V>
 inline constexpr std::size_t most_near = (std::size_t{1} << 20) / (step<V> * sizeof(double));
 
-/// Forward transform, product with the kernel, inverse transform of `size` elements, a power of two
-/// from four on. One part after the other to the end by `deeper`, which is this function for a
-/// quarter or a sixteenth of the size, so that all but the first levels stay in the nearest cache.
+/// Forward transform, product with the kernel, and inverse transform of `size` elements, a power of
+/// two from four on. `deeper` completes one part after the other; it is this function for a quarter
+/// or a sixteenth of the size. So all but the first levels stay in the nearest cache.
 template <class V, class Deeper>
 WEFT_INLINE void convolve(double* x, std::size_t size, const double* w, const double* kernel,
                           Deeper deeper) {
@@ -238,8 +238,8 @@ WEFT_INLINE void split_eight(double* x, const double* w) {
   }
 }
 
-/// Forward transform of `size` elements, a power of two, in place. Bins are left in the order of
-/// the levels: quarter q has those of which q remains over four, and so on inside. `deeper` as for
+/// Forward transform of `size` elements, a power of two, in place. The bins stay in the order of
+/// the levels: quarter q has the bins k with k mod 4 = q, and so on inside. `deeper` as for
 /// convolve().
 template <class V, class Deeper>
 WEFT_INLINE void forward(double* x, std::size_t size, const double* w, Deeper deeper) {
@@ -265,9 +265,9 @@ WEFT_INLINE void forward(double* x, std::size_t size, const double* w, Deeper de
     deeper(x + q * quarter * step<V>, quarter, w + quarter * twiddles_per_butterfly);
 }
 
-/// One butterfly of the first level by R, decimation in frequency, of inputs of which all but the
-/// first M are zero; output k goes to x + k `stride`. `root` [R x 2]: cos and sin of 2 pi k / R;
-/// `w`: w^j, w^2j ... w^(R-1)j.
+/// One butterfly of the first level by R, decimation in frequency. All inputs but the first M are
+/// zero. Output k goes to x + k `stride`. `root` [R x 2]: cos and sin of 2 pi k / R; `w`: w^j, w^2j
+/// ... w^(R-1)j.
 template <std::size_t R, class V, std::size_t M>
 WEFT_INLINE void split_first(const std::array<Complex<V>, M>& in, const double* root,
                              const double* w, double* x, std::size_t stride) {
@@ -313,9 +313,8 @@ WEFT_INLINE std::array<Complex<V>, M> join_first(const double* x, std::size_t st
   return out;
 }
 
-/// Of two real signals transformed as one, Z = A + iB: A = (Z_k + conj Z_-k) / 2 and
-/// B = (Z_k - conj Z_-k) / 2i are Hermitian. The squares |2A|^2 and |2B|^2 of bin k from Z_k and
-/// Z_-k.
+/// The squares |2A|^2 and |2B|^2 of bin k from Z_k and Z_-k. Two real signals are transformed as
+/// one, Z = A + iB. A = (Z_k + conj Z_-k) / 2 and B = (Z_k - conj Z_-k) / 2i are Hermitian.
 template <class V>
 WEFT_INLINE Complex<V> squares_of(Complex<V> z, Complex<V> m) {
   const Complex<V> a{z.re + m.re, z.im - m.im}, b{z.re - m.re, z.im + m.im};
@@ -326,11 +325,11 @@ WEFT_INLINE Complex<V> squares_of(Complex<V> z, Complex<V> m) {
 
 namespace weft::classifier {
 
-// Powers of two that bring signals of any level to the same, so that those that share a transform
-// do not drown in each other's rounding.
+// Powers of two that scale all signals to the same level. Otherwise the rounding of a strong signal
+// would hide a weak one in the same transform.
 
-/// Two factors whose product is 2^exponent: one alone may overflow where the product with a signal
-/// does not.
+/// Two factors with the product 2^exponent. A single factor may overflow where the product with a
+/// signal does not.
 struct PowerOfTwo {
   alignas(64) std::array<double, simd::block_taxels> first{};
   alignas(64) std::array<double, simd::block_taxels> second{};
@@ -341,13 +340,13 @@ struct PowerOfTwo {
   }
 
  private:
-  // From the exponent's bits: half an exponent of a double is that of a normal number.
+  // Built from the exponent's bits: half the exponent of any double is that of a normal number.
   static double power(int exponent) {
     return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
   }
 };
 
-/// std::frexp's exponent, by the bits where the number is normal.
+/// The exponent of std::frexp, read from the bits if the number is normal.
 inline int exponent_of(double v) {
   const auto biased = static_cast<int>(std::bit_cast<std::uint64_t>(v) >> 52 & 0x7ff);
   if (biased != 0 && biased != 0x7ff) return biased - 1022;
@@ -356,10 +355,11 @@ inline int exponent_of(double v) {
   return exponent;
 }
 
-/// Of sixteen signals or fewer.
+/// Scale factors of up to sixteen signals.
 struct Scaling {
-  PowerOfTwo in;   ///< brings the largest magnitude into [1/2, 1)
-  PowerOfTwo out;  ///< and back; zero for a silent signal, which would show its partner's rounding
+  PowerOfTwo in;  ///< scales the largest magnitude into [1/2, 1)
+  PowerOfTwo
+      out;  ///< inverse of `in`; zero for a silent signal, which would show its partner's rounding
 };
 
 inline Scaling scaling_of(const double* top, std::size_t signals) {
@@ -373,9 +373,9 @@ inline Scaling scaling_of(const double* top, std::size_t signals) {
   return out;
 }
 
-/// Magnitudes, scaled back, in the place of four times their squares: [count x signals]. A loop of
-/// its own over plain numbers: only so do compilers take roots of all lanes at once, in sources
-/// that are compiled with -fno-math-errno.
+/// Replaces four times the squares by magnitudes, scaled back: [count x signals]. It is a loop of
+/// its own over plain numbers: only then do compilers take the roots of all lanes at once, in
+/// sources compiled with -fno-math-errno.
 template <std::size_t signals>
 WEFT_INLINE void compute_roots(double* rows, std::size_t count, const PowerOfTwo& scale) {
   PowerOfTwo by = scale;

@@ -7,7 +7,7 @@ namespace {
 
 struct BlockText {
   std::string_view name;    // column name, as in the Python reference
-  std::string_view symbol;  // Table I
+  std::string_view symbol;  // symbol in Table I
   std::string_view unit;
 };
 

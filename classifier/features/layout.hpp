@@ -14,20 +14,20 @@
 
 namespace weft::classifier {
 
-// Choices in Table I of Khan et al. 2016 that the paper leaves open.
+// Choices that Table I of Khan et al. 2016 leaves open.
 
 enum class SkewOf {
-  peaks,  ///< the values of the strict local maxima: the paper's "skewness of the signal peaks"
+  peaks,  ///< values of the strict local maxima: the paper's "skewness of the signal peaks"
   signal
 };
 
 enum class Norm {
   l2,  ///< root of the sum of squares of the raw counts; grows with the length of the motion
-  rms  ///< the same per sample: for data whose motions differ in length
+  rms  ///< the same per sample, for data with motions of different length
 };
 
 enum class SpectrumScale {
-  amplitude,  ///< 2 / T x |DFT|: a sinusoid's bin reads its amplitude in counts
+  amplitude,  ///< 2 / T x |DFT|: the bin of a sinusoid is its amplitude in counts
   magnitude   ///< |DFT|
 };
 
@@ -61,7 +61,7 @@ inline constexpr std::array taxel_blocks = {Block::max,  Block::min,  Block::mea
                                             Block::norm, Block::kurt, Block::skew, Block::range,
                                             Block::mode, Block::m5,   Block::hfrq, Block::sh};
 
-/// Some of the blocks.
+/// A set of blocks.
 class BlockSet {
  public:
   constexpr BlockSet() = default;  ///< none
@@ -76,7 +76,7 @@ class BlockSet {
 
   constexpr void add(Block block) { bits_ |= bit_of(block); }
   [[nodiscard]] constexpr bool has(Block block) const { return (bits_ & bit_of(block)) != 0; }
-  /// Whether the two have a block in common.
+  /// True if the two sets share a block.
   [[nodiscard]] constexpr bool meets(BlockSet other) const { return (bits_ & other.bits_) != 0; }
   friend bool operator==(const BlockSet&, const BlockSet&) = default;
 
@@ -86,7 +86,7 @@ class BlockSet {
   std::uint32_t bits_ = 0;
 };
 
-/// Which of the phases around M a trial has. M itself is always required.
+/// The phases around M that a trial has. M itself is always required.
 struct PhaseSet {
   bool rest = false;
   bool press = false;
@@ -97,7 +97,7 @@ struct PhaseSet {
 /// The phases that occur in `trial`.
 PhaseSet phases_of(const Trial& trial);
 
-/// What one column of a feature vector is.
+/// Description of one column of a feature vector.
 struct FeatureInfo {
   std::string name;    ///< "mean.P", "range.M.4"
   std::string symbol;  ///< the paper's notation: "F_mean^P", "F_range^M.4"
@@ -106,7 +106,7 @@ struct FeatureInfo {
   std::string_view unit;  ///< "count", "count^2", "count^5" or "1"
 };
 
-/// The columns of a feature vector: up to 3 + 12 x taxels. A feature whose phase was not recorded
+/// The columns of a feature vector: up to 3 + 12 x taxels. A feature of an unrecorded phase
 /// is absent.
 class FeatureLayout {
  public:
@@ -117,7 +117,7 @@ class FeatureLayout {
   [[nodiscard]] PhaseSet phases() const { return phases_; }
   [[nodiscard]] const std::vector<FeatureInfo>& columns() const { return columns_; }
   [[nodiscard]] std::vector<std::string> names() const;
-  /// Those that the numbered columns are of; all where `columns` is empty.
+  /// Blocks of the numbered columns; all blocks if `columns` is empty.
   [[nodiscard]] BlockSet blocks_of(std::span<const std::size_t> columns) const;
 
  private:

@@ -9,10 +9,10 @@ namespace {
 constexpr double widest_table = 65536.0;  // raw counts have 16 bits
 constexpr std::size_t signals = ModeFinder::signals;
 
-// Where each signal's counts lie in the table.
+// Position of each signal's counts in the table.
 struct Plan {
   ModeFinder::Values low{};   // smallest value, in bins
-  ModeFinder::Values last{};  // number of the last bin; 0 for a signal that is sorted instead
+  ModeFinder::Values last{};  // number of the last bin; 0 if the signal is sorted instead
   std::array<std::size_t, signals> begin{};
   std::array<bool, signals> counted{};
   std::size_t size = 0;
@@ -31,7 +31,7 @@ Plan plan_tables(const ModeFinder::Values& low, const ModeFinder::Values& high, 
   return out;
 }
 
-// Bins of one sample of the first `width` signals, from the smallest value on.
+// Bin numbers of one sample of the first `width` signals, counted from the smallest value.
 template <std::size_t width>
 WEFT_INLINE void number_bins(const double* row, const Plan& plan, double bin, std::int32_t* out) {
   for (std::size_t k = 0; k < width; ++k) {
@@ -62,8 +62,8 @@ void count_sixteen(const double* rows, std::size_t count, const Plan& where, dou
   count_bins<signals>(rows, count, where, bin, table);
 }
 
-// Of up to `few` samples: the most frequent of the bins [count x signals of V], the smallest of
-// several.
+// Most frequent bin of up to `few` samples [count x signals of V]; the smallest of equally frequent
+// ones.
 constexpr std::size_t few = 16;
 template <class V>
 WEFT_INLINE void compare_all(const double* rows, std::size_t count, double bin, double* out) {
@@ -94,7 +94,7 @@ void compare_sixteen(const double* rows, std::size_t count, double bin, double* 
   compare_all<simd::Lanes>(rows, count, bin, out);
 }
 
-// The first of the highest counts.
+// Index of the first of the highest counts.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 std::size_t highest(const std::uint32_t* counts, std::size_t size) {
   std::uint32_t most = 0;

@@ -7,17 +7,17 @@ namespace weft::classifier {
 namespace {
 
 constexpr double epsilon = 0x1p-52;
-// A mean is computed in two passes where its sum may be off by more than the first share of the
-// deviation, and taken where it is off by more than the second.
+// A mean is recomputed in two passes if its sum may be off by more than the first share of the
+// deviation. The new mean replaces it if they differ by more than the second.
 constexpr double sum_tolerance = 1e-6, mean_tolerance = 1e-10;
 
-// Whether the naive sum behind a mean of `count` values may be off by more than its tolerance.
+// True if the naive sum of `count` values may be off by more than its tolerance.
 bool needs_refining(double count, double largest, double second) {
   const double error = count * epsilon * largest;
   return error * error * count > sum_tolerance * sum_tolerance * second;
 }
 
-// A mean as a double and what it leaves over, so that deviations keep all their digits.
+// A mean as a double and its remainder, so that deviations keep all their digits.
 struct Mean {
   double value, rest = 0.0;
 
@@ -29,12 +29,12 @@ struct Mean {
   }
 };
 
-// Samples of one of the signals side by side.
+// Samples of one signal among those side by side.
 struct Column {
   const double* first;
   std::size_t width, samples;
 
-  // Calls on_peak() with each strict local maximum.
+  // Calls on_sample() with each value and on_peak() with each strict local maximum.
   template <class OnSample, class OnPeak>
   void visit(OnSample on_sample, OnPeak on_peak) const {
     double last = *first, rising = 0.0;
@@ -47,8 +47,8 @@ struct Column {
   }
 };
 
-// Two-pass means, and the sums of powers about them, of signal `k`. What was only off by less than
-// the tolerance stays as it is, bit for bit.
+// Two-pass means of signal `k`, and the sums of powers about them. A mean within the tolerance
+// stays as it is, bit for bit.
 void refine(const Column& column, double peaks, std::size_t k, Powers& out) {
   const auto n = static_cast<double>(column.samples);
   Mean mean{out.mean[k]}, peak_mean{out.peak_mean[k]};

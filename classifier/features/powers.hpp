@@ -8,11 +8,10 @@
 
 namespace weft::classifier {
 
-inline constexpr double fewest_peaks = 3.0;  ///< for a skewness
+inline constexpr double fewest_peaks = 3.0;  ///< least number for a skewness
 
-/// Whether the signal falls here after it last rose, so that the value before was a strict local
-/// maximum: a flat top counts once, end points never (as MATLAB's findpeaks). Updates `rising`, 1
-/// or 0.
+/// 1 if the value before was a strict local maximum: the signal rose before and falls now. A flat
+/// top counts once, end points never (as MATLAB's findpeaks). Updates `rising`, 1 or 0.
 template <class V>
 WEFT_INLINE V is_peak(V value, V last, V& rising) {
   const V peak = value < last ? rising : simd::all<V>(0.0);
@@ -20,7 +19,7 @@ WEFT_INLINE V is_peak(V value, V last, V& rising) {
   return peak;
 }
 
-/// Sums of powers about the mean: of the signal, and of its peaks about theirs.
+/// Sums of powers of deviations: of the signal about its mean, and of its peaks about theirs.
 struct Powers {
   alignas(64) TaxelBlock::PerTaxel mean{}, second{}, third{}, fourth{}, fifth{};
   alignas(64) TaxelBlock::PerTaxel peak_mean{}, peak_second{}, peak_third{};
@@ -29,10 +28,9 @@ struct Powers {
 /// The largest magnitude of signal `k`.
 double largest_value(const TaxelBlock::Running& running, std::size_t k);
 
-/// Computes mean and powers of a signal anew, in two passes, where the sum behind its mean may be
-/// off by more than 1e-6 of the deviation: sums of counts are exact, those of large or of many
-/// other values are not. Powers of other signals stay as they are, bit for bit. `rows` [samples x
-/// width].
+/// Recomputes mean and powers of a signal in two passes if the sum of its mean may be off by more
+/// than 1e-6 of the deviation. Sums of counts are exact; those of large or of many other values are
+/// not. Powers of other signals keep their bits. `rows` [samples x width].
 void refine_where_needed(const double* rows, std::size_t width, std::size_t samples,
                          const TaxelBlock::Running& running, Powers& out);
 

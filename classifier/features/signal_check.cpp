@@ -7,14 +7,14 @@ namespace weft::classifier {
 namespace {
 
 constexpr double epsilon = 0x1p-52;
-constexpr std::size_t fewest_samples = 8;  // to tell a clock, or a limit
+constexpr std::size_t fewest_samples = 8;  // fewest samples to detect a clock or a limit
 constexpr double same_step_share = 0.95;
-constexpr double wrapping_step_share = 0.75;  // where all other steps are equal too
-constexpr std::size_t held_samples = 5;       // at a limit in a row
-constexpr std::size_t held_times = 4;         // as long as at any value between both limits
+constexpr double wrapping_step_share = 0.75;  // if all other steps are equal too
+constexpr std::size_t held_samples = 5;       // number of samples in a row at a limit
+constexpr std::size_t held_times = 4;         // multiple of the longest run between both limits
 constexpr double held_share = 0.01, between_share = 0.05;
 
-// The mean square deviation from a mean that is itself corrected, so that levels take no digits.
+// Mean square deviation from a mean that is itself corrected, so a large level loses no digits.
 double mean_square_deviation(std::span<const double> samples) {
   const auto n = static_cast<double>(samples.size());
   double mean = 0.0;
@@ -30,8 +30,8 @@ double mean_square_deviation(std::span<const double> samples) {
   return std::max(0.0, square / n - sum / n * (sum / n));
 }
 
-// One sample of each run of equal ones, where all runs but the first and the last are as long as
-// each other, to a sample: a slower clock, read more often than it ticks.
+// One sample of each run of equal ones, if all runs but the first and the last have equal length,
+// to a sample. Such runs come from a slow clock that is read more often than it ticks.
 std::vector<double> without_even_runs(std::span<const double> samples) {
   std::vector<double> out;
   std::vector<std::size_t> lengths;
@@ -47,11 +47,11 @@ std::vector<double> without_even_runs(std::span<const double> samples) {
   return *most > *least + 1 ? std::vector(samples.begin(), samples.end()) : out;
 }
 
-// Of the samples times `sign`, which is 1 or -1.
+// `sign` is 1 or -1; the samples are multiplied by it.
 bool does_only_rise(std::span<const double> samples, double sign) {
   if (samples.size() < fewest_samples) return false;
   std::size_t rises = 0, falls = 0, lead = 0;
-  double usual = 0.0;  // the step that most intervals have, if there is one (Boyer and Moore 1981)
+  double usual = 0.0;  // most frequent step, if most intervals have it (Boyer and Moore 1981)
   const auto step_at = [&](std::size_t i) { return sign * (samples[i] - samples[i - 1]); };
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const double step = step_at(i);
@@ -63,7 +63,7 @@ bool does_only_rise(std::span<const double> samples, double sign) {
   const auto intervals = static_cast<double>(samples.size() - 1);
   if (falls == 0 && static_cast<double>(rises) > intervals / 2) return true;
   if (!(usual > 0.0)) return false;
-  std::vector<double> others;  // of a counter that begins anew
+  std::vector<double> others;  // steps at which a counter restarts
   for (std::size_t i = 1; i < samples.size(); ++i)
     if (step_at(i) != usual) others.push_back(step_at(i));
   const double alike = 1.0 - static_cast<double>(others.size()) / intervals;
@@ -72,7 +72,7 @@ bool does_only_rise(std::span<const double> samples, double sign) {
   return alike >= (wraps ? wrapping_step_share : same_step_share);
 }
 
-// Longest run of equal samples, by whether they are at the lower end, at the upper or between.
+// Longest run of equal samples at the lower end, at the upper end, and between.
 struct Runs {
   std::size_t low = 0, high = 0, between = 0;
   std::size_t at_low = 0, at_high = 0, samples_between = 0;

@@ -25,11 +25,11 @@ using fourier::times;
 using fourier::twiddles;
 using simd::Lanes;
 
-constexpr std::size_t least_part = 4;    // so that a part can be split again
-constexpr std::size_t most_direct = 16;  // samples; a convolution of 32 costs more
+constexpr std::size_t least_part = 4;    // a part of this size can be split again
+constexpr std::size_t most_direct = 16;  // samples; above this a convolution of 32 is cheaper
 
-// Radix and part: their product is the shortest transform of at least `least` elements, a quarter
-// longer at most.
+// Radix and part of the shortest transform with at least `least` elements. It is at most a quarter
+// longer.
 std::pair<std::size_t, std::size_t> first_cut(std::size_t least) {
   std::pair<std::size_t, std::size_t> best{4, std::bit_ceil(std::max(4 * least_part, least)) / 4};
   for (const std::size_t radix : {5U, 6U, 7U}) {
@@ -47,10 +47,10 @@ struct Job {
   std::size_t length, radix, part;
   const double* root;
   const double* first;   // twiddles of the first level
-  const double* levels;  // of the others
+  const double* levels;  // twiddles of the other levels
   const double* chirp;
   const double* kernel;
-  const std::uint32_t* place;  // of each bin of a transform that is no convolution; else null
+  const std::uint32_t* place;  // position of each bin of a plain transform; null for a convolution
 };
 
 // Sample `at` of all signals, less offset, scaled.
@@ -71,7 +71,7 @@ struct Signals {
 };
 
 // The first level of the forward transform on signals less offset, scaled, times the chirp. At most
-// half of the elements, rounded up to whole parts, is signal: zeros need not be written.
+// half of the elements, rounded up to whole parts, is signal, so zeros need not be written.
 template <class V, std::size_t R>
 WEFT_INLINE void split_signals(const Job& job, const PowerOfTwo& scale, double* x) {
   const Signals<V> signals(job, scale);
@@ -86,7 +86,7 @@ WEFT_INLINE void split_signals(const Job& job, const PowerOfTwo& scale, double* 
   }
 }
 
-// The last level of the inverse transform times the chirp, of the half that is asked for.
+// The last level of the inverse transform times the chirp, for the half that is needed.
 template <class V, std::size_t R>
 WEFT_INLINE void join_signals(const Job& job, double* x) {
   const std::size_t part = job.part, length = job.length;
@@ -99,7 +99,7 @@ WEFT_INLINE void join_signals(const Job& job, double* x) {
   }
 }
 
-// Squares of 2A and 2B take the place of Z_k, which no later k needs.
+// Overwrites Z_k with the squares of 2A and 2B; no later k needs Z_k.
 template <class V>
 WEFT_INLINE void compute_squares(double* x, std::size_t length) {
   for (std::size_t k = 0; k <= length / 2; ++k)
@@ -107,7 +107,7 @@ WEFT_INLINE void compute_squares(double* x, std::size_t length) {
         squares_of(get<V>(x + k * step<V>), get<V>(x + (k == 0 ? 0 : length - k) * step<V>)));
 }
 
-// A transform whose levels need no convolution: its bins lie scattered, their squares follow them.
+// A transform without convolution. Its bins are in scattered order; their squares follow them.
 template <class V, class Forward>
 WEFT_INLINE double* transform_plainly(const Job& job, const PowerOfTwo& scale, double* x,
                                       Forward forward) {
@@ -131,13 +131,13 @@ WEFT_INLINE void transform_by(const Job& job, const PowerOfTwo& scale, double* x
   join_signals<V, R>(job, x);
 }
 
-// Term by term, for the shortest signals; four times the squares, as compute_squares().
+// Sums term by term, for the shortest signals. Gives four times the squares, as compute_squares().
 template <class V>
 WEFT_INLINE void transform_directly(const Job& job, const PowerOfTwo& scale, double* x) {
   const Signals<V> signals(job, scale);
   std::array<Complex<V>, most_direct> signal;
   std::size_t taken = 0;
-  do {  // at least one
+  do {  // at least one sample
     signal[taken] = signals.at(taken);
   } while (++taken < job.length);
   for (std::size_t k = 0; k <= job.length / 2; ++k) {
@@ -153,7 +153,7 @@ WEFT_INLINE void transform_directly(const Job& job, const PowerOfTwo& scale, dou
   }
 }
 
-// Where in `x` they are.
+// Computes magnitudes and returns their address in `x`.
 template <class V, class Convolve, class Forward>
 WEFT_INLINE const double* magnitudes_of(const Job& job, double* x, Convolve convolve,
                                         Forward forward) {
@@ -210,7 +210,7 @@ const double* magnitudes_of_one(const Job& job, double* x) {
   return magnitudes_of<double>(job, x, convolve_one, forward_one);
 }
 
-// Transform of one complex signal, in the order that the levels leave.
+// Transform of one complex signal; the bins stay in the order of the levels.
 template <std::size_t R>
 void forward_first(double* x, std::size_t part, const double* root, const double* w) {
   for (std::size_t j = 0; j < part; ++j, w += 2 * (R - 1)) {
@@ -242,7 +242,7 @@ Spectrum::Spectrum(std::size_t length) : length_(length) {
   kernel_.resize(2 * padded);
   chirp_.reserve(2 * length);
   for (std::size_t j = 0; j < length_; ++j) {
-    // j^2 modulo 2 n in integers: the angle stays small and exact for any length.
+    // j^2 modulo 2 n in integers keeps the angle small and exact for any length.
     const auto square = static_cast<std::uint64_t>(j) * j % (2 * length_);
     const double angle =
         std::numbers::pi * static_cast<double>(square) / static_cast<double>(length_);

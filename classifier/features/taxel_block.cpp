@@ -17,17 +17,17 @@ using simd::store;
 
 using PerTaxel = TaxelBlock::PerTaxel;
 constexpr std::size_t taxels = TaxelBlock::taxels;
-// Signals of a block that works on V: real and imaginary ones of its transforms.
+// Number of signals of a block that works on V: the real and imaginary ones of its transforms.
 template <class V>
 inline constexpr std::size_t row_of = 2 * lanes_of<V>;
 
-// A variance relative to the square of the largest value that is only rounding: deviations of less
-// than two units in the last place.
+// Up to this variance, relative to the square of the largest value, there is only rounding:
+// deviations of less than two units in the last place.
 constexpr double constant_tolerance = 4.0 * 0x1p-52 * 0x1p-52;
-// Powers of deviations between these limits are normal numbers once the signal is scaled.
+// Between these limits powers of deviations are normal numbers once the signal is scaled.
 constexpr double tiny_range = 0x1p-200, least_range = 0x1p-960;
-constexpr double fewest_samples = 4.0;      // for a kurtosis
-constexpr double kurtosis_of_normal = 3.0;  // and of what does not vary
+constexpr double fewest_samples = 4.0;      // least number for a kurtosis
+constexpr double kurtosis_of_normal = 3.0;  // also used for a constant signal
 
 template <class V>
 WEFT_INLINE void update_with(const double* rows, std::size_t count, TaxelBlock::Running& running) {
@@ -100,7 +100,7 @@ void add_powers_two(const double* rows, std::size_t count, Powers& out) {
   add_powers_with<double>(rows, count, out);
 }
 
-// Means of the signal and of its peaks; 0 where there is none.
+// Means of the signal and of its peaks; 0 without peaks.
 template <class V>
 WEFT_INLINE void set_means_with(const TaxelBlock::Running& running, double n, Powers& out) {
   for (std::size_t k = 0; k < row_of<V>; k += lanes_of<V>) {
@@ -136,8 +136,8 @@ PerTaxel& at(TaxelBlock::Features& features) {
   return features[static_cast<std::size_t>(found - taxel_blocks.begin())];
 }
 
-// What a variance has to exceed: rounding is no spread. Infinite for a constant, whose mean may be
-// rounded.
+// Limit that a variance must exceed; below it the spread is rounding. Infinite for a constant, as
+// its mean may be rounded.
 template <class V>
 WEFT_INLINE V rounding_of(V low, V high) {
   const V largest = simd::larger(simd::magnitude(low), simd::magnitude(high));
@@ -145,8 +145,8 @@ WEFT_INLINE V rounding_of(V low, V high) {
   return high > low ? limit : all<V>(std::numeric_limits<double>::infinity());
 }
 
-// Biased m3 / m2^1.5 of what `count` values sum to; 0 for a constant and for fewer than three.
-// `root` of m2.
+// Biased m3 / m2^1.5 of `count` values; 0 for a constant and for fewer than three. `root` is that
+// of m2.
 template <class V>
 WEFT_INLINE V skewness(V second, V third, V count, V rounding, V root) {
   const V m2 = second / count, ratio = third / count / (m2 * root);
@@ -154,8 +154,8 @@ WEFT_INLINE V skewness(V second, V third, V count, V rounding, V root) {
   return count >= fewest_peaks ? moving : all<V>(0.0);
 }
 
-// What follows from the sums of powers. Everything is computed and then chosen from: a quotient by
-// 0 goes no further.
+// Inputs of the features that follow from the sums of powers. All alternatives are computed, then
+// one is chosen; so a quotient by 0 does no harm.
 struct Shape {
   const Powers& p;
   const TaxelBlock::Running& running;
@@ -163,7 +163,7 @@ struct Shape {
   double n;
 };
 
-// Roots in a loop of their own over plain numbers: only so do compilers take them side by side.
+// The roots are a loop of their own over plain numbers: only then do compilers vectorise them.
 template <class V>
 WEFT_INLINE void compute_roots_with(const Shape& of, PerTaxel& norm, PerTaxel& skew) {
   const bool of_signal = of.options.skew == SkewOf::signal, rms = of.options.norm == Norm::rms;
@@ -203,7 +203,7 @@ WEFT_INLINE void shape_with(const Shape& of, TaxelBlock::Features& out) {
     store(&skew[k], of_signal ? skewness(second, load<V>(&p.third[k]), all<V>(n), rounding, root)
                               : skewness(load<V>(&p.peak_second[k]), load<V>(&p.peak_third[k]),
                                          load<V>(&of.running.peaks[k]), rounding, root));
-    store(&hfrq[k], moves ? load<V>(&hfrq[k]) : zero);  // rounding is no spectrum
+    store(&hfrq[k], moves ? load<V>(&hfrq[k]) : zero);  // a spread of rounding has no spectrum
     store(&sh[k], moves ? load<V>(&sh[k]) : zero);
   }
 }
@@ -243,7 +243,7 @@ void summarise_two(const double* bins, std::size_t top, double scale, PerTaxel& 
   summarise_with<double>(bins, top, scale, largest, upper);
 }
 
-// Rounding keeps the order, so the farthest sample is the smallest or the largest.
+// Rounding keeps the order, so the farthest sample is the smallest or the largest one.
 PerTaxel largest_deviation(const TaxelBlock::Running& running, const PerTaxel& mean) {
   PerTaxel out{};
   for (std::size_t k = 0; k < taxels; ++k)
@@ -251,19 +251,19 @@ PerTaxel largest_deviation(const TaxelBlock::Running& running, const PerTaxel& m
   return out;
 }
 
-// Whether the fifth power of a deviation would be no normal number.
+// True if the fifth power of a deviation would not be a normal number.
 bool is_tiny(const TaxelBlock::Running& running, std::size_t k) {
   const double range = running.high[k] - running.low[k];
   return range < tiny_range && range > least_range;
 }
 
-// Blocks that need a pass over the samples of their own; the mean is one of the powers because its
-// rounding is judged by them.
+// Blocks that need their own pass over the samples. The mean is among the powers because they
+// determine its rounding.
 constexpr BlockSet of_spectrum{Block::hfrq, Block::sh};
 constexpr BlockSet of_powers{Block::mean, Block::var,  Block::kurt, Block::skew,
                              Block::m5,   Block::hfrq, Block::sh};
 
-// Exponent of the unit of a feature whose signal's unit is 2^exponent.
+// Exponent of the unit of a feature if the unit of its signal is 2^exponent.
 constexpr int exponent_of(Block block) {
   switch (block) {
     case Block::kurt:
@@ -291,7 +291,7 @@ void TaxelBlock::grow(std::size_t samples) {
 void TaxelBlock::add(const double* counts, std::size_t stride, std::size_t count) {
   if (count == 0) return;
   grow(samples_ + count);
-  // a few at a time, so that they are still in the nearest cache when they are looked at
+  // Few samples at a time, so that they are still in the nearest cache for the second pass.
   constexpr std::size_t few = 128;
   for (std::size_t i = 0; i < count; i += few)
     append(counts + i * stride, stride, std::min(few, count - i));
@@ -330,7 +330,7 @@ void TaxelBlock::add_spectrum(const PerTaxel& mean, const FeatureOptions& option
   }
 }
 
-// One sample is its own mean: what shape_with() gives, without its quotients.
+// One sample is its own mean: the result of shape_with(), without its quotients.
 void TaxelBlock::shape_of_one(Features& out) const {
   at<Block::mean>(out) = running_.last;
   at<Block::kurt>(out).fill(kurtosis_of_normal);
@@ -343,7 +343,7 @@ TaxelBlock::PerTaxel TaxelBlock::modes(const FeatureOptions& options, BlockTools
                           options.mode_bin_counts);
 }
 
-// Features of signals scaled to about 1, scaled back; the mode has a grid of its own.
+// Features of signals scaled to about 1, then scaled back. The mode has its own grid.
 TaxelBlock::Features TaxelBlock::features_of_tiny(const FeatureOptions& options, BlockTools& tools,
                                                   BlockSet wanted) const {
   std::array<int, taxels> exponent{};

@@ -1,6 +1,5 @@
 #pragma once
-// Up to sixteen taxels of a motion side by side: their samples, and what can be kept up to date
-// while they come in.
+// Up to sixteen taxels of a motion side by side: their samples and running sums.
 
 #include <array>
 #include <cstddef>
@@ -13,16 +12,16 @@
 
 namespace weft::classifier {
 
-/// Finds the modes of sixteen signals, or two, by counting; sorts only where values are too far
+/// Finds the modes of sixteen signals, or two, by counting. It sorts only if the values are too far
 /// apart to be counts of a sensor. Keeps its tables between calls.
 class ModeFinder {
  public:
   static constexpr std::size_t signals = simd::block_taxels;
   using Values = std::array<double, signals>;
 
-  /// Most frequent value on a grid of `bin` > 0, the smallest of several (as MATLAB's mode). `rows`
-  /// [count x width], count >= 1, width 16 or 2, with the smallest and largest value of every
-  /// signal.
+  /// Most frequent value on a grid of `bin` > 0; the smallest of equally frequent ones (as MATLAB's
+  /// mode). `rows` [count x width], count >= 1, width 16 or 2; `low` and `high` have the smallest
+  /// and largest value of every signal.
   Values find(const double* rows, std::size_t width, std::size_t count, const Values& low,
               const Values& high, double bin);
 
@@ -47,28 +46,27 @@ class TaxelBlock {
   /// One entry per taxel and block, in the order of `taxel_blocks`.
   using Features = std::array<PerTaxel, taxel_blocks.size()>;
 
-  /// Of `used` taxels, 1 to 16. One or two are kept and worked on by themselves, more as sixteen.
+  /// `used`: number of taxels, 1 to 16. One or two are stored alone; more are processed as sixteen.
   explicit TaxelBlock(std::size_t used);
 
-  /// Forgets the samples, keeps the memory.
+  /// Discards the samples, keeps the memory.
   void clear() { samples_ = 0; }
   [[nodiscard]] std::size_t used() const { return used_; }
   [[nodiscard]] std::size_t samples() const { return samples_; }
 
-  /// Appends `count` finite samples; sample i begins at `counts` + i x `stride`. Allocates only
-  /// where the motion is longer than any before.
+  /// Appends `count` finite samples; sample i begins at `counts` + i x `stride`. Allocates only if
+  /// the motion is longer than any before.
   void add(const double* counts, std::size_t stride, std::size_t count);
 
-  /// Features of the samples so far, at least one. Those of taxels beyond the used are of zeros;
-  /// those of blocks that are not `wanted` mean nothing, and the passes that they alone need are
-  /// left out.
+  /// Features of the samples so far, at least one. Features of unused taxels are those of zeros.
+  /// Features of blocks that are not `wanted` are undefined, and passes for them alone are skipped.
   [[nodiscard]] Features features(const FeatureOptions& options, BlockTools& tools,
                                   BlockSet wanted = BlockSet::all()) const;
 
-  /// Kept up to date by add(). Sums of counts are exact: below 2^53.
+  /// Updated by add(). Sums of counts are exact: below 2^53.
   struct Running {
     alignas(64) PerTaxel low{}, high{}, sum{}, square{};
-    /// A strict local maximum is known one sample later: when the signal falls after it last rose.
+    /// A strict local maximum is known one sample later, when the signal falls after it last rose.
     alignas(64) PerTaxel last{}, rising{}, peaks{}, peak_sum{};
   };
 

@@ -5,10 +5,10 @@
 namespace weft::classifier {
 namespace {
 
-// People and other programs number recordings by "#3" themselves.
+// People and other programs number recordings with "#3" themselves.
 constexpr std::string_view window_mark = "#w";
 
-// Whole samples in a duration, or 0 when that is not a sensible number.
+// Number of whole samples in a duration; 0 if that is not a plausible number.
 std::size_t samples_in(double duration_s, double period_s) {
   const double samples = std::nearbyint(duration_s / period_s);
   return samples >= 1.0 && samples < 1e15 ? static_cast<std::size_t>(samples) : 0;
@@ -63,7 +63,7 @@ std::string recording_of(const std::string& file, std::size_t row) {
   return name.empty() ? "#" + std::to_string(row) : std::string(name);
 }
 
-// Counts stay counts: of whole ones a whole level is taken.
+// Counts stay counts: from whole numbers a whole level is subtracted.
 Status without_level(Trial& trial, Phase of) {
   const auto is_whole = [](double count) { return count == std::nearbyint(count); };
   const bool whole = std::ranges::all_of(trial.counts, is_whole);

@@ -1,6 +1,6 @@
 #pragma once
-// Four doubles at a time, mapped by the compiler to what the processor has. The arithmetic is the
-// same on every processor: no fused operations, no reordering.
+// Four doubles at a time; the compiler maps them to the vectors of the processor. The arithmetic is
+// the same on every processor: no fused operations, no reordering.
 
 #include <bit>
 #include <cstddef>
@@ -39,7 +39,7 @@ WEFT_INLINE BlockBits all_bits(std::size_t v) {
   const auto w = static_cast<long long>(v);
   return BlockBits{w, w, w, w};
 }
-/// Numbers of a block's lanes within an array of blocks.
+/// Indices of a block's lanes within an array of blocks.
 WEFT_INLINE BlockBits lane_numbers(std::size_t block) {
   return BlockBits{0, 1, 2, 3} + static_cast<long long>(block * lanes);
 }
@@ -54,7 +54,7 @@ WEFT_INLINE double largest_of(const Block (&values)[blocks]) {
     return largest_of(half);
 }
 
-/// Number of the last lane that holds `value`, which one of them does; up to 64 lanes.
+/// Index of the last lane equal to `value`; one lane must be. For up to 64 lanes.
 template <std::size_t blocks>
 WEFT_INLINE std::size_t last_equal(const Block (&values)[blocks], double value) {
   static_assert(blocks * lanes <= 64);
@@ -67,7 +67,7 @@ WEFT_INLINE std::size_t last_equal(const Block (&values)[blocks], double value) 
   return whole == 0 ? 0 : std::size_t(63 - std::countl_zero(whole));
 }
 
-/// exp(r) for |r| <= ln(2) / 2: the series to r^13, whose next term is below 5e-18.
+/// exp(r) for |r| <= ln(2) / 2: the series to r^13; its next term is below 5e-18.
 template <class V>
 WEFT_INLINE V exp_series(V r) {
   constexpr double inverse_factorial[] = {
@@ -78,8 +78,8 @@ WEFT_INLINE V exp_series(V r) {
   return (sum * r * r + r) + 1.0;
 }
 
-/// exp(x) for x <= 0, as exp_of_negative() says; V is four or eight doubles. k = round(x / ln 2)
-/// comes out of the low bits of x / ln 2 + 1.5 2^52.
+/// exp(x) for x <= 0, as specified by exp_of_negative(); V is four or eight doubles. k = round(x /
+/// ln 2) is in the low bits of x / ln 2 + 1.5 2^52.
 template <class V>
 WEFT_INLINE V exp_block(V x) {
   using Bits = decltype(x > x);

@@ -28,7 +28,7 @@ void DenseSmo::set_rows(std::span<const int> sign) {
   }
   place_.resize(n_);
   at_c_.resize(width_);
-  // Negative rows first, as libsvm's own positive class: the arrangement of SvmTrainer.
+  // Negative rows first, as libsvm's own positive class: the same order as in SvmTrainer.
   for (const bool positive : {false, true}) {
     for (std::size_t i = 0; i < n_; ++i)
       if ((sign[i] > 0) == positive) order_.push_back(i);
@@ -38,7 +38,7 @@ void DenseSmo::set_rows(std::span<const int> sign) {
   coefficient_.assign(n_, 0.0);
 }
 
-// All multipliers 0: rows with y = +1 may move up only, the others down only.
+// All multipliers 0: rows with y = +1 may only move up, the others only down.
 void DenseSmo::set_start(std::span<const int> sign) {
   double* const from = start_.data();
   const auto part = [&](const double* of) { return from + (of - state_.data()); };
@@ -55,7 +55,7 @@ void DenseSmo::set_start(std::span<const int> sign) {
 
 bool DenseSmo::set_kernel(const double* kernel, std::size_t stride) {
   double* const diagonal = start_.data() + (d_ - state_.data());
-  double nothing = 0.0;  // NaN as soon as a value is not finite
+  double nothing = 0.0;  // becomes NaN if a value is not finite
   for (std::size_t i = 0; i < n_; ++i) {
     const double* from = kernel + order_[i] * stride;
     double* to = rounded_.data() + i * width_;
@@ -79,7 +79,8 @@ void DenseSmo::begin(double c) {
   std::fill(at_c_.begin(), at_c_.end(), static_cast<unsigned char>(0));
 }
 
-// Which way row i may still move: up_ holds the rows with y = +1 below C and y = -1 above 0.
+// Updates the directions in which row i may still move: up_ has the rows with y = +1 below C and y
+// = -1 above 0.
 WEFT_INLINE void DenseSmo::bound(std::size_t i) {
   const bool at_c = alpha_[i] >= c_;
   const bool at_zero = alpha_[i] <= 0.0;
@@ -91,7 +92,7 @@ WEFT_INLINE void DenseSmo::bound(std::size_t i) {
   low_[i] = (y_[i] > 0.0 ? falls : grows) ? 0.0 : -infinity;
 }
 
-// The most violating pair by second order information. Of equals the last counts, as in libsvm,
+// The most violating pair by second order information. The last of equal ones counts, as in libsvm,
 // which compares with >= and <=.
 WEFT_INLINE DenseSmo::Pick DenseSmo::pick(double tolerance) const {
   const std::size_t end = (active_ + lanes - 1) / lanes * lanes;
@@ -144,7 +145,7 @@ void DenseSmo::add_to_bar(std::size_t i, double weight) {
   for (std::size_t t = 0; t < n_; ++t) bar_[t] += w * k[t];
 }
 
-// How far two multipliers move along their constraint within the box: the change of y alpha of i
+// Moves two multipliers along their constraint within the box; returns the change of y alpha of i
 // and of j. v_i and v_j are the values of v there.
 WEFT_INLINE DenseSmo::Move DenseSmo::move(Pick pair, double v_i, double v_j) {
   const auto [i, j, found] = pair;
@@ -154,7 +155,7 @@ WEFT_INLINE DenseSmo::Move DenseSmo::move(Pick pair, double v_i, double v_j) {
   const double old_i = alpha_[i], old_j = alpha_[j];
   double a = old_i + y_[i] * delta;
   double b = old_j - y_[j] * delta;
-  // Outside the box one of them stops at 0 or C and the other keeps the constraint.
+  // Outside the box one of them stops at 0 or C; the other satisfies the constraint.
   const double difference = old_i - old_j, sum = old_i + old_j;
   if (y_[i] != y_[j]) {
     const bool i_first = difference > 0.0;
@@ -165,7 +166,7 @@ WEFT_INLINE DenseSmo::Move DenseSmo::move(Pick pair, double v_i, double v_j) {
       b = i_first ? c_ - difference : c_;
     }
   } else {
-    const double end = sum > c_ ? c_ : 0.0;  // where one of them can stop
+    const double end = sum > c_ ? c_ : 0.0;  // bound where one of them can stop
     if (sum > c_ ? a > end : a < end) a = end, b = sum - end;
     if (sum > c_ ? b > end : b < end) b = end, a = sum - end;
   }
@@ -194,8 +195,8 @@ WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_memory(std::size_t most, double tol
   return {most, false};
 }
 
-// The same for up to 4 blocks rows, with v in registers: once for the rows that may move up (others
-// -inf), once for those that may move down (others +inf).
+// The same for up to 4 * blocks rows, with v in registers. One copy has the rows that may move up
+// (others -inf), one those that may move down (others +inf).
 template <std::size_t blocks>
 WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_registers(std::size_t most, double tolerance) {
   const Block none = all(-infinity), least = all(least_curvature), two = all(2.0);
@@ -243,7 +244,7 @@ WEFT_INLINE DenseSmo::Walk DenseSmo::walk_in_registers(std::size_t most, double 
       l[b] = at == at_i ? low_i : at == at_j ? low_j : l[b] - change;
     }
   }
-  // Rows that are away are in neither; theirs is made anew when they come back.
+  // Shrunk rows are in neither copy; unshrink() recomputes their v.
   for (std::size_t b = 0; b < blocks; ++b) {
     const Block known = l[b] < infinity ? l[b] : all(0.0);
     store(&v_[b * lanes], u[b] > -infinity ? u[b] : known);
@@ -283,12 +284,12 @@ void DenseSmo::shrink(double tolerance) {
   for (std::size_t i = active_; i < n_; ++i) up_[i] = low_[i] = -infinity;
 }
 
-// Brings every row back. Gradients of rows that were away are made anew from the multipliers.
+// Brings every row back. Recomputes the gradients of shrunk rows from the multipliers.
 void DenseSmo::unshrink() {
   if (active_ == n_) return;
   for (std::size_t j = active_; j < n_; ++j) v_[j] = bar_[j] + y_[j];
   for (std::size_t i = 0; i < active_; ++i) {
-    if (up_[i] != 0.0 || low_[i] != 0.0) continue;  // at a bound: 0, or in bar_
+    if (up_[i] != 0.0 || low_[i] != 0.0) continue;  // at a bound: 0, or already in bar_
     const double* k = row(i);
     const double w = alpha_[i] * y_[i];
     for (std::size_t j = active_; j < n_; ++j) v_[j] -= w * k[j];
@@ -310,7 +311,8 @@ void DenseSmo::exchange(std::size_t i, std::size_t j) {
   std::swap(place_[i], place_[j]);
 }
 
-// The bias from the free rows, or the middle of the interval that the rows at bounds leave.
+// Computes the bias from the free rows, or as the middle of the interval between the rows at
+// bounds.
 void DenseSmo::finish() {
   double upper = infinity, lower = -infinity, sum = 0.0;
   std::size_t free = 0;

@@ -29,20 +29,20 @@ double share(double low, double value, double high) {
   return (value / 2 - low / 2) / (high / 2 - low / 2);
 }
 
-// Value at a place of sorted values, linear between them; `at` from 0 to size - 1.
+// Value at a position of sorted values, linear between them; `at` from 0 to size - 1.
 double value_at(const std::vector<double>& sorted, double at) {
   const auto low = static_cast<std::size_t>(at);
   const std::size_t high = std::min(low + 1, sorted.size() - 1);
   return std::lerp(sorted[low], sorted[high], at - static_cast<double>(low));
 }
 
-// Where the middle of part `k` of `parts` lies among `size` sorted values.
+// Position of the middle of part `k` of `parts` among `size` sorted values.
 double quantile_place(std::size_t k, std::size_t parts, std::size_t size) {
   return (static_cast<double>(k) + 0.5) / static_cast<double>(parts) * static_cast<double>(size) -
          0.5;
 }
 
-// Place (from 0) of the first row that is not `before(value)`, in a column that does not fall.
+// Index of the first row that is not `before(value)`, in a non-decreasing column.
 template <class Before>
 std::size_t first_not(const Matrix& knots, std::size_t column, Before before) {
   std::size_t low = 0, high = knots.rows();
@@ -56,8 +56,9 @@ std::size_t first_not(const Matrix& knots, std::size_t column, Before before) {
   return low;
 }
 
-// Where a normal distribution has `share` <= 1/2 below. Newton's steps from 0: on this side the
-// distribution is convex, so they come down to it and never past, until rounding stops them.
+// Quantile of the normal distribution at `share` <= 1/2. Newton's method starts from 0. On this
+// side the distribution is convex, so the steps descend and never overshoot, until rounding stops
+// them.
 double normal_quantile(double share) {
   const double density_at_0 = std::numbers::inv_sqrtpi / std::numbers::sqrt2;
   for (double z = 0.0;;) {
@@ -68,7 +69,7 @@ double normal_quantile(double share) {
   }
 }
 
-// A spread of rounding only must not be blown up to unit variance, nor beyond it.
+// Spread that is only rounding must not be scaled to unit variance or beyond.
 constexpr double constant_unit = 1e-9;
 
 void fit_column(const Matrix& rows, std::size_t k, Scaler& out) {

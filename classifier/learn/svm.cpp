@@ -19,10 +19,11 @@ svm_parameter parameters(double c, double tolerance) {
   return p;
 }
 
-// Of the last problem that this thread solved, as libsvm reported them.
+// Iterations of the last problem on this thread, as libsvm reported them.
 thread_local std::size_t iterations = 0;
 
-// At so many it gives up on a problem of `rows`, and returns what it has (svm.cpp, Solver::Solve).
+// libsvm gives up on a problem of `rows` at this number of iterations and returns its current state
+// (svm.cpp, Solver::Solve).
 std::size_t most_iterations(std::size_t rows) {
   return std::max<std::size_t>(10'000'000, 100 * rows);
 }
@@ -37,9 +38,9 @@ void capture_iterations(const char* text) {
 
 }  // namespace
 
-// Negative rows come first and carry libsvm label 0, positive rows label 1: libsvm's own positive
-// class is then ours negative one, the arrangement that scikit-learn uses. Solutions of both agree
-// to the last bits, which matters where a tie of the grid search is decided by the loss.
+// Negative rows come first and have libsvm label 0, positive rows label 1. libsvm's own positive
+// class is then our negative one, as in scikit-learn. Solutions of both agree to the last bits;
+// this matters where the loss decides a tie of the grid search.
 SvmTrainer::SvmTrainer(std::span<const int> sign) {
   for (const bool positive : {false, true}) {
     for (std::size_t i = 0; i < sign.size(); ++i) {
@@ -101,7 +102,7 @@ Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
   }
   silence_libsvm();
   const svm_parameter parameter = parameters(c, tolerance);
-  // libsvm takes pointers to non-const but only reads; the copies keep this function const.
+  // libsvm takes pointers to non-const but only reads. The copies keep this function const.
   std::vector<double> label = label_;
   std::vector<svm_node*> row = row_;
   const svm_problem problem{static_cast<int>(label.size()), label.data(), row.data()};

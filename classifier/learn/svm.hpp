@@ -14,10 +14,10 @@
 
 namespace weft::classifier {
 
-// What every user of libsvm needs. Only for .cpp files: it brings libsvm's header with it.
+// Shared by all users of libsvm. Only for .cpp files: it includes libsvm's header.
 
-/// libsvm reports progress through one process-wide function; silenced once, before the first
-/// training, but for the iterations by which SvmSolution::converged is told.
+/// libsvm reports progress through one process-wide function. This silences it once, before the
+/// first training. Only the number of iterations is kept, for SvmSolution::converged.
 void silence_libsvm();
 
 struct FreeSvmModel {
@@ -27,8 +27,7 @@ using SvmModel = std::unique_ptr<svm_model, FreeSvmModel>;
 
 /// f(x) = sum_i coefficient[i] K(x, row i) + bias; f > 0 is the positive class.
 struct SvmSolution {
-  std::vector<double>
-      coefficient;  ///< alpha_i y_i per training row; 0 where it is no support vector
+  std::vector<double> coefficient;  ///< alpha_i y_i per training row; 0 if it is no support vector
   double bias = 0.0;
   bool converged = true;  ///< false: libsvm gave up at its limit of iterations
 };
@@ -42,7 +41,7 @@ class SvmTrainer {
   SvmTrainer& operator=(SvmTrainer&&) noexcept = default;
 
   /// [n x n] kernel values between the training rows. Refuses a wrong size, one class only, NaN and
-  /// infinity (libsvm itself trains on NaN without a word).
+  /// infinity (libsvm itself trains on NaN without an error).
   Status set_kernel(const Matrix& kernel);
 
   /// Solves for 0 < c, to libsvm's stopping tolerance > 0. Deterministic.

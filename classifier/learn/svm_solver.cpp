@@ -16,7 +16,7 @@ bool usable(double v) {
 
 using simd::Lanes;
 
-// Columns from <= k < to of the first n rows of b as rows of `width` values, the padding zero.
+// Columns from <= k < to of the first n rows of b as rows of `width` values; the padding is zero.
 void transpose(const Matrix& b, std::size_t from, std::size_t to, std::size_t n, std::size_t width,
                std::vector<double>& out) {
   out.assign((to - from) * width, 0.0);
@@ -26,7 +26,7 @@ void transpose(const Matrix& b, std::size_t from, std::size_t to, std::size_t n,
   }
 }
 
-// Eight distances at a time stay in registers while the columns go by, in their order.
+// Eight sums at a time stay in registers; the columns are added in their order.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void add_row(const double* row, const double* columns, std::size_t count, std::size_t width,
              double* sums) {
@@ -61,7 +61,7 @@ Status SvmSolver::set_kernel(const Matrix& kernel) {
   const std::size_t n = sign_.size();
   const bool usable_size = kernel.rows() >= n && kernel.cols() == n;
   if (usable_size && two_classes_ && smo_.set_kernel(kernel.row(0).data(), n)) return {};
-  return give_libsvm_the_kernel();  // which says what is wrong
+  return give_libsvm_the_kernel();  // it reports the error
 }
 
 Status SvmSolver::give_libsvm_the_kernel() {

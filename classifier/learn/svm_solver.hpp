@@ -1,6 +1,6 @@
 #pragma once
-// Squared distances and the radial basis function on them, and two solvers behind one interface:
-// our own for small dense problems, libsvm for everything else.
+// Squared distances and the radial basis function on them, and two solvers with one interface: our
+// own for small dense problems, libsvm for everything else.
 
 #include <cstddef>
 #include <optional>
@@ -14,52 +14,52 @@ namespace weft::classifier {
 
 // Squared distances that grow column by column, and the radial basis function on them.
 
-/// value -> exp(-factor value) for factor >= 0 and values >= 0, in place. Within 2 units in the
-/// last place of the true result; 0 where that is below 2^-1021. NaN stays NaN. The same on every
-/// processor and compiler.
+/// value -> exp(-factor value) for factor >= 0 and values >= 0, in place. The error is at most 2
+/// units in the last place; results below 2^-1021 are 0. NaN stays NaN. The same on every processor
+/// and compiler.
 void exp_of_negative(std::span<double> values, double factor);
 
 /// Adds to `squared` [a rows x n] the squared differences of columns from <= k < to, between the
-/// rows of a and the first n rows of b. Differences first, then squares: a^2 + b^2 - 2ab loses
-/// digits and can turn negative.
+/// rows of a and the first n rows of b. Subtracts first, then squares: a^2 + b^2 - 2ab loses digits
+/// and can be negative.
 void add_squared_distances(const Matrix& a, const Matrix& b, std::size_t from, std::size_t to,
                            Matrix& squared);
 
 /// exp(-gamma d), element by element.
 Matrix rbf(const Matrix& squared, double gamma);
-/// The same into `out`, which takes its size without a new allocation where it can.
+/// The same into `out`; reuses its memory where possible.
 void rbf(const Matrix& squared, double gamma, Matrix& out);
 
 /// Trains on one set of rows with several kernels and several C. One object per thread.
 class SvmSolver {
  public:
-  /// Largest problem that the dense solver takes: its kernel is 2 MiB then.
+  /// Largest problem for the dense solver: its kernel is then 2 MiB.
   static constexpr std::size_t most_dense_rows = 512;
 
   SvmSolver() = default;
-  /// The dense solver gives up after so many steps.
+  /// The dense solver gives up after `step_limit` steps.
   explicit SvmSolver(std::size_t step_limit) : step_limit_(step_limit) {}
-  /// As set_rows().
+  /// The same arguments as set_rows().
   SvmSolver(std::span<const int> sign, bool dense) { set_rows(sign, dense); }
 
-  /// `sign`: +1 or -1 per training row; both must occur. `dense` false: libsvm always. Costs
-  /// nothing where nothing changes.
+  /// `sign`: +1 or -1 per training row; both must occur. `dense` false: always libsvm. Costs
+  /// nothing if nothing changes.
   void set_rows(std::span<const int> sign, bool dense);
 
-  /// [n x n] kernel between the training rows; kept by reference until the next one. Further rows
+  /// [n x n] kernel between the training rows; kept by reference until the next call. Further rows
   /// are not read. Errors as SvmTrainer::set_kernel.
   Status set_kernel(const Matrix& kernel);
 
-  /// The dense solver; libsvm where that does not converge. Errors as SvmTrainer::solve.
+  /// Uses the dense solver, and libsvm if that does not converge. Errors as SvmTrainer::solve.
   Status solve(double c, double tolerance);
 
   [[nodiscard]] std::span<const double> coefficient() const { return coefficient_; }
   [[nodiscard]] double bias() const { return bias_; }
-  /// False: libsvm itself gave up at its limit of iterations, so this is only the best it had.
+  /// False: libsvm gave up at its limit of iterations; the result is only its last state.
   [[nodiscard]] bool converged() const { return converged_; }
-  /// Who found it.
+  /// True if libsvm found the solution.
   [[nodiscard]] bool by_libsvm() const { return by_libsvm_; }
-  /// This solution is also the one of every larger C.
+  /// True if every larger C has the same solution.
   [[nodiscard]] bool holds_for_larger_c() const { return holds_; }
 
  private:
@@ -71,9 +71,9 @@ class SvmSolver {
   bool dense_ = false;
   const Matrix* kernel_ = nullptr;
   DenseSmo smo_;
-  std::optional<SvmTrainer> libsvm_;  // made when it is first needed
+  std::optional<SvmTrainer> libsvm_;  // made on first use
   bool libsvm_has_kernel_ = false;
-  SvmSolution solution_;  // libsvm's
+  SvmSolution solution_;  // solution of libsvm
   std::span<const double> coefficient_;
   double bias_ = 0.0;
   bool holds_ = false;

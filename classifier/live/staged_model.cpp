@@ -18,11 +18,11 @@ namespace weft::classifier {
 namespace {
 
 constexpr double shortest_s = 0.5;
-constexpr std::size_t least_slides = 2;  // of a label in a stage
+constexpr std::size_t least_slides = 2;  // least strokes of a label in a stage
 constexpr double most_rate_hz = 1e6;
 constexpr std::size_t most_head_bytes = std::size_t{64} << 10;
 
-/// The fewest that last so long: a rule that waits for half a second hears the stage of it.
+/// Fewest frames with at least this duration; a stop rule of half a second then includes its stage.
 std::size_t frames_in(double seconds, double sample_rate_hz) {
   return static_cast<std::size_t>(std::ceil(seconds * sample_rate_hz * (1 - rate_rounding)));
 }
@@ -103,8 +103,8 @@ Status check_opening(const StageLines& stages) {
   return right ? Status() : no_live_model("no such stages or sample rate can be");
 }
 
-// "weft-live-model 2": an opening with rate, frames and bytes of each stage and a checksum, then
-// the model files of the stages, each with its own.
+// "weft-live-model 2": a head with rate, frames and bytes of each stage and a checksum, then the
+// model files of the stages, each with its own checksum.
 
 struct Opening {
   StageLines stages;
@@ -113,7 +113,7 @@ struct Opening {
 
 constexpr std::string_view header_of_version_2 = "weft-live-model 2\n";
 
-/// Takes it off the front.
+/// Reads the head and removes it from the front of `text`.
 Result<Opening> pop_opening(std::string_view& text) {
   const std::size_t last = text.find("\n" + std::string(checksum_keyword));
   const std::size_t end = last == std::string_view::npos ? last : text.find('\n', last + 1);
@@ -154,7 +154,7 @@ Result<StagedModel> read_version_2(std::string_view text) {
   return out;
 }
 
-/// Of the beginning of a file.
+/// Reads the head from the beginning of a file.
 Result<StagedHead> read_head_of_version_2(std::string_view text) {
   const auto opening = pop_opening(text);
   if (!opening) return pass(opening.error());
@@ -182,7 +182,7 @@ Result<StagedHead> read_head_of_today(std::string_view beginning) {
   return out;
 }
 
-/// What is the stage's own: how it was trained, and what it learnt.
+/// Reads the parts of one stage: its training options and its trained parts.
 std::optional<LiveStage> read_stage(ModelLines& lines, const StagedHead& head,
                                     std::size_t motion_frames) {
   Provenance provenance = head.provenance;
@@ -251,7 +251,8 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
     auto model = train_stage(long_enough, sample_rate_hz, options);
     if (!model) return pass(model.error(), std::to_string(seconds) + " s of slide");
     const bool knew = !out.stages.empty() && out.stages.back().model.postprocessing;
-    if (knew && !model->postprocessing) break;  // what is sure so far must not be less so later
+    if (knew && !model->postprocessing)
+      break;  // a later stage must not lose the probabilities of an earlier one
     out.stages.push_back({frames, std::move(*model)});
   }
   if (!out.stages.empty()) return out;
@@ -330,7 +331,7 @@ void LiveVoter::restart() {
   next_stage_ = 0;
 }
 
-// Phases that the model does not know would be features that it does not take.
+// Phases that the model was not trained with would add features that it cannot use.
 bool LiveVoter::consumes(Phase phase) const {
   const PhaseSet& known = model_->last().setup.phases;
   return phase == Phase::motion || (phase == Phase::rest && known.rest) ||

@@ -1,9 +1,8 @@
 #pragma once
-// A model for votes while a slide goes on, its file, the voter that evaluates it as frames come,
-// and the rule for when a vote is sure. There is one trained machine for each of several lengths of
-// slide: what a feature is worth changes with the length of the motion it is computed from, so one
-// machine for all lengths knows each of them less well (classifier/README.md, "While the slide goes
-// on").
+// A model for live votes, its file, the voter that evaluates it as frames arrive, and the rule that
+// ends the voting. The model has one trained learner for each of several lengths of stroke. The
+// value of a feature changes with the length of its motion, so one learner for all lengths is less
+// accurate at each (classifier/README.md, "While the slide goes on").
 
 #include <cstddef>
 #include <iosfwd>
@@ -22,99 +21,100 @@
 
 namespace weft::classifier {
 
-/// Asked when so many frames of phase M have come.
+/// Used when `motion_frames` frames of phase M have arrived.
 struct LiveStage {
   std::size_t motion_frames = 0;
-  StoredModel model;  ///< of S, P and the beginning of M; never of E, which comes after
+  StoredModel model;  ///< trained on S, P and the beginning of M; never on E, which comes later
 };
 
 struct StagedModel {
   double sample_rate_hz = 0;
-  std::vector<LiveStage> stages;  ///< at least one; by rising length; one sensor, one set of labels
-  std::vector<std::uint64_t> trained_on = {};  ///< of the slides, see Model
+  std::vector<LiveStage>
+      stages;  ///< at least one; by rising length; all with one sensor and one set of labels
+  std::vector<std::uint64_t> trained_on = {};  ///< digests of the strokes, see Model
 
   [[nodiscard]] double slide_s(std::size_t stage) const;
   [[nodiscard]] const StoredModel& last() const { return stages.back().model; }
 };
 
-/// A sample rate read from times is right to so much: 50.00000000000001 Hz is 50 Hz.
+/// Relative error of a sample rate computed from times: 50.00000000000001 Hz is 50 Hz.
 inline constexpr double rate_rounding = 1e-9;
 
-/// A live model has no more: FeatureStream keeps the tables of all their lengths.
+/// Upper limit for a live model: FeatureStream keeps the tables of all stage lengths.
 inline constexpr std::size_t most_stages = 64;
 static_assert(most_stages <= SpectrumCache::most);
 
-/// 0.5, 1, 2, 3, 4, 6, 8, 12, 16, 24 ... up to `longest_s`: a vote at most 1.5 times later, from 2
-/// s on, than it could have been. [s]
+/// 0.5, 1, 2, 3, 4, 6, 8, 12, 16, 24 ... up to `longest_s` [s]. From 2 s on a vote comes at most
+/// 1.5 times later than possible.
 std::vector<double> stage_seconds(double longest_s);
 
-/// The first `motion_frames` frames of phase M and what came before it, without phase E.
+/// The first `motion_frames` frames of phase M and the frames before them, without phase E.
 Trial begun_slide(const Trial& trial, std::size_t motion_frames);
 
 struct StagedOptions {
   Learner learner = Learner::best;
   TrainOptions training;
   FeatureOptions features;
-  std::string exploration;  ///< of all slides; empty when not known
+  std::string exploration;  ///< of all strokes; empty if unknown
   Provenance provenance;
 };
 
-/// A stage learns from the slides that are as long as it, aids included; there are as many stages
-/// as have two such slides of every label, and as can say a probability where the first can (two
-/// labels with three such slides, see fit_postprocessing()). Each is of the fewest frames that last
-/// as long as stage_seconds() says: at 37 Hz the first has 19, 0.514 s. Refuses a sample rate that
-/// is not positive, what check_labels() refuses, slides of which none is half a second long, and
-/// what training refuses.
+/// Trains each stage on the strokes that are at least as long, postprocessing included. A stage
+/// needs two such strokes of every label. If the first stage has probabilities, later ones need
+/// them too (two labels with three such strokes, see fit_postprocessing()). The length of a stage
+/// is the fewest frames that last as long as stage_seconds(): at 37 Hz the first has 19, 0.514 s.
+/// Refuses a sample rate that is not positive, what check_labels() refuses, strokes that are all
+/// shorter than half a second, and what the training refuses.
 Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_rate_hz,
                                  const StagedOptions& options);
 
-/// A model file with stages. Errc::io when the stream fails; what save_model() refuses.
+/// Writes a model file with stages. Errors: io if the stream fails; those of save_model().
 Status save_staged(const StagedModel& model, std::ostream& out);
-/// Errors: parse (not such a file), unsupported (another version), corrupt (cut short, altered,
-/// stages that do not fit each other or the sample rate). "weft-live-model 2" is read too.
+/// Errors: parse (not such a file), unsupported (another version), corrupt (incomplete, altered, or
+/// stages that disagree with each other or the sample rate). Also reads "weft-live-model 2".
 Result<StagedModel> load_staged(std::istream& in);
 
-/// What a file says of itself in its first kilobytes.
+/// The head of a file, from its first kilobytes.
 struct StagedHead {
   double sample_rate_hz = 0;
   FeatureSetup setup;
   Provenance provenance;
 };
-/// Reads the beginning alone, whatever the size: its checksum is looked at, what was learnt is
-/// neither read nor checked. Errors: parse, unsupported, corrupt.
+/// Reads only the head, whatever the size of the file, and checks its checksum. It neither reads
+/// nor checks the trained parts. Errors: parse, unsupported, corrupt.
 Result<StagedHead> load_staged_head(std::istream& in);
 
-// A vote while the slide goes on, and the rule that says when it is sure.
+// A live vote, and the rule that decides when it is sure.
 
-/// What the model says of a slide so far.
+/// Prediction for a stroke so far.
 struct LivePrediction {
-  double slide_s = 0;               ///< of phase M that it has seen, by the nominal sample rate
+  double slide_s = 0;               ///< duration of phase M so far, by the nominal sample rate
   std::size_t winner = 0;           ///< index into the learner's labels()
-  std::vector<double> probability;  ///< per label; empty where the model has no aids
-  bool none_of_these = false;       ///< nothing that it was trained on is like this
+  std::vector<double> probability;  ///< per label; empty if the model has no postprocessing
+  bool none_of_these = false;       ///< unknown fabric: nothing in the training resembles it
 };
 
-/// When a slide has told enough.
+/// When a live vote is sure enough to stop.
 struct StopRule {
-  double sure_probability = 0.95;  ///< of the winner
-  double least_slide_s = 0;        ///< to rate_rounding
+  double sure_probability = 0.95;  ///< least probability of the winner
+  double least_slide_s = 0;        ///< compared with the relative tolerance rate_rounding
 };
 
-/// A vote without probability, and one for a stranger, is never sure.
+/// False for a vote without probability and for an unknown fabric.
 bool is_sure(const StopRule& rule, const LivePrediction& answer);
 
-/// Feeds frames to the streaming features and asks each stage of the model when its time has come.
-/// A look costs one evaluation of Table I, its tables the first time, and one answer; all other
-/// frames cost nanoseconds. Not for two threads at once.
+/// Feeds frames to the streaming features and predicts with each stage when it is due. A prediction
+/// costs one evaluation of Table I (with new tables the first time) and one classification. All
+/// other frames cost nanoseconds. Thread: one at a time.
 class LiveVoter {
  public:
-  /// `model` has a stage.
+  /// `model` needs at least one stage.
   explicit LiveVoter(std::shared_ptr<const StagedModel> model);
 
-  /// A new trial.
+  /// Begins a new trial.
   void restart();
-  /// One frame, `counts` [taxels]. An answer where a look was due. Refuses what the features and
-  /// the model refuse.
+  /// Adds one frame, `counts` [taxels]. Returns a prediction if a stage was due. Errors: those of
+  /// the features and the model.
   Result<std::optional<LivePrediction>> add(Phase phase, std::span<const double> counts);
 
   [[nodiscard]] const StagedModel& model() const { return *model_; }
@@ -124,7 +124,7 @@ class LiveVoter {
   Result<LivePrediction> check();
 
   std::shared_ptr<const StagedModel> model_;
-  std::vector<BlockSet> wanted_;  // of each stage
+  std::vector<BlockSet> wanted_;  // per stage
   FeatureStream stream_;
   std::size_t next_stage_ = 0;
 };

@@ -14,8 +14,8 @@ constexpr std::string_view head_checksum_keyword = "head_crc32 ";
 constexpr std::size_t most_stages_read = 1000;
 constexpr std::size_t most_recordings = 1'000'000'000;
 
-/// A first line of older files: what follows it is as in those of today but for what ModelLines
-/// says.
+/// A first line of older files. The rest is as in current files, except for the fields of
+/// ModelLines.
 struct OlderHeader {
   std::string_view line;
   ModelKind kind;
@@ -54,7 +54,7 @@ std::string describe(ModelKind kind) {
          (kind.is_live ? ", live" : "");
 }
 
-/// After the first line: what the file says of its kind, and where it may be read on.
+/// Reads the kind of the file; the lines after it can be read from the result.
 Result<ModelLines> begin_lines(std::string_view text) {
   const std::string_view first = first_line(text);
   const std::string_view rest = text.substr(std::min(first.size() + 1, text.size()));
@@ -173,7 +173,7 @@ Result<std::string> read_model_text(std::istream& in) {
 }
 
 Result<ModelLines> open_model_file(std::string_view text, ModelKind expected) {
-  // Another file is told from a damaged one, so its kind is looked at before its checksum.
+  // The kind is checked before the checksum, so that another file is not reported as a damaged one.
   auto lines = begin_lines(text);
   if (!lines && lines.error().code != Errc::corrupt) return lines;
   const Result<std::string_view> whole = check_checksum(text);
@@ -210,7 +210,7 @@ std::optional<ModelParts> read_parts(LineReader& in, const LearnerHead& head,
   if (!learner) return std::nullopt;
   const FabricModel* cores = learner->cores();
   const std::size_t sigmoids = cores != nullptr ? cores->cores().size() : 0;
-  // Cores are calibrated on the features that they see, other learners by those of the trial.
+  // Cores are calibrated on their own features, other learners on those of the trial.
   const std::size_t checked_columns = cores != nullptr ? cores->feature_names().size() : columns;
   auto postprocessing =
       read_postprocessing(in, learner->labels().size(), checked_columns, sigmoids);

@@ -1,7 +1,7 @@
 #pragma once
-// A trained model as a file, of whatever modality: text, versioned, self-describing, closed by a
-// checksum. A head, with a checksum of its own, says what the model is of, where it comes from and
-// how a recording becomes rows of features; the body holds what was learnt.
+// The file of a trained model of any modality: text, versioned, self-describing, with a checksum as
+// its last line. The head has its own checksum. It has the kind of the model, its provenance and
+// the setup that turns a recording into rows of features. The body has the trained parts.
 //
 //   weft-model 1
 //   modality fabric|vibro|imprint
@@ -9,10 +9,10 @@
 //   provenance, setup    of the modality
 //   head_crc32 ...
 //   trained_on N         and the digests of the training recordings
-//   learner, view, labels, features, what was learnt, postprocessing; of a live model stage by
-//   stage crc32 ...
+//   learner, view, labels, features, trained parameters, postprocessing (a live model: per stage)
+//   crc32 ...
 //
-// Older files are read: "weft-fabric-model" 3 to 6, "weft-recording-model" 1 and 2,
+// Older files are read too: "weft-fabric-model" 3 to 6, "weft-recording-model" 1 and 2,
 // "weft-imprint-model" 1, and "weft-live-model" 2 by classifier/live.
 
 #include <cstddef>
@@ -32,105 +32,106 @@
 
 namespace weft::classifier {
 
-/// What is explored, and so how recordings become rows of features.
+/// The modality of the recordings; it determines how they become rows of features.
 enum class Modality {
-  fabric,  ///< strokes and slides of a taxel array
+  fabric,  ///< strokes of a taxel array
   vibro,   ///< sound and vibration
-  imprint  ///< standing imprints
+  imprint  ///< presses on an imprint array
 };
 std::string_view to_string(Modality modality);
 
-/// What was learnt, whatever the features are of.
+/// The trained parts of a model, whatever its features.
 struct ModelParts {
   TrainedLearner learner;
   std::optional<VotePostprocessing> postprocessing;
 };
 
-/// `Setup`: how a recording becomes the rows of features that the learner takes.
+/// `Setup`: how a recording becomes the rows of features for the learner.
 template <class Setup>
 struct Model {
   TrainedLearner learner;
   Setup setup;
   Provenance provenance;
   std::optional<VotePostprocessing> postprocessing =
-      {};  ///< absent: no probability, no short-list, nothing refused
-  /// ContentDigest of each training recording, as the features were taken from it; empty: not
-  /// known.
+      {};  ///< absent: no probability, no short-list, no unknown fabrics
+  /// ContentDigest of each training recording, as used for the features; empty: unknown.
   std::vector<std::uint64_t> trained_on = {};
 };
 
-/// Specialised for each setup: `modality`; `write(LineWriter&, const Setup&)` and
-/// `read(LineReader&)`, bit for bit; `feature_names(const Setup&, most)`, a Result that may be an
-/// error where there would be more than `most`, which a file then has no lines for.
+/// Specialised for each setup. Members: `modality`; `write(LineWriter&, const Setup&)` and
+/// `read(LineReader&)`, bit for bit; `feature_names(const Setup&, most)`. The last one returns a
+/// Result; it may be an error if there would be more than `most` names, as the file has no lines
+/// for more.
 template <class Setup>
 struct SetupText;
 
 /// First line of every file.
 inline constexpr std::string_view model_file_header = "weft-model 1";
 
-/// Which model a file holds, by its first lines.
+/// Kind of model in a file, from its first lines.
 struct ModelKind {
   Modality modality = Modality::fabric;
-  bool is_live = false;  ///< for votes while a slide goes on
+  bool is_live = false;  ///< for live votes
 };
 /// Errors: parse (not a model file), unsupported (another version), corrupt.
 Result<ModelKind> find_model_kind(std::string_view beginning);
 
-/// Refuses a model whose features are not those of its setup; Errc::io when the stream fails.
+/// Refuses a model with other features than those of its setup. Errors: io if the stream fails.
 template <class Setup>
 Status save_model(const Model<Setup>& model, std::ostream& out);
 
-/// The same model, bit for bit. Errors: parse (not a model file, or one of another modality),
-/// unsupported (another version, a live model), corrupt (cut short or altered; names the line where
-/// that is known).
+/// Loads the same model, bit for bit. Errors: parse (not a model file, or another modality),
+/// unsupported (another version, a live model), corrupt (incomplete or altered; with the line if
+/// known).
 template <class Setup>
 Result<Model<Setup>> load_model(std::istream& in);
 
-// What readers and writers of models share.
+// Shared by readers and writers of models.
 
-/// The lines of a live model's head that others do not have.
+/// Lines that only the head of a live model has.
 struct StageLines {
-  std::vector<std::size_t> motion_frames;  ///< of each stage; none: not a live model
+  std::vector<std::size_t> motion_frames;  ///< per stage; empty: not a live model
   double sample_rate_hz = 0;
 };
 StageLines read_stages(LineReader& in);
 
-/// `setup`: its lines; `body`: those of write_parts(), stage by stage.
+/// `setup`: lines of the setup; `body`: lines of write_parts(), stage by stage.
 Status write_model_file(ModelKind kind, const StageLines& stages, const Provenance& provenance,
                         std::string_view setup, std::span<const std::uint64_t> trained_on,
                         std::string_view body, std::ostream& out);
 void write_parts(LineWriter& out, const TrainedLearner& learner,
                  const std::optional<VotePostprocessing>& postprocessing);
 
-/// The lines of a model file whose checksum is in order, after those that say what kind it is.
+/// The lines of a model file with a correct checksum, after those of its kind.
 struct ModelLines {
   LineReader in;
   ModelKind kind;
-  int learner_version = 6;    ///< of read_head()
-  bool is_today = true;       ///< an older file has no stages, no checksum of the head, no digests
-  bool has_pipeline = false;  ///< "weft-recording-model 1": its learner is another text
+  int learner_version = 6;  ///< version for read_head()
+  bool is_today = true;  ///< true: current version; an older file has no stages, no checksum of the
+                         ///< head, no digests
+  bool has_pipeline = false;  ///< "weft-recording-model 1": its learner has another text form
 
-  /// Takes the checksum of the head off; the digests follow.
+  /// Checks and removes the checksum of the head; then reads the digests.
   std::vector<std::uint64_t> read_trained_on();
 };
-/// `text` outlives what is returned. Errors: those of load_model(), `expected` another kind.
+/// `text` must outlive the result. Errors: those of load_model(), `expected` for another kind.
 Result<ModelLines> open_model_file(std::string_view text, ModelKind expected);
 Result<std::string> read_model_text(std::istream& in);
 
-/// Of the beginning of a file of today, which need not be whole: its lines up to the checksum of
-/// the head, which is looked at.
+/// Opens the beginning of a current file, which may be incomplete. Returns its lines up to the
+/// checksum of the head, which is checked.
 Result<ModelLines> open_model_head(std::string_view beginning, ModelKind expected);
 
-/// What write_parts() wrote; `in` keeps the first problem, nothing then. Refuses features of other
-/// names than `expected`.
+/// Reads the lines of write_parts(). Problems are recorded in `in`; the result is then empty.
+/// Refuses features with other names than `expected`.
 std::optional<ModelParts> read_parts(LineReader& in, int learner_version,
                                      const Result<std::vector<std::string>>& expected);
-/// The same after head and labels.
+/// The same after head and labels were read.
 std::optional<ModelParts> read_parts(LineReader& in, const LearnerHead& head,
                                      std::vector<std::string> labels,
                                      const std::vector<std::string>& expected);
 
-/// Errc::invalid_argument where the names are not those that the setup gives.
+/// Errors: invalid_argument if the names are not those of the setup.
 Status check_feature_names(const TrainedLearner& learner,
                            const Result<std::vector<std::string>>& expected);
 

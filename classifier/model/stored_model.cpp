@@ -37,7 +37,7 @@ std::optional<PhaseSet> phases_from(std::string_view letters) {
   return phase_letters(phases) == letters ? std::optional(phases) : std::nullopt;
 }
 
-// [trials x features] of trials that the model may take; one extractor a thread.
+// Features [trials x features] of trials with the setup of the model; one extractor per thread.
 Result<Matrix> compute_features(const FeatureSetup& setup, BlockSet wanted,
                                 std::span<const Trial> trials, std::size_t threads) {
   for (const Trial& trial : trials)
@@ -92,7 +92,7 @@ FeatureSetup SetupText<FeatureSetup>::read(LineReader& in) {
 
 Result<std::vector<std::string>> SetupText<FeatureSetup>::feature_names(const FeatureSetup& setup,
                                                                         std::size_t most) {
-  // Before there is a layout: a short file that claims many taxels claims no memory.
+  // Checked before a layout is made: a short file that claims many taxels must not allocate memory.
   if (setup.taxels <= most / taxel_blocks.size()) {
     const FeatureLayout layout(setup.taxels, setup.phases);
     if (layout.size() <= most) return layout.names();
@@ -143,7 +143,7 @@ BlockSet used_blocks(const StoredModel& stored) {
 
 Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,
                                          const VoteOptions& options, std::size_t threads) {
-  // a short-list measures distances in every column too
+  // A short-list measures distances in every column too.
   const BlockSet wanted = options.profile == nullptr ? used_blocks(stored) : BlockSet::all();
   const auto features = compute_features(stored.setup, wanted, trials, threads);
   if (!features) return pass(features.error());

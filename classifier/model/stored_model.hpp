@@ -1,6 +1,5 @@
 #pragma once
-// A trained model of strokes and slides: what is needed to prepare a trial as the training trials
-// were, and the answers on such trials.
+// A trained model of strokes: the preparation of a trial as in the training, and predictions.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,15 +14,15 @@
 
 namespace weft::classifier {
 
-/// How a trial became the feature vector that the model takes.
+/// How a trial becomes the feature vector for the model.
 struct FeatureSetup {
   std::size_t taxels = 0;
   PhaseSet phases;
   FeatureOptions options;
-  double window_s = 0.0;         ///< phase M was cut into windows; 0: whole strokes
+  double window_s = 0.0;         ///< phase M is cut into windows of this length; 0: whole strokes
   double window_step_s = 0.0;    ///< 0: windows do not overlap
-  double sample_period_s = 0.0;  ///< of the training trials; needed for windows, 0 when not known
-  std::string exploration;       ///< of the training trials, such as "M1"; empty when not known
+  double sample_period_s = 0.0;  ///< of the training trials; needed for windows, 0 if unknown
+  std::string exploration;       ///< of the training trials, such as "M1"; empty if unknown
 };
 
 template <>
@@ -37,21 +36,20 @@ struct SetupText<FeatureSetup> {
 
 using StoredModel = Model<FeatureSetup>;
 
-/// Of what the features of a trial are taken from: its samples and their phases, not its name,
-/// label or time.
+/// Digest of the data that the features come from: samples and phases, but not name, label or time.
 std::uint64_t content_digest(const Trial& trial);
 std::vector<std::uint64_t> content_digests(std::span<const Trial> trials);
 
-/// Refuses a trial, already cut into windows where the model wants them, with other taxels or
-/// phases than the training had.
+/// Refuses a trial with other taxels or phases than in the training. The trial must already be cut
+/// into windows if the model needs them.
 Status check_trial(const FeatureSetup& setup, const Trial& trial);
 
-/// Blocks of features that the answers depend on: those of the columns that the learner uses; all
-/// where there is postprocessing, whose open-set rule measures distances in every column.
+/// Blocks of features that the predictions depend on: those of the learner's columns. With
+/// postprocessing all blocks, as its open-set rule measures distances in every column.
 BlockSet used_blocks(const StoredModel& stored);
 
-/// The answers on such trials, without Ballot::decision. Refuses, by name, a trial that
-/// check_trial() refuses, or whose features or answer cannot be had.
+/// Predictions for such trials, without Ballot::decision. Refuses, with its name, a trial that
+/// check_trial() refuses, or one without usable features or prediction.
 Result<std::vector<Prediction>> classify(const StoredModel& stored, std::span<const Trial> trials,
                                          const VoteOptions& options = {}, std::size_t threads = 0);
 

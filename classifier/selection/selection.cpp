@@ -21,7 +21,7 @@ using simd::load;
 using simd::magnitude;
 using simd::store;
 
-// The same words for one column as for eight.
+// The same function names for one column as for eight.
 WEFT_INLINE double larger(double a, double b) {
   return a > b ? a : b;
 }
@@ -38,7 +38,7 @@ WEFT_INLINE V columns_at(const double* p) {
 
 using LaneBits = std::uint64_t __attribute__((vector_size(sizeof(Lanes))));
 
-// The power of two next to 1 / v, made from the exponent bits; 1 for 0. Between 2^-1022 and 2^1022.
+// A power of two near 1 / v, made from the exponent bits; 1 for 0. Range 2^-1022 to 2^1022.
 template <class V>
 WEFT_INLINE V inverse_power_of_two(V v) {
   using Bits = std::conditional_t<std::is_same_v<V, double>, std::uint64_t, LaneBits>;
@@ -52,7 +52,7 @@ WEFT_INLINE V inverse_power_of_two(V v) {
 // Rows of one class.
 using Rows = std::vector<const double*>;
 
-// Mean and sum of squares about it, of columns brought near 1 by `scale`.
+// Mean and sum of squares about it, for columns scaled to about 1 by `scale`.
 template <class V>
 struct Sums {
   V mean{}, square{};
@@ -70,8 +70,8 @@ WEFT_INLINE Sums<V> sums_of(const Rows& rows, std::size_t column, V scale) {
   return out;
 }
 
-// Columns are scaled by a power of two such that the largest magnitude is near 1: exact, and
-// squares cannot overflow.
+// A power of two scales the largest magnitude to about 1: this is exact, and squares cannot
+// overflow.
 template <class V>
 WEFT_INLINE V scale_of(const Rows& x, const Rows& y, std::size_t column) {
   V top{};
@@ -80,7 +80,7 @@ WEFT_INLINE V scale_of(const Rows& x, const Rows& y, std::size_t column) {
   return inverse_power_of_two(top);
 }
 
-// The least deviation that is more than rounding (AMB-13).
+// The least deviation above rounding (AMB-13).
 template <class V>
 WEFT_INLINE V floor_of(const Sums<V>& a, const Sums<V>& b) {
   return 1e-9 * larger(magnitude(a.mean), magnitude(b.mean));
@@ -112,8 +112,8 @@ void compare_columns(const Rows& x, const Rows& y, std::size_t columns, double* 
   for (; k < columns; ++k) compare<double>(x, y, k, difference[k], error[k]);
 }
 
-// Welch's t of one column and its degrees of freedom; `t` and `df` hold the pooled test's, which
-// stay where a variance is not known or both are rounding only.
+// Welch's t of one column and its degrees of freedom. On entry `t` and `df` have those of the
+// pooled test; they stay if a variance is unknown or both are only rounding.
 void compare_unpooled(const Rows& x, const Rows& y, std::size_t column, double& t, double& df) {
   if (x.size() < 2 || y.size() < 2) return;
   const auto scale = scale_of<double>(x, y, column);
@@ -135,7 +135,7 @@ Rows rows_of(const Matrix& rows, std::span<const std::size_t> which, std::span<c
   return out;
 }
 
-// Up to this many are kept in order by insertion, which most columns of many do not reach.
+// Up to this many columns are ranked by insertion; most columns of a long list are not inserted.
 constexpr std::size_t few = 64;
 
 std::vector<std::size_t> rank_many(std::span<const double> t, std::size_t retained) {
@@ -152,13 +152,13 @@ std::vector<std::size_t> rank_many(std::span<const double> t, std::size_t retain
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using View = Eigen::Map<const RowMajor>;
 
-// Squares of the singular values, falling, and the right singular vectors as columns.
+// Squares of the singular values, descending, and the right singular vectors as columns.
 struct Spectrum {
   Eigen::VectorXd square;
   Eigen::MatrixXd right;
 };
 
-// Through the smaller of Z Z' and Z' Z: with 16 trials of 195 features the 16 x 16 one costs almost
+// Uses the smaller of Z Z' and Z' Z: with 16 trials of 195 features the 16 x 16 one costs almost
 // nothing.
 Spectrum decompose(const View& z) {
   const bool wide = z.cols() > z.rows();
@@ -210,7 +210,7 @@ WelchTest welch_statistics(const Matrix& rows, std::span<const std::size_t> whic
 std::vector<std::size_t> rank_by_t(std::span<const double> t, std::size_t most) {
   const std::size_t retained = std::min(most, t.size());
   if (retained > few) return rank_many(t, retained);
-  std::array<double, few + 1> merit;  // |t|, falling
+  std::array<double, few + 1> merit;  // |t|, descending
   std::vector<std::size_t> order(retained + 1);
   std::size_t have = 0;
   for (std::size_t k = 0; k < t.size(); ++k) {
