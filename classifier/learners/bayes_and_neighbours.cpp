@@ -66,7 +66,7 @@ class NaiveBayes final : public Predictor {
         constant_(in.numbers("constant", classes)) {}
 
  private:
-  // Never 0, so that features without any spread say nothing instead of dividing by it.
+  // Never 0, so that features without any spread have no effect instead of a division by zero.
   static double widening(const Matrix& rows) {
     const auto n = static_cast<double>(rows.rows());
     double most = 0.0;
@@ -93,7 +93,7 @@ class Neighbours final : public Predictor {
 
   [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
     constexpr std::size_t neighbours = 5;
-    std::pair<double, std::size_t> near[neighbours];  // sorted
+    std::pair<double, std::size_t> near[neighbours];  // sorted by distance
     std::size_t found = 0;
     for (std::size_t r = 0; r < rows_.rows(); ++r) {
       const std::span<const double> own = rows_.row(r);
@@ -108,7 +108,7 @@ class Neighbours final : public Predictor {
     ClassScores out{0, std::vector<double>(classes_), std::vector<int>(classes_)};
     for (std::size_t i = 0; i < found; ++i) ++out.votes[near[i].second];
     out.winner = place_of_largest(out.votes);
-    // The share of a class by Laplace's rule: never 0.
+    // The share of a class by Laplace's rule is never 0.
     const auto whole = static_cast<double>(found + classes_);
     for (std::size_t c = 0; c < classes_; ++c) out.score[c] = std::log((out.votes[c] + 1) / whole);
     return out;

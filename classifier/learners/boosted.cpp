@@ -28,10 +28,10 @@ tl::unexpected<Error> not_there() {
 #ifdef WEFT_XGBOOST_LIBRARY
 namespace {
 
-// XGBoost's C interface, loaded when it is first asked for: a daemon that never learns with it need
-// not hold its four megabytes.
+// XGBoost's C interface, loaded on first use: a daemon that never trains with it does not need its
+// four megabytes.
 
-// Its functions by the names that they have in the library's header.
+// Functions of the library by the names in its header.
 struct XgboostLibrary {
   decltype(&::XGBGetLastError) last_error = nullptr;
   decltype(&::XGDMatrixCreateFromMat) matrix_from_mat = nullptr;
@@ -52,7 +52,7 @@ bool find(void* library, const char* name, Function& out) {
   return out != nullptr;
 }
 
-// It is never unloaded: threads of OpenMP live in it.
+// The library is never unloaded: threads of OpenMP live in it.
 std::optional<XgboostLibrary> loaded() {
   constexpr int how = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
   void* library = ::dlopen(WEFT_XGBOOST_LIBRARY, how);
@@ -73,19 +73,18 @@ std::optional<XgboostLibrary> loaded() {
   return whole ? std::optional(out) : std::nullopt;
 }
 
-// Loaded once for the life of the process; null where the system does not have it. May be called by
-// several threads.
+// Loaded once for the life of the process; null if the system does not have it. Thread: any.
 const XgboostLibrary* xgboost_library() {
   static const std::optional<XgboostLibrary> library = loaded();
   return library ? &*library : nullptr;
 }
 
-// Of a library that is there: nothing below is reached without.
+// The loaded library; only called after a check that it is available.
 const XgboostLibrary& xgboost() {
   return *xgboost_library();
 }
 
-// A call of the library as a Status.
+// Turns the return code of a library call into a Status.
 Status done(int code) {
   if (code == 0) return {};
   return fail({.code = Errc::invalid_argument, .where = "XGBoost", .what = xgboost().last_error()});
@@ -129,7 +128,7 @@ class Boosted final : public Predictor {
   explicit Boosted(BoosterHandleOwner booster) : booster_(std::move(booster)) {}
 
   [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override {
-    constexpr double least = 1e-30;  // the library's shares are of single precision
+    constexpr double least = 1e-30;  // least share; the library's shares have single precision
     const std::span<const float> share = shares(features);
     std::vector<double> score;
     for (const float p : share) score.push_back(std::log(std::max(static_cast<double>(p), least)));
@@ -144,7 +143,7 @@ class Boosted final : public Predictor {
       out.text("booster", {text, size});
   }
 
-  // Of each class; none where the library refuses.
+  // Share of each class; empty if the library refuses.
   [[nodiscard]] std::span<const float> shares(std::span<const double> features) const {
     const auto values = as_floats(features);
     const std::string array = R"({"data":[)" +

@@ -17,9 +17,9 @@ namespace {
 using nlohmann::json;
 using Numbers = std::vector<std::int64_t>;
 
-constexpr std::size_t deepest = 32;  // of a booster's own text: 7
+constexpr std::size_t deepest = 32;  // a booster's own text has 7 levels
 
-// The library's reader calls itself for each bracket: none may lead it down without end.
+// The library's reader is recursive per bracket, so the depth must be limited.
 json parsed(std::string_view text) {
   return parse_json(text, {text.size(), deepest}).value_or(json());
 }
@@ -30,13 +30,13 @@ const json& at(const json& in, const char* path) {
   return in.contains(where) ? in[where] : nothing;
 }
 
-// Parameters are numbers written as texts.
+// True if the parameter is this number, written as text.
 bool has_number(const json& in, const char* path, std::size_t number) {
   const json& value = at(in, path);
   return value.is_string() && value.get_ref<const std::string&>() == std::to_string(number);
 }
 
-// As XGBoost writes it, "5E-1"; from 3.1 on in brackets.
+// The form of XGBoost is "5E-1"; from 3.1 on it has brackets.
 bool is_finite_text(const json& in) {
   if (!in.is_string()) return false;
   std::string_view text = in.get_ref<const std::string&>();
@@ -46,7 +46,7 @@ bool is_finite_text(const json& in) {
   return read.ec == std::errc() && read.ptr == text.data() + text.size() && std::isfinite(value);
 }
 
-// None where it is no list of whole numbers.
+// The numbers; empty if `list` is not a list of whole numbers.
 Numbers whole_numbers(const json& list) {
   Numbers out;
   if (!list.is_array()) return out;
@@ -57,7 +57,7 @@ Numbers whole_numbers(const json& list) {
   return out;
 }
 
-// The library keeps single precision.
+// Checks the range of single precision, which the library uses.
 bool all_numbers(const json& list, std::size_t count) {
   constexpr double largest = std::numeric_limits<float>::max();
   return list.is_array() && list.size() == count && std::ranges::all_of(list, [](const json& v) {
@@ -83,8 +83,8 @@ Status check_lengths(const json& tree, std::size_t nodes) {
   return {};
 }
 
-// The root has no parent and no node has two, so every way down ends. Nodes that were pruned away
-// keep a parent that has no children any more.
+// The root has no parent and no node has two, so every path ends. Pruned nodes keep a parent that
+// no longer has children.
 Status check_branches(const Numbers& left, const Numbers& right, const Numbers& parent) {
   const auto nodes = static_cast<std::int64_t>(left.size());
   std::vector<bool> has_parent(left.size());
@@ -162,8 +162,8 @@ Status check_classes(const json& model, std::size_t trees, std::size_t classes) 
   return {};
 }
 
-// Trees of a round, of all classes together, follow one another; from 2.0 on the file says where
-// rounds begin.
+// Trees of a round, of all classes together, follow each other; from 2.0 on the file has the starts
+// of the rounds.
 Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
   constexpr std::array at_a_time = {std::size_t{1}, trees_of_forest};
   const bool known = std::ranges::any_of(at_a_time, [&](std::size_t parallel) {
@@ -206,7 +206,7 @@ Status check_learner(const json& learner, std::size_t features, std::size_t clas
   if (!trees.is_array() || trees.empty())
     return fail({.code = Errc::corrupt, .what = "the booster has no trees"});
   for (std::size_t i = 0; i < trees.size(); ++i) {
-    if (at(trees[i], "/id") != i)  // the library reads trees side by side, each into its own place
+    if (at(trees[i], "/id") != i)  // the library reads trees in parallel, each into its own place
       return fail({.code = Errc::corrupt,
                    .what = "trees of the booster are out of order",
                    .expected = std::to_string(i),

@@ -21,7 +21,7 @@ struct Unit {
   RowsOfClass held;
 };
 
-// Of the rows of classes that are dealt at all, in order of first appearance.
+// Units of the rows of the dealt classes, in order of first appearance.
 std::vector<Unit> gather_units(std::span<const std::size_t> of_row,
                                std::span<const std::size_t> unit,
                                const std::vector<bool>& assigned) {
@@ -37,13 +37,13 @@ std::vector<Unit> gather_units(std::span<const std::size_t> of_row,
   return out;
 }
 
-// Which classes a dealing balances first. Of a unit's classes only so many are looked at.
+// Order in which a dealing balances classes. Only the first `classes` classes of a unit count.
 struct Balance {
   std::vector<std::size_t> rank;  // per class
   std::size_t classes = 1;
 };
 
-// The classes of a unit that are balanced, first ones first.
+// The balanced classes of a unit, by rank.
 std::vector<std::size_t> balanced_classes(const Unit& unit, const Balance& balance) {
   std::vector<std::size_t> out;
   for (const auto& entry : unit.held) out.push_back(entry.first);
@@ -52,8 +52,9 @@ std::vector<std::size_t> balanced_classes(const Unit& unit, const Balance& balan
   return out;
 }
 
-// Units of one class after the other, so that each class is spread by itself; each unit goes to the
-// fold with the fewest rows of its classes, the first of them first, then the fewest in all.
+// Deals the units of one class after the other, so that each class is spread separately. Each unit
+// goes to the fold with the fewest rows of its classes, compared in their order, then the fewest in
+// all.
 std::vector<std::size_t> deal(const std::vector<Unit>& units, std::size_t rows, std::size_t folds,
                               const Balance& balance) {
   std::vector<std::vector<std::size_t>> classes;
@@ -89,7 +90,7 @@ std::vector<Fold> as_folds(const std::vector<std::size_t>& fold_of_row, std::siz
   return out;
 }
 
-// Classes of which some fold trains on too few rows.
+// Classes with too few training rows in some fold.
 std::vector<std::size_t> short_classes(const std::vector<Fold>& folds,
                                        std::span<const std::size_t> of_row, std::size_t classes) {
   std::vector<bool> is_short(classes, folds.size() < 2);
@@ -105,7 +106,7 @@ std::vector<std::size_t> short_classes(const std::vector<Fold>& folds,
   return out;
 }
 
-// Units that each class has; of classes that are not dealt none.
+// Number of units of each class; 0 for classes that are not dealt.
 std::vector<std::size_t> units_of_each(const std::vector<Unit>& units, std::size_t classes) {
   std::vector<std::size_t> out(classes);
   for (const Unit& unit : units)
@@ -113,7 +114,8 @@ std::vector<std::size_t> units_of_each(const std::vector<Unit>& units, std::size
   return out;
 }
 
-// Every class, balanced by the first one of each unit alone; nothing where that leaves one short.
+// Folds of every class, balanced only by the first class of each unit; empty if a class is then
+// short.
 std::vector<Fold> assigned_by_first_class(std::span<const std::size_t> of_row, std::size_t classes,
                                           std::span<const std::size_t> unit, std::size_t folds,
                                           std::uint64_t seed) {
@@ -129,11 +131,12 @@ std::vector<Fold> assigned_by_first_class(std::span<const std::size_t> of_row, s
 
 struct Assigned {
   std::vector<Fold> folds;
-  std::vector<std::size_t> short_of;  // classes; empty: the folds are usable
+  std::vector<std::size_t>
+      short_of;  // classes with too few training rows; empty: the folds are usable
 };
 
-// The classes `assigned`, all balanced, the one with the fewest units first: in as many folds as
-// that has units or, where some class is left short, in more.
+// Folds of the classes `assigned`, all balanced, the one with the fewest units first. The number of
+// folds is that of its units, or more if some class would be short.
 Assigned assigned_by_all_classes(std::span<const std::size_t> of_row,
                                  const std::vector<bool>& assigned,
                                  std::span<const std::size_t> unit, std::size_t folds,
@@ -161,7 +164,7 @@ Assigned assigned_by_all_classes(std::span<const std::size_t> of_row,
 }
 
 std::string joined(const std::vector<std::string>& parts) {
-  constexpr std::size_t most_named = 5;  // of hundreds of labels nobody reads the last
+  constexpr std::size_t most_named = 5;  // a reader does not need hundreds of labels
   std::string out;
   for (std::size_t i = 0; i < std::min(parts.size(), most_named); ++i)
     out += (i > 0 ? ", " : "") + parts[i];

@@ -15,50 +15,51 @@
 
 namespace weft::classifier {
 
-// In what the folds of a training are not those that were asked for, for people and programs.
+// How the folds of a training differ from the requested ones.
 
 struct FoldReport {
-  /// No folds: the learner was not tested, so neither chosen, tuned nor calibrated by what it does
-  /// with rows held out.
+  /// No folds: the learner was not tested on held-out rows, so no choice, tuning or calibration
+  /// used them.
   bool none = false;
-  std::map<std::string, std::string> finer;     ///< label: "recording" or "window"
-  std::map<std::string, std::size_t> untested;  ///< label: its rows, of which none is held out
-  bool windows = false;                         ///< rows are windows of recordings
-  std::size_t folds = 0;                        ///< as asked for
+  std::map<std::string, std::string> finer;  ///< label -> finer unit: "recording" or "window"
+  std::map<std::string, std::size_t>
+      untested;           ///< label -> number of its rows; none of them is held out
+  bool windows = false;   ///< rows are windows of recordings
+  std::size_t folds = 0;  ///< as requested
 
-  /// Nothing to report.
+  /// True if there is nothing to report.
   [[nodiscard]] bool as_requested() const { return !none && finer.empty() && untested.empty(); }
 };
 
-/// Of cores the folds of their pairs; of a choice and of everything else class_folds().
+/// For cores it reports the folds of their pairs, for choices and all other learners class_folds().
 FoldReport fold_report(const FeatureMatrix& matrix, Learner learner, const TrainOptions& options);
 
-/// "c dealt by recording, not tested: zz (2 trials)"; of no folds "none: label zz has 2 trials, too
-/// few for 5 folds that train on 2 of each".
-/// Empty where the folds are those asked for.
+/// "c dealt by recording, not tested: zz (2 trials)"; without folds "none: label zz has 2 trials,
+/// too few for 5 folds that train on 2 of each". Empty if the folds are as requested.
 std::string format_folds(const FoldReport& report);
 
-/// Folds, and by which units each class was dealt into them.
+/// Folds, and the level of the units by which each class was dealt.
 struct ClassFolds {
-  std::vector<Fold> folds;         ///< empty: nothing can be tested
-  std::vector<std::size_t> level;  ///< per class: of the levels; their number: it is never held out
+  std::vector<Fold> folds;  ///< empty: nothing can be tested
+  std::vector<std::size_t>
+      level;  ///< per class: index of its level; the number of levels if it is never held out
 
-  /// Whether rows of the class are held out, where there are folds.
+  /// True if rows of the class are held out, provided there are folds.
   [[nodiscard]] bool tests(std::size_t own, const UnitLevels& levels) const {
     return level[own] < levels.size();
   }
 };
 
-/// Stratified folds: units stay together, and every fold trains on at least two rows of every class
-/// (as a core needs). At most `folds`; fewer where a class has fewer units. Every row validates
-/// once, by units of levels[0], where these can be dealt so. Where they cannot, classes of which
-/// they are too few are dealt by the next finer level, all others stay; a class with too few rows
-/// (two) is never held out. No folds where fewer than two classes could be: errors of one class
-/// alone say nothing. Reproducible from the seed. Every class has two rows, `levels` one level.
+/// Stratified folds. Units stay together, and every fold trains on at least two rows of every class
+/// (as a core needs). At most `folds`; fewer if a class has fewer units. Every row validates once,
+/// by units of levels[0] where possible. A class with too few of these is dealt by the next finer
+/// level; all others stay. A class with too few rows (two) is never held out. There are no folds if
+/// fewer than two classes could be held out, as the errors of one class alone mean nothing.
+/// Reproducible from the seed. Every class needs two rows, `levels` one level.
 ClassFolds class_folds(std::span<const std::size_t> of_row, const UnitLevels& levels,
                        std::size_t folds, std::uint64_t seed);
 
-/// The same of unit_levels() and with the options of a training.
+/// The same with unit_levels() and the options of a training.
 ClassFolds class_folds(const FeatureMatrix& matrix, const TrainOptions& options);
 
 }  // namespace weft::classifier

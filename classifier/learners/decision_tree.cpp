@@ -44,10 +44,10 @@ struct NodeSplit {
   std::size_t feature = 0;
   std::uint32_t last_left = 0;  // rank
   double threshold = 0.0;
-  double purity = 0.0;  // sum of squared class counts over the rows, of both sides
+  double purity = 0.0;  // sum over both sides of squared class counts divided by the rows
 };
 
-constexpr std::size_t most_nodes = 1'000'000'000;  // with its children a number of 32 bits
+constexpr std::size_t most_nodes = 1'000'000'000;  // with its children the number fits into 32 bits
 
 double squared_over(double squares, std::size_t rows) {
   return squares / static_cast<double>(rows);
@@ -55,7 +55,7 @@ double squared_over(double squares, std::size_t rows) {
 
 }  // namespace
 
-/// Grows one tree; keeps its lists from node to node.
+/// Grows one tree; reuses its lists from node to node.
 class TreeGrower {
  public:
   TreeGrower(const RankedRows& rows, std::vector<std::uint32_t> chosen, const SplitRule& rule,
@@ -98,7 +98,7 @@ class TreeGrower {
 
  private:
   struct Part {
-    std::size_t node, from, to;  // of chosen_
+    std::size_t node, from, to;  // from, to: range in chosen_
     [[nodiscard]] std::size_t size() const { return to - from; }
   };
 
@@ -115,7 +115,7 @@ class TreeGrower {
     return sum;
   }
 
-  // Features in random order, until enough have been looked at and one of them differed.
+  // Tests features in random order, until enough were tested and one of them differed.
   NodeSplit best_split(const Part& part) {
     NodeSplit best;
     for (std::size_t k = 0; k < order_.size() && (k < rule_.tried || !best.found); ++k) {
@@ -128,7 +128,8 @@ class TreeGrower {
     return best;
   }
 
-  // The largest sum over both sides of squared counts over rows is the smallest impurity.
+  // The smallest impurity has the largest sum over both sides of squared class counts divided by
+  // rows.
   void check_feature(std::size_t feature, const Part& part, NodeSplit& best) {
     keys_.clear();
     for (std::size_t i = part.from; i < part.to; ++i)
@@ -158,7 +159,7 @@ class TreeGrower {
     return between < high ? between : low;
   }
 
-  // One threshold anywhere between the least and the largest value.
+  // One random threshold between the least and the largest value.
   void draw_at(std::size_t feature, const Part& part, NodeSplit& best) {
     std::uint32_t low = rows_.rank(feature, chosen_[part.from]), high = low;
     for (std::size_t i = part.from + 1; i < part.to; ++i) {
@@ -276,7 +277,7 @@ std::string short_text(double value) {
   return out.data();
 }
 
-// Of each leaf that is not pure: none below 0, together 1 but for rounding.
+// Checks the shares of each impure leaf: none below 0, sum 1 up to rounding.
 void check_shares(LineReader& in, std::span<const double> shares, std::size_t classes) {
   constexpr double rounding = 1e-9;
   for (std::size_t from = 0; from < shares.size(); from += classes) {
@@ -289,7 +290,7 @@ void check_shares(LineReader& in, std::span<const double> shares, std::size_t cl
   }
 }
 
-// Children lie behind their parents, so that every way down ends.
+// Children come after their parents, so every path ends.
 void check_branches(LineReader& in, std::span<const std::size_t> feature,
                     std::span<const std::size_t> child) {
   for (std::size_t i = 0; i < child.size(); ++i)
@@ -300,7 +301,7 @@ void check_branches(LineReader& in, std::span<const std::size_t> feature,
           std::to_string(child[i]));
 }
 
-// A leaf names its class, or its shares behind the classes.
+// A leaf refers to its class, or to its shares after the classes.
 void check_leaves(LineReader& in, std::span<const std::size_t> feature,
                   std::span<const std::size_t> child, std::size_t most) {
   for (std::size_t i = 0; i < child.size(); ++i)

@@ -1,6 +1,6 @@
 #pragma once
-// A decision tree as scikit-learn grows it: CART (Breiman et al. 1984), Gini impurity, every leaf
-// pure unless its rows cannot be told apart. What forests are made of.
+// A decision tree as in scikit-learn: CART (Breiman et al. 1984), Gini impurity. Every leaf is pure
+// unless its rows have equal features. Forests consist of such trees.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace weft::classifier {
 
-/// Rows in the order of every feature: trees compare ranks, which is faster than values.
+/// Rows sorted by every feature: trees compare ranks, which is faster than values.
 class RankedRows {
  public:
   /// `of_row`: class of every row, below `classes`. Values finite.
@@ -31,8 +31,8 @@ class RankedRows {
   [[nodiscard]] double value(std::size_t feature, std::uint32_t rank) const {
     return value_[feature * rows_ + rank];
   }
-  /// The largest rank from `low` on whose value is at most `threshold`, which the value of `low`
-  /// is.
+  /// The largest rank from `low` on with a value of at most `threshold`. The value of `low` must be
+  /// at most `threshold`.
   [[nodiscard]] std::uint32_t last_at_most(std::size_t feature, std::uint32_t low,
                                            std::uint32_t high, double threshold) const;
 
@@ -42,51 +42,51 @@ class RankedRows {
   std::vector<double> value_;                // [features x rows], by rank
 };
 
-/// How a tree chooses its splits.
+/// Rule by which a tree chooses its splits.
 struct SplitRule {
-  /// Features looked at for each split, drawn anew; more while none of them differs among the rows.
+  /// Features tested for each split, drawn anew; more while none of them differs among the rows.
   std::size_t tried = 1;
-  /// Of a feature one threshold, drawn between its least and its largest value, instead of the best
-  /// of all: the extremely randomised trees of Geurts, Ernst and Wehenkel (2006).
+  /// True: one threshold per feature, drawn between its least and its largest value, instead of the
+  /// best one. These are the extremely randomised trees of Geurts, Ernst and Wehenkel (2006).
   bool random_threshold = false;
 };
 
 class DecisionTree {
  public:
-  /// From the given rows, which may be named more than once. What each feature took off the
-  /// impurity, weighted by the share of rows, is added to `importance` [features] where that is not
-  /// empty; the sum is 1 (0 for a single leaf).
+  /// Grows a tree from the given rows; a row may appear more than once. Adds to `importance`
+  /// [features], unless empty, the decrease of impurity by each feature, weighted by the share of
+  /// rows. The sum is 1 (0 for a single leaf).
   static DecisionTree grow(const RankedRows& rows, std::vector<std::uint32_t> chosen,
                            const SplitRule& rule, RandomEngine& engine,
                            std::span<double> importance);
 
-  /// Adds the share of each class in the leaf that a row comes to.
+  /// Adds the class shares of the leaf that the row reaches.
   void add_shares(std::span<const double> features, std::span<double> shares) const;
-  /// Adds the features that it splits on.
+  /// Adds the features of the tree's splits.
   void add_features(std::set<std::size_t>& features) const;
   [[nodiscard]] std::size_t leaves() const { return (nodes_.size() + 1) / 2; }
 
-  /// As lines of a stored model.
+  /// Writes the tree as lines of a stored model.
   void write(LineWriter& out) const;
-  /// What write() wrote; `in` keeps the first problem.
+  /// Reads the lines of write(); problems are recorded in `in`.
   static DecisionTree read(LineReader& in, std::size_t features, std::size_t classes);
 
  private:
   friend class TreeGrower;
   struct Node {
-    double threshold = 0.0;     // at or below goes to `child`, above to child + 1
+    double threshold = 0.0;     // values up to it go to `child`, larger ones to child + 1
     std::int32_t feature = -1;  // -1: a leaf
-    std::uint32_t child = 0;    // of a pure leaf its class, of another classes + row of shares_
+    std::uint32_t child = 0;    // pure leaf: its class; other leaf: classes + row of shares_
   };
   std::size_t classes_ = 0;
   std::vector<Node> nodes_;
-  std::vector<double> shares_;  // of leaves that are not pure
+  std::vector<double> shares_;  // shares of leaves that are not pure
 };
 
-/// Features tried for each split of a forest: the root of their number, rounded down.
+/// Features tested for each split of a forest: the square root of their number, rounded down.
 std::size_t features_of_a_split(std::size_t features);
 
-/// An engine for one tree of many: the same whichever thread grows it.
+/// The random engine of one tree; the same on any thread.
 RandomEngine engine_of_tree(std::uint64_t seed, std::size_t tree);
 
 }  // namespace weft::classifier

@@ -7,7 +7,7 @@
 namespace weft::classifier {
 namespace {
 
-// As many rows as there are, drawn with replacement.
+// `rows` row numbers, drawn with replacement.
 std::vector<std::uint32_t> drawn(std::size_t rows, RandomEngine& engine) {
   std::vector<std::uint32_t> out;
   for (std::size_t i = 0; i < rows; ++i)

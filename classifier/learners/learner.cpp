@@ -47,8 +47,8 @@ Result<PredictorPtr> fit_svc(const TrainingSet& training, const TrainOptions& op
 struct LearnerInfo {
   Learner learner;
   std::string_view name;
-  std::array<std::string_view, 2> aliases = {};  ///< the first is that of the paper
-  Fit fit = nullptr;                             ///< of all but cores and choices
+  std::array<std::string_view, 2> aliases = {};  ///< the first one is that of the paper
+  Fit fit = nullptr;                             ///< null for cores and choices
   Read read = nullptr;
   std::size_t least_rows = 1;  ///< of each label
 };
@@ -124,9 +124,9 @@ std::vector<Fold> build_folds(const FeatureMatrix& matrix, const TrainOptions& o
   return class_folds(matrix, options).folds;
 }
 
-// How few trials happen to fall to folds weighs more than what separates the learners: over eight
-// seeds LDA on ranks got 0 to 7 of the 54 training strokes of fabricslide at 10 mm/s wrong. Groups
-// are so few that every seed deals them alike.
+// With few trials the random folds matter more than the differences between learners. Over eight
+// seeds LDA on ranks had 0 to 7 errors on the 54 training strokes of fabricslide at 10 mm/s. Groups
+// are so few that every seed gives the same folds.
 std::size_t rounds_of(const FeatureMatrix& matrix, const TrainOptions& options) {
   constexpr std::size_t few = 100, rounds = 5;
   return matrix.size() < few && options.fold_unit != FoldUnit::group ? rounds : 1;
@@ -183,7 +183,7 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
                         std::move(*outliers));
 }
 
-// `fold`: whose training rows these are.
+// `fold`: the fold with these training rows.
 Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> fold,
                                 const Recipe& recipe, const TrainOptions& options,
                                 const TaskTrainer& trainer) {
@@ -191,7 +191,7 @@ Result<TrainedLearner> train_on(FeatureMatrix rows, std::optional<std::size_t> f
                        [&] { return trained_on(std::move(rows), fold, recipe, options, trainer); });
 }
 
-// Rows held out that are got wrong.
+// Number of wrong predictions on the held-out rows.
 Result<std::size_t> errors_on(const FeatureMatrix& matrix, const Fold& fold,
                               const TrainedLearner& trained) {
   std::size_t out = 0;
@@ -208,7 +208,7 @@ struct Choice {
   std::size_t taken = 0;
 };
 
-/// Of what this build has a library for.
+/// Recipes that this build has a library for.
 std::vector<Recipe> available_of(std::span<const Recipe> recipes) {
   std::vector<Recipe> out;
   for (const Recipe& recipe : recipes)
@@ -222,7 +222,7 @@ Result<Choice> choose(const FeatureMatrix& matrix, std::span<const Recipe> recip
   const TrainingShape shape{matrix.size(), matrix.names.size(), find_classes(matrix).labels.size(),
                             folds.size()};
   Choice out{within_budget(available_of(recipes), shape, options)};
-  std::size_t least = std::numeric_limits<std::size_t>::max();  // errors of the one taken
+  std::size_t least = std::numeric_limits<std::size_t>::max();  // errors of the best recipe so far
   for (std::size_t i = 0; i < out.scores.size(); ++i) {
     RecipeScore& score = out.scores[i];
     score.rounds = rounds_of(matrix, options);
@@ -308,8 +308,8 @@ std::string to_string(const Recipe& recipe) {
          (recipe.features.empty() ? "" : ", " + recipe.features);
 }
 
-// Learners that add up squares or products of features of one unit: beside a fifth moment nothing
-// else would count. The others scale by themselves, or do not care.
+// Learners that add up squares or products of features in one unit: a fifth moment would outweigh
+// all others. The other learners scale by themselves or do not depend on the scale.
 constexpr bool needs_scale(Learner learner) {
   return learner == Learner::knn || learner == Learner::svm || learner == Learner::logistic ||
          learner == Learner::nn || learner == Learner::mlp2;

@@ -9,7 +9,7 @@
 namespace weft::classifier {
 namespace {
 
-// Learners that earlier versions of a file of fabrics knew, in their order.
+// Learners in earlier versions of a fabric file, in their order.
 constexpr std::array kinds = {Learner::pvalue, Learner::pca, Learner::all,
                               Learner::lda,    Learner::svc, Learner::trees};
 constexpr std::size_t kinds_of_version_3 = 3;
@@ -95,7 +95,7 @@ PredictorPtr read_any(LineReader& in, Learner kind, const std::vector<std::strin
 
 }  // namespace
 
-// Some at a time: the numbers of many cores take seconds, their texts gigabytes.
+// Writes in batches: the digits of many cores take seconds, their texts gigabytes.
 void write_cores(LineWriter& out, const std::vector<FabricCore>& cores) {
   constexpr std::size_t batch = 1024;
   std::vector<std::string> text;

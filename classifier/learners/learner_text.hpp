@@ -10,29 +10,31 @@
 
 namespace weft::classifier {
 
-/// What precedes labels and features: which learner it is.
+/// Lines before labels and features: the kind of learner.
 struct LearnerHead {
   Learner kind = Learner::pvalue;
   View view = View::plain;
 };
 void write_head(LineWriter& out, const LearnerHead& head);
-/// Of a file of fabrics of this version: 5 knows no trees, 4 no ranks either, 3 plain cores only.
+/// Reads the head of a fabric file of this version: 5 has no trees, 4 also no ranks, 3 only plain
+/// cores.
 LearnerHead read_head(LineReader& in, int version = 6);
 
-/// The lines of cores.
+/// Writes the lines of cores.
 void write_cores(LineWriter& out, const std::vector<FabricCore>& cores);
 
-/// All but the head, labels and features.
+/// Writes everything except the head, labels and features.
 void write_learner(LineWriter& out, const TrainedLearner& learner);
 
-/// `labels` at least two, `features` at least one. `in` keeps the first problem; empty then.
+/// Needs at least two `labels` and one of `features`. Problems are recorded in `in`; the result is
+/// then empty.
 std::optional<TrainedLearner> read_learner(LineReader& in, const LearnerHead& head,
                                            std::vector<std::string> labels,
                                            std::vector<std::string> features);
 
-/// For trainings that several processes share.
+/// Text of a task, for trainings that several processes share.
 std::string task_text(const CoreTask& task);
-/// What task_text() wrote. Errors: corrupt.
+/// Reads the text of task_text(). Errors: corrupt.
 Result<CoreTask> task_from_text(std::string_view text);
 
 }  // namespace weft::classifier

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t most_vectors = 100'000'000;
 
-// One row as libsvm wants it: index and value of every feature, then index -1.
+// One row in the format of libsvm: index and value of every feature, then index -1.
 void write_nodes(std::span<const double> features, svm_node* out) {
   for (std::size_t f = 0; f < features.size(); ++f) out[f] = {static_cast<int>(f + 1), features[f]};
   out[features.size()] = {-1, 0.0};
@@ -27,11 +27,11 @@ double compute_variance(std::span<const double> values) {
   return sum / n;
 }
 
-// What libsvm learnt, and a model of its own kind that is made of nothing else: a trained one and
-// one that was read answer by the same code.
+// The parameters that libsvm trained, and a libsvm model made only of them. So a trained model and
+// a stored one predict with the same code.
 class Svm final : public Predictor {
  public:
-  // `of_class` [classes]: how many support vectors each has, which lie class by class in `rows`;
+  // `of_class` [classes]: number of support vectors of each class; `rows` has them class by class.
   // `coefficients` [classes - 1 x vectors]; `offsets`: one per pair of classes.
   Svm(double gamma, std::vector<std::size_t> of_class, Matrix rows, Matrix coefficients,
       std::vector<double> offsets)
@@ -97,10 +97,10 @@ class Svm final : public Predictor {
   std::vector<svm_node*> row_;
   std::vector<double*> coefficient_;
   std::vector<int> label_, count_;
-  svm_model model_{};  // points to those above
+  svm_model model_{};  // points to the members above
 };
 
-// The model's support vectors are `nodes` of so many features.
+// The model's support vectors are nodes with `features` features.
 std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_t features) {
   const auto classes = static_cast<std::size_t>(model.nr_class);
   const auto vectors = static_cast<std::size_t>(model.l);
@@ -116,8 +116,8 @@ std::unique_ptr<Svm> taken_from(const svm_model& model, double gamma, std::size_
 
 }  // namespace
 
-// Rows are given class by class, so that libsvm's classes are in our order and its vote gives ties
-// to the lowest.
+// Rows are sorted by class, so libsvm's classes are in our order and the lowest one wins a tie of
+// its vote.
 Result<PredictorPtr> fit_svm(const TrainingSet& training, const TrainOptions& /*options*/) {
   const Matrix& rows = training.rows();
   const std::size_t width = rows.cols() + 1;

@@ -47,9 +47,9 @@ Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
 
 namespace {
 
-// Row of the largest inner product of its weights with `input(k)` for every column k but the last,
-// which is the bias and is added last; the lowest of several. Nothing where a product is not
-// finite. The products go to `products` where it has room for them.
+// Row with the largest inner product of its weights and `input(k)` for every column k. The last
+// column is the bias and is added last. The lowest row wins a tie. Empty if a product is not
+// finite. The products are written to `products` if it has room.
 template <class Input>
 std::optional<std::size_t> answer(const Matrix& weight, const Input& input,
                                   std::span<double> products = {}) {
@@ -117,8 +117,8 @@ void add(std::span<double> weight, double factor, std::span<const double> row) {
   for (std::size_t k = 0; k < row.size(); ++k) weight[k] += factor * row[k];
 }
 
-// Products are finite: rows are up to 1e100 (check_training()), `c` up to 1e6 (train_kesler()) and
-// most_rounds below 2^64.
+// Products are finite: rows are up to 1e100 (check_training()), `c` up to 1e6 (train_kesler()), and
+// most_rounds is below 2^64.
 std::size_t one_round(const Matrix& rows, std::span<const std::size_t> of_row, double c,
                       Matrix& weight) {
   std::size_t mistakes = 0;
@@ -138,11 +138,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double no_distance = 1e-7;
-constexpr double least_product = 1e-10;  // of unit vectors: far above rounding
+constexpr double least_product = 1e-10;  // for unit vectors; far above rounding
 constexpr double least_weight = 1e-12;
 
-// A row of unit length, once with every wrong class: +row in its own class's block of weights, -row
-// in the wrong one's, divided by sqrt 2.
+// One vector of a row and a wrong class, of unit length: +row in the block of weights of its own
+// class, -row in that of the wrong class, divided by sqrt 2.
 struct Corner {
   Index row;
   Index own, wrong;
@@ -181,7 +181,7 @@ class Hull {
     return out;
   }
 
-  /// The point as a combination of corners.
+  /// Sets the point to a combination of corners.
   void place(const std::vector<std::size_t>& corral, const VectorXd& share) {
     weight_.setZero();
     for (std::size_t i = 0; i < corral.size(); ++i) {
@@ -201,7 +201,7 @@ class Hull {
   std::vector<Corner> corners_;
 };
 
-// Shares, summing to 1, of the point nearest to the origin in the plane through the corral.
+// Shares (sum 1) of the point nearest to the origin in the plane through the corral.
 VectorXd nearest_in_plane(const Hull& hull, const std::vector<std::size_t>& corral) {
   const auto n = static_cast<Index>(corral.size());
   MatrixXd system(n, n);
@@ -214,8 +214,8 @@ VectorXd nearest_in_plane(const Hull& hull, const std::vector<std::size_t>& corr
   return solution / solution.sum();
 }
 
-// Wolfe's minor cycle: towards the plane's nearest point until a share would turn negative; that
-// corner is dropped.
+// Wolfe's minor cycle: moves towards the plane's nearest point until a share would become negative,
+// and drops that corner.
 void shrink(const Hull& hull, std::vector<std::size_t>& corral, VectorXd& share) {
   for (;;) {
     const VectorXd goal = nearest_in_plane(hull, corral);
@@ -236,7 +236,7 @@ void shrink(const Hull& hull, std::vector<std::size_t>& corral, VectorXd& share)
         retained_share.push_back(share(i));
       }
     if (retained.size() == corral.size() || retained.empty())
-      return;  // rounding: nothing left to drop
+      return;  // rounding: no corner to drop
     corral = std::move(retained);
     share = Eigen::Map<const VectorXd>(retained_share.data(),
                                        static_cast<Index>(retained_share.size()));
@@ -335,10 +335,10 @@ Result<SeparabilityOutcome> separability(const Matrix& rows, std::span<const std
 
 namespace {
 
-/// Classes in the order of their first rows: of equal products the perceptron takes the first.
+/// Classes in the order of their first rows: the perceptron takes the first of equal products.
 struct Appearance {
-  std::vector<std::size_t> of_row;    ///< place of the row's class in that order
-  std::vector<std::size_t> class_at;  ///< class by its place
+  std::vector<std::size_t> of_row;    ///< position of the row's class in that order
+  std::vector<std::size_t> class_at;  ///< class by its position
 };
 
 Appearance by_appearance(std::span<const std::size_t> of_row) {

@@ -16,7 +16,7 @@ Eigen::Index index(std::size_t n) {
   return static_cast<Eigen::Index>(n);
 }
 
-// A column of ones behind the features carries the intercepts.
+// A column of ones after the features is for the intercepts.
 RowMatrix with_intercept(const Matrix& rows) {
   RowMatrix out(index(rows.rows()), index(rows.cols() + 1));
   for (std::size_t r = 0; r < rows.rows(); ++r) {
@@ -26,8 +26,8 @@ RowMatrix with_intercept(const Matrix& rows) {
   return out;
 }
 
-// Cross entropy and penalty of weights [features + 1 x classes]; scores become probabilities less
-// the truth.
+// Cross entropy and penalty of weights [features + 1 x classes]. The scores are replaced by the
+// probabilities minus the truth.
 double loss(const RowMatrix& rows, const TrainingSet& training, const std::vector<double>& x,
             std::vector<double>& slope) {
   const Weights weight(x.data(), rows.cols(), index(training.classes()));
@@ -97,11 +97,11 @@ Vector plus(const Vector& a, double factor, const Vector& b) {
 }
 
 struct Step {
-  Vector moved, turned;  // of the place, of the slopes
+  Vector moved, turned;  // moved: change of the point; turned: change of the slopes
   double curvature = 0.0;
 };
 
-// Minus the slopes times what the last steps tell of the inverse curvature.
+// Minus the slopes times the inverse curvature estimated from the last steps.
 Vector downhill(const Vector& slope, const std::deque<Step>& steps) {
   Vector out(slope);
   Vector factor;
@@ -142,7 +142,7 @@ PredictorPtr read_logistic(LineReader& in, std::size_t features, std::size_t cla
 std::vector<double> minimum(const Slopes& function, std::vector<double> x,
                             const MinimumOptions& options) {
   constexpr std::size_t remembered = 10;
-  constexpr double enough = 1e-4;  // of the fall that the slope promises
+  constexpr double enough = 1e-4;  // share of the decrease that the slope predicts
   constexpr int most_halvings = 50;
   Vector slope(x.size());
   double value = function(x, slope);

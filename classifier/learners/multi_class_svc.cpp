@@ -12,7 +12,7 @@
 namespace weft::classifier {
 namespace {
 
-// The rows of two classes; the first class is negative and comes first, libsvm's own arrangement.
+// The rows of two classes. The first class is negative and comes first, as in libsvm.
 struct PairRows {
   std::size_t a = 0, b = 0;
   std::vector<std::size_t> row;
@@ -53,7 +53,7 @@ std::vector<std::size_t> classes_at(std::span<const std::size_t> of_row,
   return out;
 }
 
-// A fold's problem: distances among its training rows and from those it validates.
+// Problem of a fold: distances among its training rows, and from them to the validated rows.
 struct FoldDistances {
   Matrix train, validate;
   std::vector<PairRows> pairs;
@@ -69,7 +69,7 @@ FoldDistances prepare(const Matrix& rows, std::span<const std::size_t> of_row, s
           pair_rows(classes_at(of_row, fold.train), classes), classes_at(of_row, fold.validate)};
 }
 
-// Adds one pair's votes on every validated row to votes[row x classes].
+// Adds the votes of one pair for every validated row to votes[row x classes].
 void vote(const PairRows& pair, const SvmSolver& solver, const Matrix& kernel, std::size_t classes,
           std::vector<int>& votes) {
   for (std::size_t v = 0; v < kernel.rows(); ++v) {
@@ -80,7 +80,7 @@ void vote(const PairRows& pair, const SvmSolver& solver, const Matrix& kernel, s
   }
 }
 
-// Errors of one fold at one gamma, for every C of the grid, which ascends.
+// Errors of one fold at one gamma, for every C of the grid; the grid is ascending.
 Status fold_errors(const FoldDistances& fold, std::size_t classes, double gamma,
                    const TrainOptions& options, std::vector<std::size_t>& errors) {
   const Matrix kernel = rbf(fold.train, gamma);
@@ -114,13 +114,13 @@ struct GridChoice {
   std::size_t c = 0, gamma = 0, errors = 0;
 };
 
-// Of a grid that ascends, by the logarithm; the smaller of two.
+// Index of the nearest value in an ascending grid, by the logarithm; the smaller one wins a tie.
 std::size_t nearest(const std::vector<double>& grid, double value) {
   const auto off = [&](double v) { return std::abs(std::log(v) - std::log(value)); };
   return static_cast<std::size_t>(std::ranges::min_element(grid, {}, off) - grid.begin());
 }
 
-// Where nothing can be tested: neither so stiff nor so flat that few rows are hardly learnt.
+// Choice if nothing can be tested: neither so stiff nor so flat that few rows are hardly learned.
 GridChoice untested(std::size_t columns, const TrainOptions& options) {
   constexpr double usual_c = 8.0;
   const double usual_gamma = 1.0 / static_cast<double>(std::max<std::size_t>(1, columns));
@@ -162,7 +162,7 @@ Result<MultiClassSvc> MultiClassSvc::fit(const Matrix& rows, std::span<const std
                                          std::size_t classes, std::span<const Fold> folds,
                                          const TrainOptions& unsorted) {
   if (auto ok = check(unsorted); !ok) return pass(ok.error());
-  // of all rows at the end: distances and kernel
+  // Memory of the final training on all rows: distances and kernel.
   if (auto ok = check_square_memory(rows.rows(), 2.0); !ok) return pass(ok.error());
   const TrainOptions options = ascending(unsorted);
   const auto chosen = search(rows, of_row, classes, folds, options);

@@ -16,7 +16,7 @@ constexpr float penalty = 1e-4F;
 constexpr double tolerance = 1e-4;
 constexpr std::size_t most_layers = 3, most_units = 10'000;
 
-// Weights of one layer, the step that Adam is at and what the last batch says.
+// Weights of one layer.
 struct Layer {
   std::size_t in, out, columns;  // columns: of `out`, padded
   AlignedFloats weight, bias;    // [in x columns], [columns]
@@ -36,7 +36,7 @@ void rectify(AlignedFloats& values) {
   for (float& v : values) v = v > 0.0F ? v : 0.0F;
 }
 
-// Glorot and Bengio 2010, as scikit-learn has it for ReLU.
+// Initial weights of Glorot and Bengio 2010, as in scikit-learn for ReLU.
 Layer random_layer(std::size_t in, std::size_t out, RandomEngine& engine) {
   Layer layer(in, out);
   const double bound = std::sqrt(6.0 / static_cast<double>(in + out));
@@ -47,7 +47,7 @@ Layer random_layer(std::size_t in, std::size_t out, RandomEngine& engine) {
   return layer;
 }
 
-// Adam (Kingma and Ba 2015) of one array.
+// Moments of Adam (Kingma and Ba 2015) for one array.
 struct Moments {
   AlignedFloats first, second;
   explicit Moments(std::size_t size) : first(size, 0.0F), second(size, 0.0F) {}
@@ -64,7 +64,7 @@ void adam_step(float* value, const float* slope, float* first, float* second, st
   }
 }
 
-// [rows x columns] of [rows x stride] to [columns x rows_stride].
+// Transposes [rows x columns] with row stride `stride` to [columns x rows_stride].
 void transpose(const float* from, std::size_t rows, std::size_t columns, std::size_t stride,
                AlignedFloats& to, std::size_t rows_stride) {
   to.assign(columns * rows_stride, 0.0F);
@@ -89,7 +89,7 @@ class Network final : public Predictor {
     return scores_of({values.begin(), end}, "network");
   }
 
-  // A row per input, single precision as doubles: exact.
+  // One line per input; single precision is exact in doubles.
   void write(LineWriter& out) const override {
     out.count("layers", layers_.size());
     for (const Layer& layer : layers_) {
@@ -162,7 +162,7 @@ class Trainer {
     return loss / static_cast<double>(order_.size());
   }
 
-  // The sum of the losses of the rows, before the step.
+  // Returns the sum of the losses of the rows before the step.
   double one_batch(std::span<const std::size_t> rows) {
     load(rows);
     for (std::size_t l = 0; l < layers_.size(); ++l) {
@@ -190,7 +190,7 @@ class Trainer {
         values_[0][r * columns + f] = static_cast<float>(all(rows[r], f));
   }
 
-  // Scores become probabilities less the truth.
+  // Replaces the scores by the probabilities minus the truth.
   double cross_entropy(std::span<const std::size_t> rows) {
     const std::size_t columns = layers_.back().columns, classes = layers_.back().out;
     slope_ = values_.back();
@@ -209,7 +209,7 @@ class Trainer {
     return loss;
   }
 
-  // slope_ is that of the layer's outputs, then of its inputs.
+  // On entry slope_ has the slopes of the layer's outputs, on return those of its inputs.
   void step_layer(std::size_t l, std::size_t rows, float rate) {
     Layer& layer = layers_[l];
     const std::size_t in_columns = padded_columns(layer.in);
@@ -246,7 +246,7 @@ class Trainer {
   std::vector<std::size_t> order_;
   std::vector<Layer> layers_;
   std::vector<Moments> weight_moments_, bias_moments_;
-  std::vector<AlignedFloats> values_;  // of the inputs, then of every layer
+  std::vector<AlignedFloats> values_;  // values of the inputs, then of every layer
   AlignedFloats slope_, next_slope_, weight_slope_, bias_slope_, turned_;
   std::size_t steps_ = 0;
 };

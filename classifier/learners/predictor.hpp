@@ -1,5 +1,5 @@
 #pragma once
-// Something trained: says of a row of features to which class it belongs.
+// A trained predictor: gives the class of a row of features.
 
 #include <cstddef>
 #include <memory>
@@ -16,22 +16,23 @@
 
 namespace weft::classifier {
 
-/// What a predictor says of one row.
+/// Prediction for one row.
 struct ClassScores {
   std::size_t winner = 0;  ///< class number
-  /// Per class, larger is likelier: up to a constant ln of a probability, or a margin that stands
-  /// for one. Their softmax is what calibration begins with.
+  /// Per class, larger is likelier: ln of a probability up to a constant, or a margin instead.
+  /// Calibration starts from their softmax.
   std::vector<double> score;
-  std::vector<int> votes = {};  ///< per class; empty where nothing votes
+  std::vector<int> votes = {};  ///< per class; empty without a vote
 };
 
-/// How a training went, of learners that go over the data until they make no mistake.
+/// Course of a training, for learners that repeat the data until they make no mistake.
 struct FitReport {
   bool converged = true;
-  std::size_t rounds = 0;  ///< over the data, the clean one included; 0: does not count them
+  std::size_t rounds =
+      0;  ///< rounds over the data, including the one without a mistake; 0: not counted
 };
 
-/// Immutable; may be used by several threads. Class numbers are places in the sorted labels.
+/// Immutable; may be used by several threads. Class numbers are indices into the sorted labels.
 class Predictor {
  public:
   Predictor() = default;
@@ -41,25 +42,25 @@ class Predictor {
   Predictor& operator=(Predictor&&) = default;
   virtual ~Predictor() = default;
 
-  /// Of a row of as many features as the training had, all finite. Refuses one so far away that a
-  /// score is not finite.
+  /// Predicts a row with as many features as in the training, all finite. Refuses one so far away
+  /// that a score is not finite.
   [[nodiscard]] virtual Result<ClassScores> predict(std::span<const double> row) const = 0;
-  /// The winner alone, by the shortest way.
+  /// Only the winner, by the fastest way.
   [[nodiscard]] virtual Result<std::size_t> classify(std::span<const double> row) const;
-  /// What was learnt as lines of a stored model.
+  /// Writes the trained parameters as lines of a stored model.
   virtual void write(LineWriter& out) const = 0;
-  /// Columns that an answer depends on, ascending; empty: all. Others may have any finite value.
+  /// Columns that a prediction depends on, ascending; empty: all. Others may have any finite value.
   [[nodiscard]] virtual std::vector<std::size_t> used_columns() const { return {}; }
-  /// nullptr where there are none.
+  /// nullptr if there are none.
   [[nodiscard]] virtual const FabricModel* cores() const { return nullptr; }
-  /// Narrows the grid to the parameters that were chosen, so that a further training keeps them.
+  /// Narrows the grid to the chosen parameters, so that the next training keeps them.
   virtual void keep_parameters(TrainOptions& /*options*/) const {}
   [[nodiscard]] virtual FitReport report() const { return {}; }
 };
 using PredictorPtr = std::unique_ptr<const Predictor>;
 
-/// What write() of an `Own` wrote, of rows of so many features. `in` keeps the first problem; null
-/// then.
+/// Reads the lines of write() of an `Own`, for rows of `features` features. Problems are recorded
+/// in `in`; the result is then null.
 template <class Own>
 PredictorPtr read_as(LineReader& in, std::size_t features, std::size_t classes) {
   Own out = Own::read(in, features, classes);
@@ -67,7 +68,7 @@ PredictorPtr read_as(LineReader& in, std::size_t features, std::size_t classes) 
   return std::make_unique<Own>(std::move(out));
 }
 
-/// All that a learner is given: training rows, as it is to see them, and their classes.
+/// Input of a learner: training rows after the view, and their classes.
 struct TrainingSet {
   const FeatureMatrix& matrix;
   const Classes& known;

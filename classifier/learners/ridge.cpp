@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Squared singular values below this share of the largest are zero to rounding.
+// Squared singular values below this share of the largest are zero up to rounding.
 constexpr double ridge_rank = 1e-13;
 
 // Centred rows X and targets Y, and the eigenvectors of the smaller of X'X and XX'.
@@ -43,8 +43,8 @@ class RidgePath {
     return is_wide_ ? rows_.transpose() * shrunk : shrunk;
   }
 
-  /// Mean squared residual over the square of the share of freedom that is left (Golub, Heath and
-  /// Wahba 1979), of all classes together. The mean of the targets takes one degree.
+  /// Mean squared residual over the square of the remaining share of degrees of freedom (Golub,
+  /// Heath and Wahba 1979), for all classes together. The mean of the targets takes one degree.
   [[nodiscard]] double score(double penalty) const {
     const auto n = static_cast<double>(rows_.rows());
     const double outside = std::max(n - 1.0 - static_cast<double>(squares_.size()), 0.0);
@@ -73,7 +73,7 @@ Result<RidgeOutcome> train_ridge(const Matrix& rows, std::span<const std::size_t
   MatrixXd targets = MatrixXd::Zero(index(rows.rows()), index(classes));
   for (std::size_t r = 0; r < of_row.size(); ++r) targets(index(r), index(of_row[r])) = 1.0;
   const Eigen::RowVectorXd middle = x.colwise().mean(), share = targets.colwise().mean();
-  x.rowwise() -= middle;  // rounding of the scaler
+  x.rowwise() -= middle;  // removes the rounding of the scaler
   targets.rowwise() -= share;
   const RidgePath path(std::move(x), std::move(targets));
   double best = std::numeric_limits<double>::infinity(), penalty = 0.0;

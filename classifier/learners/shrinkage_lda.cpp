@@ -13,8 +13,8 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Least variance of a direction, in units of the whole set's: far below any spread that counts, and
-// enough to keep the covariance regular.
+// Least variance of a direction, relative to the whole set's. It is far below any spread that
+// counts, and large enough to keep the covariance regular.
 constexpr double least_variance = 1e-10;
 
 Eigen::Map<const RowMajor> view(const Matrix& m) {
@@ -22,7 +22,7 @@ Eigen::Map<const RowMajor> view(const Matrix& m) {
           static_cast<Eigen::Index>(m.cols())};
 }
 
-// factor' factor + diagonal: all classes' shrunk covariances, weighted and added up.
+// factor' factor + diagonal: the weighted sum of all classes' shrunk covariances.
 struct Covariance {
   RowMajor factor;
   Eigen::VectorXd diagonal;
@@ -41,8 +41,8 @@ void add_class(const Matrix& rows, double share, Eigen::Index at, Covariance& su
   sum.diagonal += share * s * mean_variance * deviation.cwiseAbs2();
 }
 
-// C^-1 B for B [features x classes]. With fewer rows than features through the matrix inversion
-// lemma, so that nothing of features x features is needed.
+// C^-1 B for B [features x classes]. With fewer rows than features it uses the matrix inversion
+// lemma, so no [features x features] matrix is needed.
 Eigen::MatrixXd solve(const Covariance& c, const Eigen::MatrixXd& b) {
   const auto& a = c.factor;
   if (a.rows() >= a.cols()) {

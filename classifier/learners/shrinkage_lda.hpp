@@ -1,5 +1,5 @@
 #pragma once
-// Linear discriminant analysis with automatic shrinkage: the simple thing that cores must beat.
+// Linear discriminant analysis with automatic shrinkage: the simple learner that cores must beat.
 
 #include <cstddef>
 #include <span>
@@ -13,14 +13,14 @@
 namespace weft::classifier {
 
 /// Share of the identity in a covariance, 0 to 1, that minimises the expected squared error of the
-/// estimate (Ledoit and Wolf 2004, J. Multivariate Analysis 88). `rows` centred, at least one.
+/// estimate (Ledoit and Wolf 2004, J. Multivariate Analysis 88). `rows` are centred; at least one.
 double ledoit_wolf_shrinkage(const Matrix& rows);
 
-/// One covariance for all classes: the mean, weighted by the classes' shares, of their own shrunk
-/// covariances, each shrunk in the units of its own deviations. Features are first scaled to unit
-/// deviation. The same as scikit-learn's StandardScaler and
-/// LinearDiscriminantAnalysis(solver='lsqr', shrinkage='auto'), where the covariance is regular.
-/// Columns without any spread say nothing; where no class has any spread the nearest mean wins.
+/// One covariance for all classes: the mean of the classes' own shrunk covariances, weighted by the
+/// classes' shares. Each is shrunk in the units of its own deviations. Features are first scaled to
+/// unit deviation. The same as scikit-learn's StandardScaler and
+/// LinearDiscriminantAnalysis(solver='lsqr', shrinkage='auto'), if the covariance is regular.
+/// Columns without any spread have no effect; if no class has any spread the nearest mean wins.
 /// Immutable; may be used by several threads.
 class ShrinkageLda final : public Predictor {
  public:
@@ -28,18 +28,18 @@ class ShrinkageLda final : public Predictor {
   static Result<ShrinkageLda> fit(const Matrix& rows, std::span<const std::size_t> of_row,
                                   std::size_t classes);
 
-  /// A stored one. `weight` [classes x features] of scaled features, a `bias` per class.
+  /// Rebuilds a stored one: `weight` [classes x features] for scaled features, a `bias` per class.
   ShrinkageLda(Scaler scaler, Matrix weight, std::vector<double> bias)
       : scaler_(std::move(scaler)), weight_(std::move(weight)), bias_(std::move(bias)) {}
 
-  /// Per class: ln(p(features | class) p(class)) but for a constant, all finite. Refuses a vector
-  /// of another length, and one so far away that a discriminant is not finite.
+  /// Per class: ln(p(features | class) p(class)) up to a constant, all finite. Refuses a vector of
+  /// another length, and one so far away that a discriminant is not finite.
   [[nodiscard]] Result<std::vector<double>> discriminants(std::span<const double> features) const;
-  /// Class of the largest discriminant; the lowest of several.
+  /// Class of the largest discriminant; the lowest class wins a tie.
   [[nodiscard]] Result<ClassScores> predict(std::span<const double> features) const override;
 
   void write(LineWriter& out) const override;
-  /// What write() wrote; `in` keeps the first problem.
+  /// Reads the lines of write(); problems are recorded in `in`.
   static ShrinkageLda read(LineReader& in, std::size_t features, std::size_t classes);
 
   [[nodiscard]] const Scaler& scaler() const { return scaler_; }

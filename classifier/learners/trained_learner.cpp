@@ -35,7 +35,7 @@ Result<std::size_t> TrainedLearner::classify(std::span<const double> features) c
   return predictor_->classify(*own);
 }
 
-// A view but View::components takes every column by itself.
+// Every view except View::components transforms each column separately.
 std::vector<std::size_t> TrainedLearner::used_columns() const {
   if (view_.kind() == View::components) return columns_;
   std::vector<std::size_t> out = predictor_->used_columns();

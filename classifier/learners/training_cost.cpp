@@ -11,28 +11,28 @@ namespace {
 
 constexpr double cores = 2.0;  // of the reference machine
 
-// Only products and roots: they round alike everywhere, what std::pow() gives does not.
+// Only products and roots: they round equally everywhere; std::pow() does not.
 struct Size {
   double rows, columns, classes;
 
   [[nodiscard]] double cells() const { return rows * columns; }
-  // Of a product with its own transpose on the shorter side.
+  // Cost of a product with its own transpose on the shorter side.
   [[nodiscard]] double gram() const { return cells() * std::min(rows, columns); }
   [[nodiscard]] double squared() const { return rows * rows; }
 };
 
-// Answers of cores that take all features, for a fold.
+// Seconds for the predictions of cores with all features, for one fold.
 double answers(const Size& n) {
   return 1.5e-10 * n.squared() * n.columns * n.classes;
 }
 
-// Of extremely randomised trees and forests, which grow until their leaves are pure.
+// Seconds for extremely randomised trees and forests, which grow until their leaves are pure.
 double trees_cost(const Size& n, double trees, double each) {
   return each * trees * n.rows * std::sqrt(n.columns) + 2e-10 * n.cells() * n.classes;
 }
 
-// Seconds of one core for one training and the answers on its fold. How well the features part the
-// classes counts too, of p-value cores most, and is not known before.
+// Seconds of one core for one training and the predictions on its fold. The separation of the
+// classes counts too, most for p-value cores, but is not known before.
 double fit_cost(Learner learner, const Size& n, const TrainOptions& options) {
   switch (learner) {
     case Learner::lda:
@@ -61,7 +61,7 @@ double fit_cost(Learner learner, const Size& n, const TrainOptions& options) {
       return n.squared() * (7e-9 + 7e-10 * n.columns) + 2e-10 * n.cells() * n.classes;
     case Learner::logistic:
       return n.rows * n.classes * (1.2e-6 + 5e-8 * n.columns);
-    default:  // perceptrons, networks and boosters, which no choice of ours has: not measured
+    default:  // perceptrons, networks and boosters: no choice has them, so they were not measured
       return 1e-5 * n.cells() * n.classes;
   }
 }
