@@ -20,12 +20,12 @@ foreach(module ${WEFT_CLASSIFIER_MODULES})
   target_compile_options(weft_classifier_${module} PRIVATE -Wno-psabi)  # lanes never cross a call, so their ABI is no concern
 endforeach()
 
-# Square roots that need not set errno are taken for all lanes at once.
+# Without errno the compiler vectorises square roots over all lanes.
 set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/step_edges.cpp
                             classifier/vibro/short_time.cpp classifier/learners/network.cpp classifier/vibro/level_features.cpp
                             classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
 if(WEFT_XGBOOST)
-  # Loaded when it is asked for, by the name under which programs find it: that to which the name for linking leads.
+  # Loaded on first use by the name that programs use at run time: the target of the link for linking.
   set(xgboost_library "${XGBOOST_LIBRARY}")
   if(IS_SYMLINK "${XGBOOST_LIBRARY}")
     file(READ_SYMLINK "${XGBOOST_LIBRARY}" xgboost_library)
@@ -35,7 +35,7 @@ if(WEFT_XGBOOST)
   target_link_libraries(weft_classifier_learners PRIVATE ${CMAKE_DL_LIBS})
 endif()
 
-# Kernels are compiled one by one (docs/adr/0009); joined is what only reads, writes and chooses.
+# Kernels are compiled one by one (docs/adr/0009); unity builds join only files that read, write or choose.
 file(GLOB kernels CONFIGURE_DEPENDS classifier/base/*.cpp classifier/features/*.cpp classifier/selection/*.cpp classifier/learn/*.cpp
      classifier/fabric/*.cpp classifier/learners/*.cpp classifier/vote/*.cpp)
 list(FILTER kernels EXCLUDE REGEX

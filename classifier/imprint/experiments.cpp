@@ -15,7 +15,7 @@ namespace {
 
 using Rounds = std::vector<std::vector<std::size_t>>;
 
-// The k-th of each list together, for all k that every list has.
+// Joins the k-th entry of each list, for all k that every list has.
 Rounds side_by_side(const std::vector<Rounds>& lists) {
   std::size_t least = lists.empty() ? 0 : lists.front().size();
   for (const Rounds& list : lists) least = std::min(least, list.size());
@@ -63,7 +63,8 @@ std::vector<std::size_t> columns_of(const Subset& scales, std::size_t width) {
   return out;
 }
 
-/// More right, or as many by fewer scales. A rule that did not converge has none right.
+/// True for more right predictions, or equally many with fewer scales. A rule that did not converge
+/// has none right.
 bool is_better(const ScaleScore& a, const ScaleScore& b) {
   const auto right = [](const ScaleScore& s) {
     return s.outcome.converged ? s.outcome.correct : 0;

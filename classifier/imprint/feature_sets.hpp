@@ -1,5 +1,6 @@
 #pragma once
-// The feature sets that `best` chooses from on imprints: texture, the shape of the contact, both.
+// The feature sets that `best` chooses from for imprints: texture, the shape of the contact, or
+// both.
 
 #include <string>
 #include <vector>
@@ -10,25 +11,25 @@
 
 namespace weft::classifier::imprint {
 
-/// "10+laws5", "maps+10+laws5": as the command line names it.
+/// "10+laws5", "maps+10+laws5": the notation of the command line.
 std::string to_string(const FeaturePlan& plan);
 
-/// The features of `plan` and those of the maps, in the columns behind them.
+/// `plan` with the maps added after its features.
 FeaturePlan with_maps(FeaturePlan plan);
 
-/// The columns that are no maps, which are the first.
+/// The columns before those of the maps.
 std::vector<std::size_t> columns_without_maps(const FeatureMatrix& matrix);
 
-/// What `best` tries on a matrix of with_maps(plan): all that it tries on other data, on the
-/// columns of `plan`; then LDA, SVC and trees on the maps, alone and beside them. An array too
-/// small for maps has the first only. `plan` has no maps.
+/// Candidates of `best` on a matrix of with_maps(plan). First all candidates for other data, on the
+/// columns of `plan`; then LDA, SVC and trees on the maps, alone and with the other columns. An
+/// array too small for maps has only the first group. `plan` has no maps.
 std::vector<Recipe> feature_set_candidates(const FeatureMatrix& matrix, const FeaturePlan& plan,
                                            std::size_t cap);
 
-/// The features of a recipe of feature_set_candidates(), `plan` where that is none of them.
+/// The features of a recipe of feature_set_candidates(); `plan` for any other recipe.
 FeaturePlan chosen_plan(const FeaturePlan& plan, const Recipe& recipe);
 
-/// A learner as it is stored, with the features that it takes: none that it does not use.
+/// A learner in its stored form, with only the features that it uses.
 struct UsedFeatures {
   TrainedLearner learner;
   FeatureMatrix matrix;

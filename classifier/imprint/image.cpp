@@ -29,8 +29,8 @@ Status check(const Image& image) {
 
 namespace {
 
-// out = weight x in, then out += weight x (a + b): pairs at the same distance, so that mirrored
-// images have mirrored sums. Loops over plain arrays that the compiler puts into lanes.
+// out = weight x in, then out += weight x (a + b). Pairs are at the same distance, so mirrored
+// images have mirrored sums. Loops over plain arrays, which the compiler vectorises.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void scale(const double* in, double weight, std::size_t count, double* out) {
   for (std::size_t i = 0; i < count; ++i) out[i] = weight * in[i];

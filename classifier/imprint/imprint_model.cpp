@@ -8,12 +8,13 @@
 namespace weft::classifier::imprint {
 namespace {
 
-constexpr std::size_t most_bits = 52;  // beyond it a double has no room for every count
+constexpr std::size_t most_bits = 52;  // with more bits a double cannot represent every count
 constexpr std::size_t most_scales = 1000;
 
 // In the order of the enumerators.
 constexpr std::array<std::string_view, 2> laws_size_names{"3", "5"};
-// What is taken of the imprint as it is; the maps joined Laws' sizes so that older files are read.
+// Features of the unsmoothed imprint. The maps were added after Laws' sizes, so that older files
+// are still read.
 constexpr std::array<std::string_view, 3> unsmoothed_names{"3", "5", "maps"};
 constexpr std::size_t maps_name = 2;
 

@@ -1,6 +1,5 @@
 #pragma once
-// A trained model of imprints: what is needed to take features as those of the training were taken,
-// and its answers.
+// A trained model of imprints: the preparation of features as in the training, and predictions.
 
 #include <cstdint>
 #include <span>
@@ -15,7 +14,7 @@ namespace weft::classifier {
 
 namespace imprint {
 
-/// How an imprint becomes the feature vector that the learner takes.
+/// How an imprint becomes the feature vector for the learner.
 struct ImprintSetup {
   TaxelGrid grid;
   FeaturePlan features;
@@ -36,11 +35,11 @@ namespace imprint {
 
 using ImprintModel = Model<ImprintSetup>;
 
-/// Of the counts and their arrangement, not of name, label or object.
+/// Digest of the counts and their arrangement, not of name, label or object.
 std::vector<std::uint64_t> content_digests(std::span<const Imprint> imprints);
 
-/// One answer per imprint, which come from `grid`. Refuses another array than the training had, as
-/// is_same_grid() and check_imprint() say, and what build_matrix() and predict() refuse.
+/// One prediction per imprint; all come from `grid`. Refuses another array than in the training
+/// (is_same_grid(), check_imprint()), and what build_matrix() and predict() refuse.
 Result<std::vector<Prediction>> classify_imprints(const ImprintModel& model, const TaxelGrid& grid,
                                                   std::span<const Imprint> imprints,
                                                   const VoteOptions& options = {});

@@ -174,7 +174,7 @@ namespace {
 
 constexpr std::array<std::size_t, 3> pool_sides{2, 4, 8};
 
-// use(side, first row, first column) of every pool.
+// Calls use(side, first row, first column) for every pool.
 template <class Use>
 void for_each_pool(std::size_t rows, std::size_t cols, const Use& use) {
   for (const std::size_t side : pool_sides) {
@@ -228,7 +228,7 @@ std::vector<Vector> make_vectors(LawsSize size) {
           {"R5", {1, -4, 6, -4, 1}}};
 }
 
-// Down the columns, where the whole mask lies inside.
+// Convolves down the columns, where the whole mask lies inside.
 Image down(const Image& image, std::span<const double> weights) {
   Image out(image.rows() + 1 - weights.size(), image.cols());
   for (std::size_t r = 0; r < out.rows(); ++r)

@@ -26,7 +26,7 @@ constexpr std::array<Kind, features_per_scale> kinds{{
     {"max.std", true},
 }};
 
-constexpr std::size_t step_features = 4;  // the first of the ten
+constexpr std::size_t step_features = 4;  // the first four of the ten
 
 bool is_in(Form form, std::size_t kind) {
   if (form == Form::brief) return kinds.at(kind).in_short_form;
@@ -47,13 +47,13 @@ double largest_of(const Image& image) {
 }
 
 double circular(std::span<const EdgeTaxel> edges) {
-  double cosine = 0.0, sine = 0.0;  // of twice the angle
+  double cosine = 0.0, sine = 0.0;  // sums for twice the angle
   for (const EdgeTaxel& edge : edges) {
     const double x = edge.x / edge.strength, y = edge.y / edge.strength;
     cosine += x * x - y * y;
     sine += 2.0 * x * y;
   }
-  // 1 - R from what turns away from the mean direction: R itself cannot tell small spreads from
+  // 1 - R from the deviation from the mean direction: R itself cannot separate small spreads from
   // rounding.
   const double middle = 0.5 * std::atan2(sine, cosine);
   const double along_x = std::cos(middle), along_y = std::sin(middle);

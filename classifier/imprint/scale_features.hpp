@@ -1,5 +1,5 @@
 #pragma once
-// The ten numbers of an imprint at one scale of smoothing, and of several scales side by side
+// The ten features of an imprint at one scale of smoothing, and of several scales side by side
 // (Ellis 1986, sections 3.3 and 3.4.1).
 
 #include <array>
@@ -14,20 +14,20 @@
 
 namespace weft::classifier::imprint {
 
-// Mean and spread of what was found in an imprint: of lengths, and of directions.
+// Mean and spread of the edges and extrema of an imprint: of lengths, and of directions.
 
 struct Moments {
-  double mean = 0;       ///< 0 of nothing
-  double deviation = 0;  ///< biased; 0 of fewer than two
+  double mean = 0;       ///< 0 without values
+  double deviation = 0;  ///< biased; 0 for fewer than two values
 };
 Moments moments(std::span<const double> values);
 
-/// How the orientations of edges are spread (choice E3).
+/// Spread of the orientations of edges (choice E3).
 enum class OrientationSpread {
-  /// sqrt(-2 ln R) / 2 in radians, of directions modulo pi: an edge has no front. R is their mean
-  /// resultant length, at least 1/n. 0 of fewer than two.
+  /// sqrt(-2 ln R) / 2 in radians, for directions modulo pi: an edge has no front. R is their mean
+  /// resultant length, at least 1/n. 0 for fewer than two.
   circular,
-  /// Standard deviation of the gradient's angle in (-pi, pi], as if an angle were a length.
+  /// Standard deviation of the gradient's angle in (-pi, pi], treated like a length.
   linear
 };
 inline constexpr std::array<std::string_view, 2> orientation_names{"circular", "linear"};
@@ -35,13 +35,13 @@ double orientation_spread(std::span<const EdgeTaxel> edges, OrientationSpread ki
 
 // Local minima and maxima of a smoothed imprint (Ellis 1986, section 3.3).
 
-/// For every taxel below (above) all of its eight neighbours, how far below (above) their mean it
-/// is, in counts, in row order. Strict, and interior taxels only (choice E4): a plateau has none.
+/// For every taxel below (above) all of its eight neighbours: the difference to their mean, in
+/// counts, in row order. Strict, and interior taxels only (choice E4): a plateau has none.
 struct Extrema {
   std::vector<double> minima, maxima;
 };
 
-/// `out` keeps its memory.
+/// Reuses the memory of `out`.
 void find_extrema(const Image& image, Extrema& out);
 
 /// The ten of a scale, in the order of the vector:
@@ -57,7 +57,7 @@ void find_extrema(const Image& image, Extrema& out);
 ///   max.std     deviation of the height [counts]
 inline constexpr std::size_t features_per_scale = 10;
 
-/// Which of the ten are taken.
+/// Selection of the ten features.
 enum class Form {
   full,    ///< all ten
   brief,   ///< the paper's seven: without the spread of orientations and the mean heights
@@ -75,18 +75,18 @@ struct ScaleOptions {
   EdgeThresholds thresholds = {};
 };
 
-/// Keeps its scratch memory: one object per thread.
+/// Extracts the features of several scales. Keeps its scratch memory; one object per thread.
 class ScaleFeatures {
  public:
-  /// Refuses no scale, a scale twice, a scale that GaussianFilter refuses, unusable thresholds.
+  /// Refuses no scale, a repeated scale, a scale that GaussianFilter refuses, unusable thresholds.
   static Result<ScaleFeatures> make(const ScaleOptions& options);
 
-  /// "edges.mean@2" is edges.mean at sigma 2 taxels. Scale by scale.
+  /// Names, scale by scale: "edges.mean@2" is edges.mean at sigma 2 taxels.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
 
-  /// [names().size()], all finite; valid until the next call. Refuses what check(image) refuses.
-  /// An image without interior (fewer than 3 rows or columns) has zeros only, and so has a constant
-  /// or an all saturated one.
+  /// [names().size()], all finite; valid until the next call. Refuses what check(image) refuses. An
+  /// image without interior (fewer than 3 rows or columns) gives only zeros, and so does a constant
+  /// or fully saturated one.
   Result<std::span<const double>> extract(const Image& image);
 
  private:

@@ -13,10 +13,10 @@ namespace {
 
 enum State : std::uint8_t { nothing, candidate, retained };
 
-constexpr double rounding = 1e-12;       // of the amplitude: no noise at all
-constexpr double flat_threshold = 1e-9;  // of the amplitude, where there is no noise
+constexpr double rounding = 1e-12;       // share of the amplitude; up to it there is no noise
+constexpr double flat_threshold = 1e-9;  // share of the amplitude; threshold if there is no noise
 
-// Whether the taxel at `at` is a ridge across the gradient (x, y); `cols` apart are rows.
+// True if the taxel at `at` is a ridge across the gradient (x, y); `cols` is the distance of rows.
 bool is_ridge(const double* strength, std::ptrdiff_t at, std::ptrdiff_t cols, double x, double y) {
   const double across = std::abs(x), down = std::abs(y);
   const std::ptrdiff_t step_x = x > 0 ? 1 : -1, step_y = y > 0 ? cols : -cols;
@@ -41,8 +41,8 @@ void lengths(const double* x, const double* y, std::size_t count, double* out) {
   for (std::size_t i = 0; i < count; ++i) out[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
 }
 
-// Sum of squared third differences of four lines; column sums are kept apart in `sum`, so that no
-// order of lanes matters.
+// Adds the squared third differences of four lines. `sum` has one sum per column, so the order of
+// lanes does not matter.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void add_squares(const double* a, const double* b, const double* c, const double* d,
                  std::size_t count, double* sum) {
@@ -103,7 +103,7 @@ const std::vector<EdgeTaxel>& StepEdges::find(const Gradient& gradient, double n
       state_[i] = strong ? retained : candidate;
       if (strong) open_.push_back(i);
     }
-  while (!open_.empty()) {  // candidates are never on the border: every neighbour exists
+  while (!open_.empty()) {  // candidates are never on the border, so every neighbour exists
     const std::size_t i = open_.back();
     open_.pop_back();
     for (const std::size_t line : {i - cols, i, i + cols})

@@ -6,12 +6,12 @@
 namespace weft::classifier::vibro {
 namespace {
 
-constexpr double least_share = 1e-13;  // of the weight of the nearest class
+constexpr double least_share = 1e-13;  // relative to the weight of the nearest class
 
 // A bin's weights, class by class.
 using Row = std::array<double, pitch_classes>;
 
-// The largest weight of a class that is not among the near ones from `first` on.
+// The largest weight of a class outside the near ones that begin at `first`.
 double outside(const Row& row, std::size_t first) {
   double out = 0.0;
   for (std::size_t i = near_classes; i < pitch_classes; ++i)
@@ -45,7 +45,7 @@ double squared(double v) {
   return v * v;
 }
 
-// Distance round the circle of classes, -6 to 6.
+// Distance around the circle of classes, -6 to 6.
 double circular_distance(double pitch, std::size_t to) {
   const auto classes = static_cast<double>(pitch_classes);
   const double half = classes / 2.0;

@@ -9,42 +9,42 @@
 
 namespace weft::classifier::vibro {
 
-// What librosa 0.10 weighs spectra with: pitch classes and the ear.
+// Weights of spectra in librosa 0.10: pitch classes and the A-weighting of the ear.
 
 inline constexpr std::size_t pitch_classes = 12;
 
-/// Weights [12 x bins] of the power in every bin for every pitch class, C first, of a transform of
+/// Weights [12 x bins] of the power in every bin for every pitch class, C first, for a transform of
 /// `length` samples at `rate_hz`: librosa.filters.chroma with its defaults and no tuning (S5).
 std::vector<double> chroma_weights(double rate_hz, std::size_t length);
 
 /// A-weighting (IEC 61672-1) of every bin in dB, not below -80: librosa.A_weighting.
 std::vector<double> a_weighting_db(double rate_hz, std::size_t length);
 
-/// Frames that are worked on side by side.
+/// Frames processed side by side.
 inline constexpr std::size_t frame_lanes = simd::block_taxels;
-/// A figure per frame.
+/// One value per frame.
 using PerFrame = std::array<double, frame_lanes>;
 
-/// Pitch classes that one bin has a say in, but for the lowest bins: those nearest to its pitch.
-/// What all others would get from it is less than 1e-13 of what its own class gets.
+/// Number of pitch classes that a bin contributes to, except for the lowest bins: those nearest to
+/// its pitch. Any other class would get less than 1e-13 of the weight of the bin's own class.
 inline constexpr std::size_t near_classes = 8;
 
 /// Neighbouring bins with the same near classes.
 struct ClassRun {
   std::size_t first_bin, end_bin;
-  std::size_t first_class;  ///< 0 to 11; the others follow it, round the circle
+  std::size_t first_class;  ///< 0 to 11; the other near classes follow it around the circle
 };
 
-/// Of one transform length and rate.
+/// Tables of one transform length and rate.
 struct BinTables {
   BinTables(double rate_hz, std::size_t length);
 
   std::size_t bins = 0;
   std::vector<double> frequency_hz;  ///< [bins]
-  std::size_t wide_bins = 0;         ///< the lowest bins, which are a semitone wide or wider
+  std::size_t wide_bins = 0;         ///< the lowest bins; they are a semitone wide or wider
   std::vector<double> wide_chroma;   ///< [wide_bins x 12], a row per bin
   std::vector<double> near_chroma;   ///< [bins - wide_bins x 8], a row per bin
-  std::vector<ClassRun> runs;        ///< of the bins that are not wide, in order
+  std::vector<ClassRun> runs;        ///< of the other bins, in order
   double mean_a_weighting_db = 0.0;
 };
 

@@ -50,10 +50,10 @@ tl::unexpected<Error> overflowed(std::string_view feature, std::span<const doubl
                .got = "magnitude " + format_number(largest)});
 }
 
-// Sums over frames, each of `hops` hops, the first centred on sample 0; hops beyond the ends are
-// empty.
+// Range of hops of one frame; each frame has `hops` hops, and the first is centred on sample 0.
+// Hops beyond the ends are empty.
 struct FrameHops {
-  std::ptrdiff_t first, end;  // of the hops of one frame that exist
+  std::ptrdiff_t first, end;  // the existing hops of one frame
   FrameHops(std::size_t frame, FrameSize size, std::size_t existing)
       : first(static_cast<std::ptrdiff_t>(frame) - static_cast<std::ptrdiff_t>(size.hops() / 2)),
         end(std::min(first + static_cast<std::ptrdiff_t>(size.hops()),
@@ -72,7 +72,8 @@ double mean_rms(FrameSize size, std::size_t samples, const std::vector<double>& 
   return sum / static_cast<double>(size.count(samples));
 }
 
-// A change of sign counts at its second sample; a frame's own first sample has none before it.
+// A change of sign counts at its second sample; the first sample of a frame has no sample before
+// it.
 double mean_crossing_rate(FrameSize size, std::span<const double> samples,
                           const std::vector<std::size_t>& hop_crossings) {
   std::size_t sum = 0;
@@ -88,7 +89,7 @@ double mean_crossing_rate(FrameSize size, std::span<const double> samples,
   return static_cast<double>(sum) / static_cast<double>(size.length) / static_cast<double>(frames);
 }
 
-constexpr std::size_t first_bin = 2;  // below is the level, spread by the window
+constexpr std::size_t first_bin = 2;  // lower bins have the level, spread by the window
 constexpr double least_band_power = 1e-10;
 
 bool smooth(std::size_t n) {
@@ -127,7 +128,7 @@ void ChannelExtractor::moments(std::span<const double> samples, ChannelFeatures&
   at(out, FrameFeature::zcr) = mean_crossing_rate(size, samples, hop_crossings_);
 }
 
-/// Fills `spectra_`, `sums_` and, where given, `bands`; returns the power of the loudest bin.
+/// Fills `spectra_`, `sums_` and, if given, `bands`; returns the power of the loudest bin.
 double ChannelExtractor::transform(std::span<const double> samples, Tools& tools, bool chroma,
                                    BandFeatures* bands) {
   constexpr std::size_t lanes = ShortTimeSpectrum::lanes;
@@ -198,7 +199,7 @@ Result<double> ChannelExtractor::mean_amplitude(std::span<const double> samples)
   if (auto ok = check_size(samples); !ok) return pass(ok.error());
   const double out =
       whole_.mean_amplitude(samples, sum_of(samples) / static_cast<double>(samples.size()));
-  if (std::isfinite(out)) return out;  // and so were all samples
+  if (std::isfinite(out)) return out;  // then all samples are finite
   if (auto ok = check_samples(samples); !ok) return pass(ok.error());
   return overflowed("FFT", samples);
 }
@@ -277,7 +278,7 @@ double WholeSpectrum::by_mixed_radix(std::span<const double> samples, double mea
 }
 
 double WholeSpectrum::by_convolution(std::span<const double> samples, double mean) {
-  constexpr std::size_t signals = 2;  // of one transform; the second one is silent
+  constexpr std::size_t signals = 2;  // of one transform; the second one is zero
   rows_.assign(signals * samples.size(), 0.0);
   std::array<double, signals> offset{}, largest{};
   for (std::size_t i = 0; i < samples.size(); ++i) {

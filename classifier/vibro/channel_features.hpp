@@ -1,5 +1,5 @@
 #pragma once
-// The ten numbers of one channel of one window, the mean amplitude of its whole spectrum, and its
+// The ten figures of one channel of one window, the mean amplitude of its whole spectrum, and its
 // power in sixteen bands of frequency.
 
 #include <array>
@@ -19,10 +19,10 @@
 
 namespace weft::classifier::vibro {
 
-/// Lengths whose prime factors are 2, 3 and 5, which windows of round durations have, go through
-/// RealTransform, and where they are no multiple of sixteen through Eigen's mixed-radix transform;
-/// that is slow for large primes, so others go through Bluestein's (Spectrum). Keeps its tables for
-/// the last lengths.
+/// Spectrum of a whole window of any length. Windows of round durations have lengths with prime
+/// factors 2, 3 and 5. These use RealTransform if they are multiples of sixteen, else Eigen's
+/// mixed-radix transform. That is slow for large primes, so other lengths use Bluestein's algorithm
+/// (Spectrum). Keeps its tables for the last lengths.
 class WholeSpectrum {
  public:
   WholeSpectrum();
@@ -30,7 +30,7 @@ class WholeSpectrum {
   WholeSpectrum(WholeSpectrum&&) noexcept;
   WholeSpectrum& operator=(WholeSpectrum&&) noexcept;
 
-  /// Mean over the bins 1 .. n / 2 of 2 / n |DFT| of the samples less `mean`; 0 of one sample.
+  /// Mean over the bins 1 .. n / 2 of 2 / n |DFT| of the samples less `mean`; 0 for one sample.
   double mean_amplitude(std::span<const double> samples, double mean);
 
  private:
@@ -45,24 +45,25 @@ class WholeSpectrum {
   simd::AlignedDoubles rows_, scratch_;
 };
 
-// Power in bands of frequency. Not of the paper: ours, for recordings of which its figures do not
-// tell enough.
+// Power in bands of frequency. Not from the paper: our own, for recordings that its figures
+// describe too poorly.
 
 inline constexpr std::size_t band_count = 16;
-/// Of every band the mean over the frames of its power in dB, then of every band the deviation.
+/// First the mean over the frames of each band's power in dB, then the deviation of each band.
 using BandFeatures = std::array<double, 2 * band_count>;
 
-/// First bin of every band and one behind the last: from bin 2 on, each as much wider than the one
-/// below as makes sixteen of them, at least one bin wide. Bands beyond the last bin are empty.
+/// First bin of every band, and the one after the last. Bands start at bin 2. Each is wider than
+/// the one below by a constant ratio that gives sixteen, and at least one bin wide. Bands beyond
+/// the last bin are empty.
 std::array<std::size_t, band_count + 1> band_edges(std::size_t bins);
 
-/// Adds the frames of a window up, sixteen at a time.
+/// Sums over the frames of a window, sixteen at a time.
 class BandSums {
  public:
   explicit BandSums(std::size_t bins) : edges_(band_edges(bins)) {}
-  /// `magnitudes` [bins x 16], of which the first `frames` are frames.
+  /// `magnitudes` [bins x 16]; only the first `frames` columns are frames.
   void add(const double* magnitudes, std::size_t frames);
-  /// At least one frame was added. An empty band stands at the least power, -100 dB.
+  /// Needs at least one frame. An empty band has the least power, -100 dB.
   [[nodiscard]] BandFeatures figures() const;
 
  private:
@@ -74,12 +75,12 @@ class BandSums {
 enum class FrameFeature {
   mean,
   std,         ///< deviation, biased
-  mad,         ///< median absolute deviation about the median, not scaled (S2)
+  mad,         ///< median absolute deviation from the median, not scaled (S2)
   rmse,        ///< mean over the frames of their root mean square
-  chroma,      ///< mean over frames and pitch classes of the power over the loudest class's
-  centroid,    ///< mean over the frames that are not silent
-  bandwidth,   ///< as the centroid
-  rolloff,     ///< mean over all frames, a silent one counts 0
+  chroma,      ///< mean over frames and pitch classes of the power relative to the loudest class
+  centroid,    ///< mean over the frames that are not silent [Hz]
+  bandwidth,   ///< like the centroid [Hz]
+  rolloff,     ///< mean over all frames, 0 for a silent one [Hz]
   perceptual,  ///< mean over frames and bins of A-weighted power in dB, 80 dB deep (S3)
   zcr,         ///< mean over the frames of sign changes per sample
 };
@@ -91,23 +92,23 @@ using ChannelFeatures = std::array<double, figure_count>;
 std::string_view to_string(FrameFeature figure);
 
 /// Computes the figures of windows of one rate, with one short-time spectrum for all of them. Keeps
-/// its tables for the window lengths that it has seen. Not for two threads at once.
+/// its tables for all window lengths so far. Thread: one at a time.
 class ChannelExtractor {
  public:
-  /// Longest window: 131 s at 8 kHz. The spectra of all its frames are kept, 17 MB.
+  /// Longest window: 131 s at 8 kHz. The spectra of all its frames stay in memory, 17 MB.
   static constexpr std::size_t most_samples = std::size_t{1} << 20;
 
   /// 0 < rate_hz
   explicit ChannelExtractor(double rate_hz) : rate_hz_(rate_hz) {}
 
-  /// librosa's definitions (0.10, zeros beyond the ends) of the samples of one window. CHROMA is
-  /// left 0 without `chroma`, which saves a twelfth; `bands`, where given, is filled from the same
-  /// spectrum. Refuses no samples, too many, one that is not finite (named), and samples so large
-  /// that a figure is not finite.
+  /// Figures of the samples of one window by librosa's definitions (0.10, zeros beyond the ends).
+  /// Without `chroma` CHROMA is 0, which saves a twelfth of the time. `bands`, if given, is filled
+  /// from the same spectrum. Refuses no samples, too many, a non-finite sample (with its index),
+  /// and samples so large that a figure is not finite.
   Result<ChannelFeatures> figures(std::span<const double> samples, bool chroma = true,
                                   BandFeatures* bands = nullptr);
-  /// Mean one-sided amplitude of the window's transform, mean removed, without DC (S6); 0 of one
-  /// sample. Refuses the same.
+  /// Mean one-sided amplitude of the window's transform, mean removed, without DC (S6); 0 for one
+  /// sample. Refuses the same as figures().
   Result<double> mean_amplitude(std::span<const double> samples);
 
  private:
@@ -130,7 +131,7 @@ class ChannelExtractor {
   std::vector<double> deviation_, hop_squares_;
   std::vector<std::size_t> hop_crossings_;
   simd::AlignedDoubles spectra_;  // of all blocks of frames
-  std::vector<BinSums> sums_;     // likewise
+  std::vector<BinSums> sums_;     // of all blocks of frames
 };
 
 }  // namespace weft::classifier::vibro

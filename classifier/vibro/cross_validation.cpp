@@ -14,10 +14,10 @@ Interval over_splits(std::span<const double> figure, const SplitSizes& sizes) {
   return {0.0, 1.0, "one split alone tells no spread"};
 }
 
-// A recording, or with blocks a part of one.
+// A recording or, with blocks, a part of one.
 using Tested = std::pair<std::size_t, std::size_t>;
 
-// What the windows of a split say of their recordings.
+// Votes of the windows of a split for their recordings.
 class RecordingVotes {
  public:
   RecordingVotes(const WindowSet& windows, std::size_t classes)

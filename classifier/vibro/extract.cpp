@@ -46,9 +46,8 @@ Status check_same_channels(std::span<const Recording> recordings) {
 
 namespace {
 
-// Of the windows of a recording: the block of each; where they are all of one, the fifth of the
-// recording's windows, by time, so that those on both sides of a fold overlap only where fifths
-// meet.
+// The block of each window of a recording. If all are in one block, the fifth of the recording's
+// windows by time. Windows on both sides of a fold then only overlap where fifths meet.
 std::vector<std::size_t> parts_of(const std::vector<Place>& places) {
   constexpr std::size_t fifths = 5;
   std::vector<std::size_t> out;
@@ -95,7 +94,7 @@ WindowExtractor::WindowExtractor(std::vector<Channel> channels, FeatureChoice ch
   for (const Channel& c : channels_) extractors_.emplace_back(c.rate_hz);
 }
 
-// Side by side, or their mean over the channels.
+// Appends values side by side, or adds them to their mean over the channels.
 void WindowExtractor::append(std::size_t channel, std::span<const double> values,
                              std::vector<double>& to) const {
   if (choice_.combine == Combine::concat) {

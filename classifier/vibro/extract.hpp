@@ -1,5 +1,6 @@
 #pragma once
-// Feature vectors of windows: of one, of all of a set of recordings, and while samples come in.
+// Feature vectors of windows: of one, of all windows of a set of recordings, and while samples
+// arrive.
 
 #include <cstddef>
 #include <functional>
@@ -14,16 +15,16 @@
 
 namespace weft::classifier::vibro {
 
-/// Computes the columns of columns_of(channels, choice). Not for two threads at once.
+/// Computes the columns of columns_of(channels, choice). Thread: one at a time.
 class WindowExtractor {
  public:
-  /// Refuses no channels, channels of the same name, rates that are not positive and finite.
+  /// Refuses no channels, repeated channel names, rates that are not positive and finite.
   static Result<WindowExtractor> make(std::vector<Channel> channels, FeatureChoice choice);
 
   [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
   [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
 
-  /// All finite; valid until the next call. Refuses another number of channels than channels() has
+  /// All finite; valid until the next call. Refuses another number of channels than channels() has,
   /// and what ChannelExtractor refuses, with the channel's name.
   Result<std::span<const double>> features(const WindowView& window);
 
@@ -40,10 +41,10 @@ class WindowExtractor {
   std::vector<double> features_, bands_;
 };
 
-/// Places of the windows of one recording.
+/// Returns the places of the windows of one recording.
 using PlacesOf = std::function<std::vector<Place>(const Recording& recording)>;
 
-/// A recording that no window fits into: nothing of it trains or tests.
+/// A recording shorter than a window; it neither trains nor tests.
 struct TooShort {
   std::string file;
   std::string label;
@@ -54,16 +55,16 @@ struct WindowSet {
   std::set<double> rates_hz;  ///< of the channels
   FeatureMatrix matrix;  ///< a row per window: file window_name(), label and group of the recording
   std::vector<Place> places;           ///< per row
-  std::vector<std::size_t> recording;  ///< per row: which one it was cut from
+  std::vector<std::size_t> recording;  ///< per row: index of its recording
   std::vector<TooShort> too_short;
 };
 
-/// The windows of all recordings without their features: where they lie, and whose they are. Each
-/// recording must have samples for every channel that it names.
+/// The windows of all recordings without their features: places, labels and groups. Each recording
+/// must have samples for every channel that it names.
 WindowSet lay_out(std::span<const Recording> recordings, double window_s, const PlacesOf& places);
 
-/// All windows of all recordings, which must have the same channels. On `threads` threads (0: one
-/// per core); the same bits with any number.
+/// All windows of all recordings, which must have the same channels. Runs on `threads` threads (0:
+/// one per core); the bits do not depend on the number.
 Result<WindowSet> cut_and_extract(std::span<const Recording> recordings, double window_s,
                                   const PlacesOf& places, FeatureChoice choice,
                                   std::size_t threads = 0);

@@ -25,7 +25,7 @@ Result<double> measure_accuracy(const TrainedLearner& learner, const Matrix& row
   return static_cast<double>(right) / static_cast<double>(rows.rows());
 }
 
-// Adds what permutation says on one split, a share of it, to `sum`.
+// Adds the permutation importance on one split, times `share`, to `sum`.
 Status add_permuted(const FeatureMatrix& matrix, const Split& split, const Recipe& recipe,
                     const TrainOptions& options, std::size_t repeats, double share,
                     std::vector<Importance>& sum) {
@@ -43,8 +43,8 @@ Status add_permuted(const FeatureMatrix& matrix, const Split& split, const Recip
   return {};
 }
 
-// The folds of a split's training rows as splits of the matrix; where there are none, all of them
-// on both sides.
+// The folds of a split's training rows as splits of the matrix; without folds one split with all of
+// them on both sides.
 std::vector<Split> inner_splits(const FeatureMatrix& matrix, const Split& outer,
                                 const TrainOptions& options) {
   std::vector<Split> out;
@@ -57,7 +57,7 @@ std::vector<Split> inner_splits(const FeatureMatrix& matrix, const Split& outer,
   return out;
 }
 
-// Of the training windows of one split, whose test windows are not looked at.
+// Columns selected on the training windows of one split; its test windows are not used.
 Result<std::vector<std::size_t>> selected(const WindowSet& windows, const Split& split,
                                           const Recipe& recipe, const TrainOptions& options,
                                           std::size_t count, std::size_t repeats) {
@@ -83,7 +83,7 @@ WindowSet with_columns(const WindowSet& windows, std::span<const std::size_t> co
   return out;
 }
 
-// Adds what is reached on one split.
+// Adds the result of one split.
 Status add_reached(const WindowSet& windows, const Split& split, const Recipe& recipe,
                    const TrainOptions& options, std::vector<std::size_t> columns, Reached& out) {
   const auto got = cross_validate(with_columns(windows, columns), std::span(&split, 1),

@@ -12,7 +12,7 @@ namespace {
 using simd::Lanes;
 using Integers = std::int64_t __attribute__((vector_size(simd::width * sizeof(std::int64_t))));
 
-// The sum of the lanes, each with its share of what is left behind the last whole group.
+// Sum of the lanes; each includes its value of the rest after the last whole group.
 template <class Term>
 WEFT_INLINE double folded(Lanes sum, const double* rest, std::size_t count, Term term) {
   double out = 0.0;
@@ -20,10 +20,10 @@ WEFT_INLINE double folded(Lanes sum, const double* rest, std::size_t count, Term
   return out;
 }
 
-// Groups of eight have so many sums in turn, so that none waits for the one before.
+// Groups of eight go to this number of sums in turn, so that no addition waits for the one before.
 constexpr std::size_t chains = 4, round_size = chains * simd::width;
 
-// The sum of `term` over all values, of which each is a value or eight.
+// The sum of `term` over all values; `term` takes one value or eight.
 template <class Term>
 WEFT_INLINE double sum_over(const double* values, std::size_t count, Term term) {
   Lanes sum[chains] = {};
@@ -58,7 +58,7 @@ double add_squares(const double* values, std::size_t count, double middle) {
       });
 }
 
-// Of the pairs (values[i], values[i + 1]), i < count.
+// Number of sign changes in the pairs (values[i], values[i + 1]), i < count.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 std::size_t count_changes(const double* values, std::size_t count) {
   const Lanes level = simd::all<Lanes>(-zero_level);
@@ -83,11 +83,12 @@ void compute_deviations(const double* values, std::size_t count, double middle, 
   for (; i < count; ++i) out[i] = simd::magnitude<double>(values[i] - middle);
 }
 
-constexpr std::size_t few = 24;          // are picked out
-constexpr std::size_t most_alike = 512;  // are picked out where single precision goes no further
-constexpr std::size_t most_rounds = 8;   // of counting alone; values of a few kinds need more
+constexpr std::size_t few = 24;  // number of values that are copied
+constexpr std::size_t most_alike =
+    512;  // number of values that are copied if single precision cannot separate them
+constexpr std::size_t most_rounds = 8;  // rounds of counting only; a few distinct values need more
 
-// Vectors of 64 bytes of values, and of as many whole numbers of their size.
+// Vectors of 64 bytes of values, and of equally many integers of their size.
 template <class T>
 struct Vectors;
 template <>
@@ -114,7 +115,7 @@ struct Wide : Vectors<T> {
   WEFT_INLINE static Values all(T v) { return v - Values{}; }
 };
 
-// Values of whole rounds below a pivot.
+// Number of values below a pivot; `count` is a multiple of a round.
 template <class T>
 WEFT_INLINE std::size_t count_in_rounds(const T* values, std::size_t count, T pivot) {
   using W = Wide<T>;
@@ -144,11 +145,11 @@ std::size_t count_below(std::span<const T> values, T pivot) {
   return out;
 }
 
-// What lies on either side of a pivot.
+// Values nearest to a pivot on either side.
 template <class T>
 struct Sides {
-  T below_most = -Wide<T>::infinity;                       // the largest less than it
-  T least = Wide<T>::infinity, most = -Wide<T>::infinity;  // of the others
+  T below_most = -Wide<T>::infinity;                       // the largest one below the pivot
+  T least = Wide<T>::infinity, most = -Wide<T>::infinity;  // least and largest of the others
 
   void add(T v, T pivot) {
     if (v < pivot) {
@@ -160,7 +161,7 @@ struct Sides {
   }
 };
 
-// Of whole vectors.
+// Sides of whole vectors of values.
 template <class T>
 WEFT_INLINE Sides<T> part_vectors(const T* values, std::size_t count, T pivot) {
   using W = Wide<T>;
@@ -198,14 +199,14 @@ Sides<T> part(std::span<const T> values, T pivot) {
   return out;
 }
 
-// Values rounded to nearest, which never changes their order; those too large for single precision
+// Rounds values to nearest, which never changes their order; those too large for single precision
 // become infinite.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void round_all(const double* values, std::size_t count, float* out) {
   for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<float>(values[i]);
 }
 
-// Whether any of a whole round lies from `low` to `high`.
+// True if any value of a whole round lies from `low` to `high`.
 template <class T>
 WEFT_INLINE bool has_within(const T* values, typename Wide<T>::Values low,
                             typename Wide<T>::Values high) {
@@ -222,8 +223,8 @@ WEFT_INLINE bool has_within(const T* values, typename Wide<T>::Values low,
   return (any[0] | any[1]) != 0;
 }
 
-// Copies those of `values` whose `keys` lie from `low` to `high`, of which there are few: a round
-// is passed over at once where it has none.
+// Copies `values` with `keys` from `low` to `high`. There are few, so a round without any is
+// skipped at once.
 template <class T>
 WEFT_INLINE void pick_by(const T* keys, const double* values, std::size_t count, T low, T high,
                          std::vector<double>& out) {
@@ -249,7 +250,8 @@ void pick(const float* keys, const double* values, std::size_t count, float low,
   pick_by(keys, values, count, low, high, out);
 }
 
-// `before` values are below `low`; `up_to` are below `high`, or not above it where that is a value.
+// Bounds of a search: `before` values are below `low`. `up_to` values are below `high`, or not
+// above it if it is one of the values.
 template <class T>
 struct Bounds {
   T low, high;
@@ -258,8 +260,8 @@ struct Bounds {
 
   [[nodiscard]] std::size_t within() const { return up_to - before; }
 
-  // More than low, at most high. Values are taken to lie evenly; the pivot is a little beyond the
-  // place of the one sought, away from the bound that moved last, so that both come near.
+  // A pivot above low and at most high. It assumes evenly spread values. It lies a little beyond
+  // the value sought, away from the bound that moved last, so that both bounds come near.
   [[nodiscard]] T pivot(std::size_t rank) const {
     const auto count = static_cast<double>(within());
     const double slack = 0.25 * std::sqrt(count);
@@ -271,8 +273,8 @@ struct Bounds {
   }
 };
 
-// Bounds with few values between them, the one of the rank among those; or all those that are equal
-// to it.
+// Bounds with few values between them that include the one of the rank, or bounds of values that
+// are all equal to it.
 template <class T>
 Bounds<T> find_bounds(std::span<const T> values, std::size_t rank) {
   const Sides<T> all = part(values, -Wide<T>::infinity);
@@ -282,7 +284,7 @@ Bounds<T> find_bounds(std::span<const T> values, std::size_t rank) {
     const T pivot = bounds.pivot(rank);
     const std::size_t below = count_below(values, pivot);
     bounds.low_moved = below <= rank;
-    // Bounds that are values themselves leave at least one of a kind behind.
+    // Bounds that are values exclude at least one distinct value in each round.
     const bool by_value = round >= most_rounds;
     if (bounds.low_moved) {
       bounds.low = by_value ? part(values, pivot).least : pivot;
@@ -295,7 +297,7 @@ Bounds<T> find_bounds(std::span<const T> values, std::size_t rank) {
   return bounds;
 }
 
-// The least value that is larger; the same where there is none.
+// The least value larger than `v`; `v` if there is none.
 double after(std::span<const double> values, double v) {
   const double least = part(values, std::nextafter(v, Wide<double>::infinity)).least;
   return std::isfinite(least) ? least : v;
@@ -312,7 +314,7 @@ double sum_of_squares(std::span<const double> values, double middle) {
 }
 
 Level level_of(std::span<const double> values) {
-  constexpr double epsilon = 0x1p-52, sum_tolerance = 1e-6;  // as of taxels
+  constexpr double epsilon = 0x1p-52, sum_tolerance = 1e-6;  // as for taxels
   const auto n = static_cast<double>(values.size());
   const double mean = sum_of(values) / n;
   const double deviation = std::sqrt(sum_of_squares(values, mean) / n);

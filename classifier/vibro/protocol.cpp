@@ -46,7 +46,7 @@ Split split_by(const WindowSet& windows, const Tests& tests) {
   return out;
 }
 
-// Without groups that train, all others do.
+// Without training groups, all groups that do not test train.
 Result<Split> split_by_groups(const std::vector<std::string>& groups,
                               std::vector<std::string> train,
                               const std::vector<std::string>& test) {
@@ -70,7 +70,7 @@ Status check_side(const WindowSet& windows, const std::vector<std::size_t>& rows
   return {};
 }
 
-// Of whole recordings one may be missing: a group tests what it has.
+// With whole recordings one may be missing: a group tests the labels that it has.
 Status check_split(const WindowSet& windows, const Split& split, Protocol protocol) {
   if (auto ok = check_side(windows, split.train, "training"); !ok) return ok;
   if (protocol != Protocol::groups) return check_side(windows, split.test, "test");
@@ -96,7 +96,7 @@ PlacesOf places_of(const ProtocolOptions& options) {
       return block_places(recording, options.window_s,
                           options.protocol == Protocol::blocks ? options.blocks : 1,
                           options.step_s);
-    // Another draw for every recording of one seed.
+    // Every recording of one seed gets different windows.
     const auto copied = options.drawn_as.find(recording.file);
     const std::uint64_t own =
         seed_of(copied == options.drawn_as.end() ? recording.file : copied->second);
@@ -139,21 +139,22 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
 
 namespace {
 
-// Of the samples of a window of `count`, the share that another one has too.
+// The share of the samples of a window of `count` that are also in another one.
 double shared(std::size_t first, std::size_t other, std::size_t count) {
   const std::size_t apart = first > other ? first - other : other - first;
   return apart < count ? static_cast<double>(count - apart) / static_cast<double>(count) : 0.0;
 }
 
-// Of every test window of a split, by the samples of one channel; the larger one where `share` has
-// one already.
+// Share of every test window of a split, by the samples of one channel. `share` keeps the larger
+// value.
 void add_shared(const WindowSet& windows, const Split& split, double rate_hz,
                 std::span<double> share) {
   const std::size_t count = samples_in(windows.window_s, rate_hz);
   const auto first = [&](std::size_t r) {
     return first_sample(windows.places[r].start_s, rate_hz);
   };
-  std::map<std::size_t, std::vector<std::size_t>> trained;  // first samples, by recording
+  std::map<std::size_t, std::vector<std::size_t>>
+      trained;  // recording -> first samples of its training windows
   for (const std::size_t r : split.train) trained[windows.recording[r]].push_back(first(r));
   for (std::size_t i = 0; i < split.test.size(); ++i) {
     const std::size_t own = first(split.test[i]);

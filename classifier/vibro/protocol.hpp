@@ -1,5 +1,5 @@
 #pragma once
-// How windows are taken from recordings and split: the paper's way, and two honest ones.
+// Selection and splits of windows: the paper's protocol, and two without leaks.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,9 +16,9 @@ namespace weft::classifier::vibro {
 
 enum class Protocol {
   random,  ///< the paper's: windows anywhere in a recording, 80 % of them train. A test window
-           ///< shares most of its samples with training windows: its figures are too good
-  blocks,  ///< contiguous parts of every recording, each left out in turn: no sample is shared
-  groups   ///< whole recordings: each group left out in turn, or the named ones test
+           ///< shares most samples with training windows, so its accuracy is too high
+  blocks,  ///< contiguous parts of every recording; each part tests once; no sample is shared
+  groups   ///< whole recordings: each group tests once, or only the named ones test
 };
 std::string_view to_string(Protocol protocol);
 Result<Protocol> protocol_from(std::string_view text);
@@ -26,34 +26,36 @@ Result<Protocol> protocol_from(std::string_view text);
 struct ProtocolOptions {
   Protocol protocol = Protocol::blocks;
   double window_s = 2.0;
-  double step_s = 0.25;                        ///< blocks, groups: from one window to the next
-  std::size_t blocks = 5;                      ///< 2 and more
-  std::size_t per_recording = 100;             ///< random: windows of each recording
-  double test_share = 0.2;                     ///< random: of each recording's windows
-  std::size_t repeats = 1;                     ///< random: splits
-  std::vector<std::string> train_groups = {};  ///< groups; empty: all that do not test
-  std::vector<std::string> test_groups = {};   ///< groups; empty as well: each in turn
+  double step_s = 0.25;             ///< blocks, groups: time between two windows
+  std::size_t blocks = 5;           ///< 2 and more
+  std::size_t per_recording = 100;  ///< random: number of windows per recording
+  double test_share = 0.2;          ///< random: share of each recording's windows
+  std::size_t repeats = 1;          ///< random: number of splits
+  std::vector<std::string> train_groups =
+      {};  ///< groups: training groups; empty: all that do not test
+  std::vector<std::string> test_groups = {};  ///< groups: test groups; empty: each tests once
   std::uint64_t seed = 1;
-  /// random: recordings that are drawn from as that of another file is, as they are copies of it:
-  /// else no window of one would be one of the other.
+  /// random: a recording drawn like that of another file, because it is a copy. Otherwise no window
+  /// of one would be a window of the other.
   std::map<std::string, std::string> drawn_as = {};
 };
 
-/// Where the windows of a recording lie under a protocol. Pure; `options` is copied.
+/// Places of the windows of a recording under a protocol. Pure; `options` is copied.
 PlacesOf places_of(const ProtocolOptions& options);
 
-/// Splits of the windows that places_of() gave. Refuses fewer than two blocks, a share that leaves
-/// nothing to train or test, a test group that no recording has, a label without training windows,
-/// or, but for groups, without test windows, and no windows at all (each with what to change). A
-/// group that is left out may lack labels, as a recording may be missing.
+/// Splits of the windows of places_of(). Refuses fewer than two blocks, a share without training or
+/// test windows, a test group without recordings, and no windows at all. Refuses a label without
+/// training windows or, except for groups, without test windows. Each error has advice. A test
+/// group may lack labels, as a recording may be missing.
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options);
 
-/// How much of the test windows the training has seen. Of each, the share of its samples that its
-/// nearest training window of the same recording has too, in the channel with the largest share.
+/// Overlap of the test windows with the training. For each test window: the share of its samples
+/// that are also in its nearest training window of the same recording, in the channel with the
+/// largest share.
 struct Leak {
   double median = 0.0;   ///< of the shares
   double largest = 0.0;  ///< 0: no sample of a test window is in a training window
-  double windows = 0.0;  ///< share of the test windows of which anything was seen
+  double windows = 0.0;  ///< share of the test windows that overlap a training window
 };
 Leak measure_leak(const WindowSet& windows, const std::vector<Split>& splits);
 

@@ -29,14 +29,14 @@ std::size_t padded(std::size_t elements) {
   return (elements + width - 1) / width * width;
 }
 
-// The first radix that divides.
+// The first radix that divides `elements`; else `elements`.
 std::size_t radix_of(std::size_t elements) {
   for (const std::size_t radix : {4U, 2U, 3U, 5U})
     if (elements % radix == 0) return radix;
   return elements;
 }
 
-// Element a: samples 16 a, 16 a + 2 ... are its real parts, those behind them the imaginary ones.
+// Element a: samples 16 a, 16 a + 2 ... are its real parts, those after them its imaginary parts.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void load_samples(const double* samples, std::size_t elements, double mean, double* x) {
   const Lanes off = simd::all<Lanes>(mean);
@@ -52,7 +52,7 @@ struct LevelJob {
   const double *root, *twiddle;
 };
 
-// Inputs lie `part` x `stride` apart, the outputs of a butterfly `stride`.
+// Inputs are `part` x `stride` apart, the outputs of a butterfly `stride`.
 template <std::size_t R>
 WEFT_INLINE void split_level(const LevelJob& job, const double* x, double* y) {
   const double* w = job.twiddle;
@@ -79,7 +79,7 @@ void run_level(std::size_t radix, const LevelJob& job, const double* x, double* 
   if (radix == 5) split_level<5>(job, x, y);
 }
 
-// Bins 0 to 7 of eight numbers each, in order.
+// Bins 0 to 7 of eight elements each, in order.
 WEFT_INLINE void join_eight(Complex<Lanes>* v) {
   constexpr double none[] = {1.0, 0.0, 1.0, 0.0, 1.0, 0.0};
   constexpr double half = std::numbers::sqrt2 / 2.0;
@@ -95,7 +95,7 @@ WEFT_INLINE void join_eight(Complex<Lanes>* v) {
   for (std::size_t k = 0; k < width; ++k) v[k] = out[k];
 }
 
-// Bin k + m s of the half-length transform: `re` and `im` [8 x padded m], at [s][k].
+// Bin k + m s of the half-length transform goes to [s][k] of `re` and `im` [8 x padded m].
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void join_lanes(const double* x, const double* between, std::size_t elements, double* re,
                 double* im) {
@@ -134,8 +134,8 @@ WEFT_INLINE Lanes reversed(Lanes v) {
   return __builtin_shufflevector(v, v, 7, 6, 5, 4, 3, 2, 1, 0);
 }
 
-// Twice the sum of the magnitudes of the whole transform's bins that lie in segment s < 4 of the
-// half one, not at its first bin, and of their mirrors, which lie in segment 7 - s.
+// Twice the sum of the magnitudes of the whole transform's bins in segment s < 4 of the half-length
+// one, without its first bin, and of their mirrors in segment 7 - s.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 double add_segment(const double* re, const double* im, const double* apart, std::size_t s,
                    std::size_t elements) {
@@ -167,7 +167,7 @@ double add_segment(const double* re, const double* im, const double* apart, std:
   return out;
 }
 
-// The rest: the first bins of all segments.
+// Sum of the rest: the first bins of all segments.
 double add_first_bins(const double* re, const double* im, const double* apart,
                       std::size_t elements) {
   const std::size_t segment = padded(elements);

@@ -9,7 +9,7 @@
 
 namespace weft::classifier::vibro {
 
-/// v[i][k] and v[k][i] change places.
+/// Transposes: v[i][k] and v[k][i] change places.
 WEFT_INLINE void transpose(simd::Lanes* v) {
   using simd::Lanes;
   Lanes pairs[simd::width], fours[simd::width];
@@ -31,19 +31,19 @@ WEFT_INLINE void transpose(simd::Lanes* v) {
   }
 }
 
-/// Tables for one length, 16 m. Samples two by two are a complex signal of half the length; every
-/// eighth element of that is in a lane of its own, so that eight transforms of m elements run side
-/// by side, by levels of 4, 2, 3 and 5, in order (Stockham); a butterfly of eight joins the lanes,
-/// and what belongs to even and odd samples is told apart at the end.
+/// Tables for one length, 16 m. Pairs of samples are a complex signal of half the length. Every
+/// eighth element is in its own lane, so eight transforms of m elements run side by side, by levels
+/// of 4, 2, 3 and 5, in order (Stockham). A butterfly of eight joins the lanes. The parts of even
+/// and odd samples are separated at the end.
 class RealTransform {
  public:
-  /// Whether the length is 16 m, m with no prime factor but 2, 3 and 5.
+  /// True if the length is 16 m and m has no prime factors except 2, 3 and 5.
   static bool fits(std::size_t length);
-  /// fits(length)
+  /// Requires fits(length).
   explicit RealTransform(std::size_t length);
 
   [[nodiscard]] std::size_t length() const { return 16 * elements_; }
-  /// Sum over the bins 1 .. length / 2 of |DFT| of the samples less `mean`; as many as the length.
+  /// Sum over the bins 1 .. length / 2 of |DFT| of the samples less `mean`; needs `length` samples.
   double sum_of_magnitudes(std::span<const double> samples, double mean);
 
  private:
@@ -54,8 +54,10 @@ class RealTransform {
 
   std::size_t elements_;  // m
   std::vector<Level> levels_;
-  simd::AlignedDoubles between_;  // [m x 16]: what turns lane l of bin k, before lanes are joined
-  simd::AlignedDoubles apart_;    // four segments of [m, padded] twice: what tells odd from even
+  simd::AlignedDoubles
+      between_;  // [m x 16]: factors of lane l of bin k before the lanes are joined
+  simd::AlignedDoubles
+      apart_;  // four segments of [m, padded] twice: factors that separate odd from even
   simd::AlignedDoubles from_, to_;
 };
 

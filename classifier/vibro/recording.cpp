@@ -11,13 +11,13 @@
 namespace weft::classifier::vibro {
 namespace {
 
-// Ticks from `from_s` to `to_s`, both included where they fit to rounding.
+// The last tick at or before `to_s`, up to rounding.
 std::size_t last_tick(double to_s) {
   return static_cast<std::size_t>(std::floor(std::max(to_s, 0.0) / window_tick_s + 1e-6));
 }
 
-// Behind the last sample of part `b` of `blocks`, by channel: where the next one begins, or the
-// recording ends.
+// Per channel, the end of part `b` of `blocks` (after its last sample): the start of the next part,
+// or the end of the recording.
 std::vector<std::size_t> compute_block_ends(const Recording& recording, std::size_t b,
                                             std::size_t blocks) {
   const double end_s =
@@ -29,8 +29,8 @@ std::vector<std::size_t> compute_block_ends(const Recording& recording, std::siz
   return out;
 }
 
-// A window that is no whole number of samples may have half a sample more than its seconds, so that
-// seconds alone do not tell.
+// A window of no whole number of samples may have half a sample more than its seconds. So the check
+// needs samples, not only seconds.
 bool lies_before(const Recording& recording, double start_s, double window_s,
                  const std::vector<std::size_t>& ends) {
   for (std::size_t c = 0; c < ends.size(); ++c) {
@@ -40,7 +40,7 @@ bool lies_before(const Recording& recording, double start_s, double window_s,
   return true;
 }
 
-// Windows that begin before the end of a gap and end behind its begin.
+// True if the window begins before the end of a gap and ends after the gap's start.
 bool lies_in_gap(const Recording& recording, double start_s, double window_s) {
   for (const Channel& channel : recording.channels) {
     const std::size_t first = first_sample(start_s, channel.rate_hz);
@@ -53,7 +53,7 @@ bool lies_in_gap(const Recording& recording, double start_s, double window_s) {
   return false;
 }
 
-// Where windows of a part begin anew: at its begin, and behind each gap inside.
+// Times where the windows of a part start again: its start, and the end of each gap inside.
 std::vector<double> compute_begins(const Recording& recording, double begin_s, double end_s) {
   std::vector<double> out{begin_s};
   for (const Gap& gap : recording.gaps)
@@ -73,7 +73,7 @@ constexpr NameTable<Family, 7> families = {{
 constexpr NameTable<Combine, 2> combinations = {
     {{Combine::mean, "mean"}, {Combine::concat, "concat"}}};
 
-// In the order of FrameFeature; empty: that of a sample.
+// In the order of FrameFeature; empty: unit of a sample.
 constexpr std::array<std::string_view, figure_count> figure_units = {"",   "",   "",   "",   "1",
                                                                      "Hz", "Hz", "Hz", "dB", "1"};
 

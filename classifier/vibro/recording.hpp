@@ -1,6 +1,6 @@
 #pragma once
-// A recording of several channels of different rates, the windows that are cut from it, and the
-// sets of features of the 2023 paper with their names and units.
+// A recording of several channels with different rates, its windows, and the sets of features of
+// the 2023 paper with their names and units.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,14 +18,14 @@ namespace weft::classifier::vibro {
 struct Channel {
   std::string name;      ///< "S", "X", "Y", "Z"
   double rate_hz = 0.0;  ///< above 0
-  std::string unit;      ///< of a sample: "count", "m/s^2"; "1" where it has none
+  std::string unit;      ///< of a sample: "count", "m/s^2"; "1" without a unit
   friend bool operator==(const Channel&, const Channel&) = default;
 };
 
-/// By how much the rates of two recordings of one sensor may differ: the clocks of two sensors of
-/// one model are off by 100 ppm each.
+/// Largest relative difference of the rates of two recordings of one sensor. The clocks of two
+/// sensors of one model are off by 100 ppm each.
 inline constexpr double clock_tolerance = 2e-4;
-/// Whether recordings of both can be compared: the same names and units in the same order, rates
+/// True if recordings of both are comparable: the same names and units in the same order, rates
 /// within clock_tolerance.
 bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b);
 
@@ -33,20 +33,20 @@ bool same_sensor(const std::vector<Channel>& a, const std::vector<Channel>& b);
 std::string format_channels(const std::vector<Channel>& channels);
 
 enum class Family {
-  smmrp,     ///< the five that the paper kept: MEAN, STD, MAD, RMSE, PERCEPTUAL
+  smmrp,     ///< the five figures that the paper kept: MEAN, STD, MAD, RMSE, PERCEPTUAL
   smmrp10,   ///< all ten figures, before the paper's selection
   fft,       ///< one number per channel: the mean amplitude of its spectrum (S6)
   smmrpfft,  ///< smmrp, then fft
   all,       ///< smmrp10, then fft
-  bands,     ///< ours: power in sixteen bands, its mean and deviation over the frames
-  wide,      ///< ours: all, then bands
+  bands,     ///< our own: power in sixteen bands, its mean and deviation over the frames
+  wide,      ///< our own: all, then bands
 };
 std::string_view to_string(Family family);
 Result<Family> family_from(std::string_view text);
 
-/// What happens to a figure that every channel has (S1).
+/// How the figures of the channels are combined (S1).
 enum class Combine {
-  mean,   ///< its mean over the channels, whatever their units: the paper's ten columns
+  mean,   ///< mean over the channels, whatever their units: the paper's ten columns
   concat  ///< a column per channel
 };
 std::string_view to_string(Combine combine);
@@ -63,15 +63,15 @@ struct Column {
   std::string unit;  ///< "mixed" for a mean over channels of several units
 };
 
-/// The figures of a family, in their order; none of `fft`.
+/// The figures of a family, in their order; empty for `fft`.
 std::vector<FrameFeature> features_of_family(Family family);
 bool has_fft(Family family);
 bool has_bands(Family family);
 /// Figures (channel by channel with concat), then FFT channel by channel, then bands as figures.
 std::vector<Column> columns_of(const std::vector<Channel>& channels, FeatureChoice choice);
 
-/// Seconds from the begin of a recording that no window may hold a sample of: another phase, or (of
-/// no duration) a pause between two samples.
+/// Seconds from the start of a recording that no window may include: another phase, or (with
+/// duration 0) a pause between two samples.
 struct Gap {
   double from_s = 0.0, to_s = 0.0;
   friend bool operator==(const Gap&, const Gap&) = default;
@@ -80,46 +80,45 @@ struct Gap {
 struct Recording {
   std::string file;   ///< unique in its data set
   std::string label;  ///< texture
-  std::string group;  ///< what must not be split between training and test
+  std::string group;  ///< unit that a split must not divide
   std::vector<Channel> channels;
-  std::vector<std::vector<double>> samples;    ///< per channel, from the same instant on
-  std::vector<Gap> gaps = {};                  ///< ascending, apart from each other
-  std::vector<std::string> group_values = {};  ///< by which it can be grouped besides
+  std::vector<std::vector<double>> samples;    ///< per channel; all start at the same instant
+  std::vector<Gap> gaps = {};                  ///< ascending, disjoint
+  std::vector<std::string> group_values = {};  ///< other values to group by
 
-  /// Of the shortest channel.
+  /// Duration of the shortest channel.
   [[nodiscard]] double duration_s() const;
 };
 
 /// Samples of one window, a span per channel.
 using WindowView = std::vector<std::span<const double>>;
 
-/// First sample of a window that begins at `start_s`, and how many `window_s` has: each to the
-/// nearest, so that windows of one length have the same number wherever they begin.
+/// First sample of a window that begins at `start_s`, and number of samples of `window_s`. Both are
+/// rounded to nearest, so windows of one duration have the same number anywhere.
 std::size_t first_sample(double start_s, double rate_hz);
 std::size_t samples_in(double window_s, double rate_hz);
 
-/// Refuses a window that no channel, or not every channel, holds to its end, or of which one has no
-/// sample.
+/// Refuses a window that extends beyond the end of a channel, or that has no sample of one.
 Result<WindowView> window_at(const Recording& recording, double start_s, double window_s);
 
-/// Where a window lies.
+/// Place of a window.
 struct Place {
   double start_s = 0.0;
-  std::size_t block = 0;  ///< which contiguous part of the recording it lies in
+  std::size_t block = 0;  ///< index of the contiguous part of the recording
 };
 
-/// A clock that the clocks of all channels meet: 5 ms for 200 Hz and 8 kHz.
+/// A period that is a multiple of the sample periods of all channels: 5 ms for 200 Hz and 8 kHz.
 inline constexpr double window_tick_s = 0.005;
 
-/// Up to `count` different places at random on the tick, in the order drawn: the paper's "100
-/// random samples without replacement", read as windows (S7). They overlap, so a split of them puts
-/// the same instants on both sides. All samples of each lie in the recording, none in a gap.
+/// Up to `count` different random places on the tick, in the order drawn: the paper's "100 random
+/// samples without replacement", read as windows (S7). They overlap, so a split of them has the
+/// same instants on both sides. All samples of each lie in the recording, none in a gap.
 std::vector<Place> random_places(const Recording& recording, double window_s, std::size_t count,
                                  std::uint64_t seed);
 
-/// Places every `step_s` inside each of `blocks` equal parts of the recording, which begin at a
-/// sample of each channel: windows of two blocks never share a sample. Behind a gap they begin
-/// anew.
+/// Places every `step_s` inside each of `blocks` equal parts of the recording. Parts begin at a
+/// sample of each channel, so windows of two blocks never share a sample. After a gap the places
+/// start again.
 std::vector<Place> block_places(const Recording& recording, double window_s, std::size_t blocks,
                                 double step_s);
 

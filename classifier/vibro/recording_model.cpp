@@ -182,8 +182,8 @@ Result<std::vector<std::string>> SetupText<RecordingSetup>::feature_names(
   return out;
 }
 
-// Labels, a name of a learner, the scaling, the axes of components (none: the scaled features), and
-// the learner's own lines.
+// Labels, name of a learner, scaling, axes of components (none: the scaled features), and the
+// learner's own lines.
 std::optional<ModelParts> SetupText<RecordingSetup>::read_pipeline(
     LineReader& in, const std::vector<std::string>& names) {
   std::vector<std::string> labels = read_labels(in);

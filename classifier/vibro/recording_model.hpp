@@ -1,6 +1,6 @@
 #pragma once
-// A trained model of sound and vibration: what is needed to prepare recordings as those of the
-// training were, its training, and its answers.
+// A trained model of sound and vibration: the preparation of recordings as in the training, its
+// training, and its predictions.
 
 #include <cstddef>
 #include <span>
@@ -20,7 +20,7 @@ struct RecordingSetup {
   std::vector<Channel> channels;
   FeatureChoice features;
   double window_s = 2.0;
-  double step_s = 0.25;  ///< from one window to the next
+  double step_s = 0.25;  ///< time between two windows
 };
 
 }  // namespace vibro
@@ -32,7 +32,7 @@ struct SetupText<vibro::RecordingSetup> {
   static vibro::RecordingSetup read(LineReader& in);
   static Result<std::vector<std::string>> feature_names(const vibro::RecordingSetup& setup,
                                                         std::size_t most);
-  /// What "weft-recording-model 1" has in the place of learner, view and labels.
+  /// Lines of "weft-recording-model 1" in place of learner, view and labels.
   static std::optional<ModelParts> read_pipeline(LineReader& in,
                                                  const std::vector<std::string>& names);
 };
@@ -41,48 +41,48 @@ namespace vibro {
 
 using RecordingModel = Model<RecordingSetup>;
 
-/// Of rates and samples, not of name, label or time.
+/// Digest of rates and samples, not of name, label or time.
 std::uint64_t content_digest(const Recording& recording);
 
-/// Recordings of which train_recording_model() learns nothing.
+/// Recordings that train_recording_model() leaves out.
 std::vector<TooShort> too_short_for(const RecordingSetup& setup,
                                     std::span<const Recording> recordings);
 
-/// What `best` comes to on recordings: the learner, on the features that it takes.
+/// Result of `best` on recordings: the learner and its features.
 struct ChosenRecipe {
-  Recipe recipe;  ///< of all columns of `features`
+  Recipe recipe;  ///< on all columns of `features`
   FeatureChoice features;
-  std::vector<RecipeScore> scores;  ///< of all candidates; none tested where nothing can be
+  std::vector<RecipeScore> scores;  ///< of all candidates; none tested if that is impossible
 };
-/// train_best() of window_candidates() on the windows that `setup` describes; the features are
-/// those of `setup` where they are named. Refuses what cut_and_extract() and train_best() refuse.
+/// train_best() of window_candidates() on the windows of `setup`. With `features_are_named` it uses
+/// the features of `setup`. Refuses what cut_and_extract() and train_best() refuse.
 Result<ChosenRecipe> choose_recipe(std::span<const Recording> recordings,
                                    const RecordingSetup& setup, bool features_are_named,
                                    std::size_t components, const TrainOptions& options);
 
 /// Cuts, extracts, trains and calibrates (calibrate_recordings()). Recordings shorter than a window
-/// are left out; a label that has no others is refused, and so is what cut_and_extract() and
+/// are left out. Refuses a label with only such recordings, and what cut_and_extract() and
 /// train_recipe() refuse.
 Result<RecordingModel> train_recording_model(std::span<const Recording> recordings,
                                              const RecordingSetup& setup, const Recipe& recipe,
                                              const TrainOptions& options, Provenance provenance);
 
-/// Why a model trained so would give no probability; empty where it does. See
+/// Reason why such a model would give no probability; empty if it gives one. See
 /// reason_without_probability() of windows.
 std::string reason_without_probability(std::span<const Recording> recordings,
                                        const RecordingSetup& setup, const Recipe& recipe,
                                        const TrainOptions& options);
 
-/// What a model says of a recording: the label that most of its windows have, the first of equals.
+/// Prediction for a recording: the most frequent label of its windows; the first one wins a tie.
 struct RecordingAnswer {
   std::string file;
-  std::string true_label;            ///< empty: not known
-  std::size_t label = 0;             ///< into the labels of the learner
-  std::vector<std::size_t> windows;  ///< per label: windows that were answered so
-  std::vector<double> probability;   ///< per label; empty where the model is not calibrated
+  std::string true_label;            ///< empty: unknown
+  std::size_t label = 0;             ///< index into the labels of the learner
+  std::vector<std::size_t> windows;  ///< per label: windows predicted as it
+  std::vector<double> probability;   ///< per label; empty if the model is not calibrated
 };
-/// One per recording. Refuses other channels than the training had, as same_sensor() tells, and a
-/// recording shorter than a window.
+/// One per recording. Refuses other channels than in the training (same_sensor()), and a recording
+/// shorter than a window.
 Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& model,
                                                          std::span<const Recording> recordings);
 

@@ -9,12 +9,12 @@
 namespace weft::classifier::vibro {
 namespace {
 
-// Below, the likeliest sharpness says more than was seen; from here on its lower bound would only
-// make true answers look unsure (README.md).
+// With fewer recordings the likeliest sharpness claims more than the data show. From this number on
+// its lower bound would only make right predictions look unsure (README.md).
 constexpr std::size_t few_recordings = 100;
 constexpr std::size_t least_labels = 2;  // one label alone is always right
 
-// Labels of which whole recordings are held out.
+// Labels with whole recordings held out.
 std::set<std::string> testable_labels(const FeatureMatrix& windows, Learner learner,
                                       const TrainOptions& options) {
   const FoldReport folds = fold_report(windows, learner, options);
@@ -56,7 +56,7 @@ Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLear
   if (!held) return pass(held.error());
   if (!*held) return std::optional<VotePostprocessing>{};
   const HeldOut& rows = (*held)->rows;
-  std::map<std::size_t, std::vector<std::size_t>> windows;  // of recording: windows per label
+  std::map<std::size_t, std::vector<std::size_t>> windows;  // recording -> windows per label
   std::map<std::size_t, std::size_t> truth;
   for (std::size_t i = 0; i < rows.row.size(); ++i) {
     const std::string& label = matrix.labels[rows.row[i]];

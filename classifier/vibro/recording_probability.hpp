@@ -1,5 +1,5 @@
 #pragma once
-// How likely each label is for a whole recording, from the answers on its windows.
+// Probability of each label for a whole recording, from the predictions of its windows.
 
 #include <cstddef>
 #include <optional>
@@ -13,21 +13,21 @@
 
 namespace weft::classifier::vibro {
 
-/// From windows per label, at least one in all: their share, with one window more that is of every
-/// label alike, to the power `sharpness`. Positive, sum 1; the more windows, the likelier, so the
-/// most frequent label is the likeliest. Mean and product of the windows' own probabilities are
-/// worse calibrated (classifier/vibro/README.md).
+/// Share of the windows per label, to the power `sharpness`; at least one window in all. One more
+/// window is added, divided equally among the labels. Positive, sum 1. More windows give a larger
+/// probability, so the most frequent label is the likeliest. Mean and product of the windows' own
+/// probabilities are worse calibrated (classifier/vibro/README.md).
 std::vector<double> share_of_windows(std::span<const std::size_t> windows, double sharpness = 1.0);
 
-/// Why recordings of such a training get no probability: fewer than two labels have as many
-/// recordings as can be held out. Empty where they get one. `windows` need no features.
+/// Reason why such recordings get no probability: fewer than two labels have enough recordings to
+/// hold one out. Empty if they get one. `windows` need no features.
 std::string reason_without_probability(const FeatureMatrix& windows, Learner learner,
                                        const TrainOptions& options);
 
-/// The sharpness of share_of_windows() under which the true labels of held-out recordings are most
-/// likely, of labels of which whole recordings were held out (folds of the training). No profile
-/// and no reject rule. Nothing where reason_without_probability() has one. Refuses what
-/// predict_held_out() refuses.
+/// Fits the sharpness of share_of_windows() with the largest likelihood of the true labels of
+/// held-out recordings. Only labels with whole recordings held out count (folds of the training).
+/// There is no profile and no reject rule. Empty if reason_without_probability() gives a reason.
+/// Refuses what predict_held_out() refuses.
 Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLearner& learner,
                                                                const WindowSet& windows,
                                                                const TrainOptions& options);

@@ -20,9 +20,9 @@ using fourier::put;
 using simd::Lanes;
 constexpr std::size_t width = simd::width, lanes = ShortTimeSpectrum::lanes;
 constexpr std::size_t step = fourier::step<Lanes>;
-constexpr std::size_t quarters = 4;  // of a frame, a hop each
-// Roots of so many bins are under way while the bins before them are added up: a processor takes
-// roots beside products and sums.
+constexpr std::size_t quarters = 4;  // quarters of a frame, one hop each
+// Square roots of this number of bins run while the bins before them are added up: a processor
+// computes roots in parallel with products and sums.
 constexpr std::size_t bins_at_once = 2;
 
 // Sixteen frames and the tables of their length.
@@ -34,7 +34,7 @@ struct Job {
   const std::uint32_t* place;
 };
 
-// Eight hops side by side: row j of `to` has sample j of each.
+// Transposes eight hops: row j of `to` has sample j of each.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void turn_eight(const double* samples, std::size_t hop, double* to, std::size_t columns) {
   for (std::size_t j = 0; j < hop; j += width) {
@@ -67,7 +67,7 @@ void forward(double* x, std::size_t size, const double* w) {
   fourier::forward<Lanes>(x, size, w, forward);
 }
 
-// The first level of the transforms of sixteen frames, weighed and scaled.
+// The first level of the transforms of sixteen frames, weighted and scaled.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void first_level(const Job& job, const PowerOfTwo& scale, double* x) {
   const auto one = get<Lanes>(scale.first.data()), two = get<Lanes>(scale.second.data());
@@ -90,7 +90,7 @@ struct Totals {
   Complex<Lanes> magnitude{}, moment{}, loudest{};  // low and high frames
 };
 
-// Makes magnitudes a few bins ahead of those that are added up.
+// Computes magnitudes a few bins ahead of the sums.
 template <class Make>
 struct Ahead {
   Make magnitudes_of;  // (from, end)
@@ -105,8 +105,8 @@ struct Ahead {
   }
 };
 
-// Bins `from` to `end` of sixteen frames are added up, their power with a row of `classes` weights
-// each; `power` [classes] goes on from what it is.
+// Adds up the bins `from` to `end` of sixteen frames, and their power with a row of `classes`
+// weights each; adds the latter to `power` [classes].
 template <std::size_t classes, class Make>
 WEFT_INLINE void add_bins(std::size_t from, std::size_t end, Ahead<Make>& ahead,
                           const double* frequency_hz, const double* weight, const double* rows,
@@ -131,14 +131,14 @@ WEFT_INLINE void add_bins(std::size_t from, std::size_t end, Ahead<Make>& ahead,
   for (std::size_t i = 0; i < classes; ++i) power[i] = sum[i];
 }
 
-// All bins, whose magnitudes `magnitudes_of` makes.
+// All bins; `magnitudes_of` computes their magnitudes.
 template <class Make>
 WEFT_INLINE void add_all_bins(const BinTables& tables, bool chroma, Make magnitudes_of,
                               const double* rows, BinSums& out) {
   const double* const hz = tables.frequency_hz.data();
   Ahead<Make> ahead{magnitudes_of, tables.bins};
   Totals totals;
-  // Twice round the circle, so that near classes follow each other.
+  // Twice around the circle, so that near classes are contiguous.
   Complex<Lanes> power[pitch_classes + near_classes] = {};
   if (chroma) {
     add_bins<pitch_classes>(0, tables.wide_bins, ahead, hz, tables.wide_chroma.data(), rows, totals,
@@ -159,7 +159,8 @@ WEFT_INLINE void add_all_bins(const BinTables& tables, bool chroma, Make magnitu
     put(out.power[c].data(), c < near_classes ? power[c] + power[pitch_classes + c] : power[c]);
 }
 
-// Magnitudes of the transforms, whose bins lie scattered, in their order, and their sums.
+// Magnitudes of the transforms in the order of the bins, and their sums; the bins are scattered in
+// `x`.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void gather(const Job& job, const PowerOfTwo& scale, const double* x, const BinTables& tables,
             bool chroma, double* to, BinSums& out) {
@@ -177,7 +178,7 @@ void gather(const Job& job, const PowerOfTwo& scale, const double* x, const BinT
       to, out);
 }
 
-// Sums of magnitudes that are there.
+// Sums of existing magnitudes.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void add_up(const BinTables& tables, bool chroma, const double* rows, BinSums& out) {
   add_all_bins(tables, chroma, [](std::size_t, std::size_t) __attribute__((always_inline)){}, rows,
@@ -190,20 +191,20 @@ constexpr std::size_t halves = frame_lanes / width;
 constexpr double rolloff_share = 0.85;
 using Integers = std::int64_t __attribute__((vector_size(width * sizeof(std::int64_t))));
 
-// A power of two times a mantissa in [1, 2), by the bits of a double above 0.
+// Splits a double above 0 by its bits into a power of two and a mantissa in [1, 2).
 constexpr std::int64_t fraction_bits = 52, bias = 1023;
 constexpr std::int64_t fraction = (std::int64_t{1} << fraction_bits) - 1;
 WEFT_INLINE Lanes mantissa_of(Integers bits) {
   return reinterpret_cast<Lanes>((bits & fraction) | (bias << fraction_bits));
 }
-// Mantissas that are multiplied before the product's own exponent is taken off.
+// Number of mantissas multiplied before the exponent of the product is removed.
 constexpr std::size_t bins_in_a_product = 512;
 
-// What is added up of eight frames about their centroids.
+// Sums of eight frames about their centroids.
 struct Shape {
   Lanes centroid, share;
   Lanes spread{}, so_far{}, product = simd::all<Lanes>(1.0);
-  Integers below{};  // bins whose running sum does not reach the share
+  Integers below{};  // bins with a running sum below the share
   Integers exponent{};
 
   WEFT_INLINE void add(Lanes magnitude, Lanes frequency_hz, Lanes least_power) {
@@ -223,7 +224,7 @@ struct Shape {
   }
 };
 
-// Each half's sums have chains of their own: neither waits for the other.
+// Each half has its own chains of sums, so neither waits for the other.
 WEFT_CLONES("arch=x86-64-v4", "avx2")
 void add_shapes(const double* magnitudes, const BinTables& tables, const PerFrame& centroid_hz,
                 const PerFrame& share, double least_power, FrameFeatures& out) {
@@ -288,7 +289,7 @@ void ShortTimeSpectrum::start(std::span<const double> samples) {
   frames_ = size_.count(samples.size());
   const std::size_t frames = (frames_ + lanes - 1) / lanes * lanes;
   columns_ = (frames + size_.hops() + width - 1) / width * width;
-  // Windows as long as the last one fill the same places.
+  // Windows of the same length as the last one use the same places.
   if (samples.size() != samples_) by_hop_.assign(hop * columns_, 0.0);
   samples_ = samples.size();
   const std::size_t group = hop < width ? 0 : width * hop;
@@ -312,7 +313,7 @@ BinSums ShortTimeSpectrum::magnitudes(std::size_t first, const BinTables& tables
   BinSums out;
   const double* const by_hop = by_hop_.data() + first;
   const std::size_t existing = std::min(lanes, frames_ - first);
-  if (size_.hops() < quarters) {  // a frame of two: the second sample, weighed by 1, in both bins
+  if (size_.hops() < quarters) {  // a frame of two: the second sample, with weight 1, in both bins
     for (std::size_t f = 0; f < lanes; ++f)
       to[f] = to[lanes + f] = f < existing ? std::abs(by_hop[f + 1]) : 0.0;
     add_up(tables, chroma, to, out);
@@ -321,7 +322,7 @@ BinSums ShortTimeSpectrum::magnitudes(std::size_t first, const BinTables& tables
   const Job job{by_hop, columns_, size_.hop, hann_.data(), twiddle_.data(), place_.data()};
   PerFrame largest;
   find_largest(job, largest.data());
-  // Frames behind the last one begin in the window still: they are no frames of it.
+  // Frames after the last one still begin inside the window but do not belong to it.
   std::fill(largest.begin() + static_cast<std::ptrdiff_t>(existing), largest.end(), 0.0);
   Scaling scaling = scaling_of(largest.data(), lanes);
   for (std::size_t f = existing; f < lanes; ++f) scaling.in.first[f] = 0.0;

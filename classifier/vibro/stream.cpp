@@ -55,7 +55,7 @@ Result<std::optional<std::span<const double>>> WindowStream::next() {
     const std::size_t first = first_sample(start_s, rate);
     const std::size_t count = samples_in(timing_.window_s, rate);
     Waiting& own = waiting_[c];
-    // What no later window needs goes before the window is looked at, never after.
+    // Drops the samples before this window. Done before the check of the window, never after it.
     const std::size_t past =
         std::min(std::max(first, own.dropped) - own.dropped, own.retained.size());
     own.retained.erase(own.retained.begin(),

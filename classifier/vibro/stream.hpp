@@ -1,5 +1,5 @@
 #pragma once
-// Features of windows while the samples come in, each channel at its own pace.
+// Features of windows while the samples arrive, each channel at its own rate.
 
 #include <cstddef>
 #include <optional>
@@ -11,15 +11,15 @@
 
 namespace weft::classifier::vibro {
 
-/// Takes samples of every channel as they arrive and gives the features of window k, which begins
-/// at k times `step_s`, once all channels have come to its end: the same bits that
-/// WindowExtractor gives for the same samples of a recording. Keeps no more than the samples of the
-/// windows that are not taken yet. Not for two threads at once.
+/// Accepts samples of every channel as they arrive. Window k begins at k times `step_s`; its
+/// features are available once all channels reach its end. They have the same bits as
+/// WindowExtractor's for a recording of these samples. Keeps only the samples of windows not yet
+/// taken. Thread: one at a time.
 class WindowStream {
  public:
   struct Timing {
     double window_s = 1.0;
-    double step_s = 1.0;  ///< from one start to the next
+    double step_s = 1.0;  ///< time between two starts
   };
   /// Refuses what WindowExtractor refuses, and times that are not positive or less than a sample.
   static Result<WindowStream> make(std::vector<Channel> channels, FeatureChoice choice,
@@ -29,8 +29,8 @@ class WindowStream {
   /// Windows taken so far.
   [[nodiscard]] std::size_t taken() const { return taken_; }
 
-  /// The next samples of a channel. Refuses a channel that does not exist and samples that are not
-  /// finite; the stream is then as before.
+  /// Adds the next samples of a channel. Refuses an unknown channel and non-finite samples; the
+  /// stream does not change then.
   Status add(std::size_t channel, std::span<const double> samples);
   /// The next window, if it is complete: valid until the next call of any function.
   Result<std::optional<std::span<const double>>> next();

@@ -16,7 +16,7 @@
 namespace weft::classifier {
 namespace {
 
-constexpr double least_probability = 1e-12;  // one trial must not decide the sharpness alone
+constexpr double least_probability = 1e-12;  // limits the effect of one trial on the sharpness
 
 Sigmoid core_sigmoid(const CrossDecisions& held_out, const std::vector<std::size_t>& rows_a,
                      const std::vector<std::size_t>& rows_b, Pair pair, bool offset) {
@@ -46,7 +46,7 @@ double log_loss(const std::vector<std::vector<double>>& coupled,
 
 constexpr double least = 1e-7;  // as libsvm clips
 
-// Q of equation 21: q_tt = sum of r_st^2 over s, q_tj = -r_jt r_tj.
+// Matrix Q of equation 21: q_tt = sum of r_st^2 over s, q_tj = -r_jt r_tj.
 Eigen::MatrixXd objective(std::span<const double> first_wins, std::size_t classes) {
   const auto n = static_cast<Eigen::Index>(classes);
   Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, n);
@@ -66,12 +66,12 @@ Eigen::MatrixXd objective(std::span<const double> first_wins, std::size_t classe
 constexpr int most_steps = 100;
 constexpr double least_step = 1e-10;
 constexpr double ridge = 1e-12;       // keeps the Hessian positive definite
-constexpr double gradient_ok = 1e-9;  // of a sum over decision values scaled to at most 1
+constexpr double gradient_ok = 1e-9;  // for a sum over decision values scaled to at most 1
 
 struct Problem {
   std::vector<double> f;       // scaled to at most 1
   std::vector<double> target;  // Platt's
-  bool offset = true;          // or it stays 0
+  bool offset = true;          // false: the offset stays 0
 };
 
 // -log likelihood, written so that exp() never overflows (section 3 of the paper).
@@ -107,7 +107,7 @@ Derivatives derivatives(const Problem& problem, const Sigmoid& s) {
   return out;
 }
 
-// One Newton step; false when there is nothing left to gain.
+// One Newton step; false if the cost cannot fall any further.
 bool improve(const Problem& problem, Sigmoid& s, double& at) {
   const Derivatives d = derivatives(problem, s);
   if (std::abs(d.slope) < gradient_ok && std::abs(d.offset) < gradient_ok) return false;
@@ -127,21 +127,21 @@ bool improve(const Problem& problem, Sigmoid& s, double& at) {
   return false;
 }
 
-// A grid of the one point that the core chose.
+// The options with a grid of the one point that the core chose.
 TrainOptions as_chosen(TrainOptions options, const FabricModel& model, const CoreInfo& info) {
   options.reduction = model.reduction();
   options.grid = {{info.c}, {info.gamma}, {info.threshold}, {info.threshold}};
   return options;
 }
 
-// Asks one core after the other about its own rows; one per thread.
+// Decides the rows of one core after the other; one per thread.
 class PairWorker {
  public:
   PairWorker(const FabricModel& model, const FeatureMatrix& matrix, const TrainOptions& options,
              const RareT& rare)
       : model_(model), matrix_(matrix), options_(options), rare_(rare), pairs_(matrix, options) {}
 
-  // Of core `i`, whose classes have the rows `a` and `b`.
+  // Decides the rows of core `i`; its classes have the rows `a` and `b`.
   Status decide(std::size_t i, const std::vector<std::size_t>& a, const std::vector<std::size_t>& b,
                 CrossDecisions& out) {
     const PairProblem& problem = pairs_.make(a, b);
@@ -193,7 +193,7 @@ Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
 
 }  // namespace
 
-// The largest is divided out first, so nothing underflows to 0 / 0.
+// Divides by the largest first, so nothing underflows to 0 / 0.
 void sharpen(std::vector<double>& p, double power) {
   if (power == 1.0) return;
   const double top = *std::max_element(p.begin(), p.end());
@@ -202,7 +202,7 @@ void sharpen(std::vector<double>& p, double power) {
   for (double& value : p) value /= sum;
 }
 
-// Golden section on the logarithm; the loss has one minimum as long as no probability is clipped.
+// Golden section on the logarithm; the loss has one minimum if no probability is clipped.
 double fit_sharpness(const std::vector<std::vector<double>>& coupled,
                      const std::vector<std::size_t>& truth) {
   const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
@@ -226,7 +226,7 @@ double fit_sharpness(const std::vector<std::vector<double>>& coupled,
   return std::exp((low + high) / 2.0);
 }
 
-// Bisection on the logarithm: below the minimum the loss falls.
+// Bisection on the logarithm; below the minimum the loss falls.
 double cautious_sharpness(const std::vector<std::vector<double>>& coupled,
                           const std::vector<std::size_t>& truth) {
   constexpr double half_of_chi_squared = 1.92;
@@ -257,7 +257,7 @@ std::vector<double> probabilities(const Calibration& calibration, std::size_t al
 }
 
 std::vector<double> probabilities(const Calibration& calibration, const Ballot& ballot) {
-  if (ballot.classes.size() < 2) return {};  // no core was asked
+  if (ballot.classes.size() < 2) return {};  // no core decided
   const std::size_t all = ballot.votes.size();
   const std::vector<double> p = probabilities(calibration, all, ballot.classes, ballot.decision);
   std::vector<double> out(all);
@@ -277,8 +277,8 @@ std::vector<Sigmoid> fit_sigmoids(const FabricModel& model, const CrossDecisions
 }
 
 // The conditions of the minimum are Q p = -b e, e'p = 1. Hence (Q + d e e') p = (d - b) e for every
-// d: p is the normalised solution of one system that is positive definite (theorem 2 and its
-// appendix), where libsvm iterates.
+// d. So p is the normalised solution of one positive definite system (theorem 2 and its appendix);
+// libsvm iterates instead.
 std::vector<double> couple(std::span<const double> first_wins, std::size_t classes) {
   WEFT_ASSERT(classes >= 2 && first_wins.size() == classes * (classes - 1) / 2);
   Eigen::MatrixXd q = objective(first_wins, classes);

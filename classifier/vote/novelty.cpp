@@ -19,14 +19,14 @@ constexpr NameTable<RejectKind, reject_kinds> kind_names = {{
 }};
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-// Rows by class and by unit.
+// Class and unit of each row.
 struct Rows {
   std::span<const std::size_t> own;
   std::span<const std::size_t> unit;
 };
 
-// Distance of row `at` to the nearest row of its class, of another unit than its own and than
-// `without`; infinite when there is none.
+// Distance of row `at` to the nearest row of its class with a unit other than its own and
+// `without`; infinite if there is none.
 double compute_radius(const Matrix& trial, std::span<const double> deviation, const Rows& rows,
                       std::size_t at, std::size_t without) {
   std::vector<std::size_t> others;
@@ -52,7 +52,7 @@ double mean_of_usable(const std::vector<double>& lengths, double otherwise) {
   return usable(sum) ? sum / count : otherwise;
 }
 
-// Lengths that say nothing take the mean of their class, of all, or 1.
+// Replaces unusable lengths by the mean of their class, by that of all, or by 1.
 void fill_unusable(std::vector<double>& lengths, std::span<const std::size_t> own,
                    std::size_t classes) {
   std::vector<std::vector<double>> of_class(classes);
@@ -62,7 +62,7 @@ void fill_unusable(std::vector<double>& lengths, std::span<const std::size_t> ow
     if (!usable(lengths[r])) lengths[r] = mean_of_usable(of_class[own[r]], all);
 }
 
-// Distance of row `at` to the mean of its class without its unit; infinite when nothing is left.
+// Distance of row `at` to the mean of its class without its unit; infinite if no row remains.
 double distance_to_rest(const Matrix& trial, std::span<const double> deviation, const Rows& rows,
                         std::size_t at) {
   std::vector<std::size_t> rest;
@@ -81,7 +81,7 @@ double over(double distance, double length) {
   return std::isnan(ratio) ? infinite : ratio;
 }
 
-// Means by sums of value / count: values up to 1e300 must not overflow.
+// Means as sums of value / count: values up to 1e300 must not overflow.
 Matrix class_means(const FeatureMatrix& matrix, std::span<const std::size_t> of_row,
                    std::span<const std::size_t> count) {
   Matrix out(count.size(), matrix.values.cols());
@@ -105,15 +105,15 @@ std::vector<double> deviations(const FeatureMatrix& matrix, std::span<const std:
       largest = std::max(largest, std::abs(residual(r, k)));
       top = std::max(top, std::abs(matrix.values(r, k)));
     }
-    // what is left of a constant is the rounding of its values and of its mean
+    // The rest of a constant is the rounding of its values and of its mean.
     if (!(largest > 1e-12 * top)) out[k] = overall[k];
-    // one over a subnormal number would be infinite, and so every distance
+    // The inverse of a subnormal number would be infinite, and so every distance.
     if (!(out[k] >= std::numeric_limits<double>::min() && std::isfinite(out[k]))) out[k] = 1.0;
   }
   return out;
 }
 
-// Four sums side by side: one would wait for each addition in turn.
+// Four parallel sums: a single one would wait for each addition.
 double weighted_l1(std::span<const double> a, std::span<const double> b,
                    std::span<const double> weight) {
   std::array<double, 4> sum{};
@@ -233,7 +233,7 @@ std::vector<double> scaled_distances(const Matrix& points, std::span<const doubl
   std::vector<double> out(points.rows());
   for (std::size_t r = 0; r < out.size(); ++r) {
     const double sum = weighted_l1(points.row(r), features, weight);
-    // zero times infinity, of a deviation at the end of double
+    // zero times infinity, from a deviation at the limit of double
     out[r] = std::isnan(sum) ? std::numeric_limits<double>::infinity() : sum;
   }
   return out;

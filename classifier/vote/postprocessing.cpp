@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t least_rows = 200;
 
-// Of known trials that may be refused.
+// Checks the share of known trials that may be refused.
 Status check_share(double false_reject) {
   if (false_reject > 0.0 && false_reject < 1.0) return {};
   return fail({.code = Errc::range,
@@ -25,7 +25,7 @@ Status check_share(double false_reject) {
                .got = std::to_string(false_reject)});
 }
 
-// Rows whose full decisions are worth computing: all, or evenly spread ones of a large model.
+// Rows for which all decisions are computed: all, or evenly spread ones of a large model.
 std::vector<std::size_t> sampled_rows(std::size_t rows, const FabricModel& model) {
   const std::size_t count = std::min(rows, std::max(least_rows, rows_at_a_time(model)));
   std::vector<std::size_t> out;
@@ -33,7 +33,7 @@ std::vector<std::size_t> sampled_rows(std::size_t rows, const FabricModel& model
   return out;
 }
 
-// Some rows at a time: the decisions of all on a large model would be gigabytes.
+// A block of rows at a time: all decisions of a large model would take gigabytes.
 HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
                          const CrossDecisions& decisions, const Calibration& calibration,
                          std::size_t threads) {
@@ -57,7 +57,7 @@ HeldOut held_out_answers(const FabricModel& model, const FeatureMatrix& matrix,
   return out;
 }
 
-// Scores of training rows as a trial of another day would get them.
+// Scores of training rows like those of a trial of another day.
 std::vector<Novelty> held_out_scores(const VotePostprocessing& postprocessing,
                                      const HeldOut& held_out, std::span<const std::size_t> own,
                                      std::span<const std::size_t> unit, std::size_t threads) {
@@ -126,7 +126,7 @@ std::vector<double> softmax(std::vector<double> score) {
   return score;
 }
 
-// The same learner with the parameters it has.
+// Recipe of the same learner with its parameters.
 Recipe recipe_of(const TrainedLearner& learner, TrainOptions& options) {
   learner.predictor().keep_parameters(options);
   const auto* components = std::get_if<PrincipalComponents>(&learner.view().table());
@@ -207,7 +207,7 @@ Result<Prediction> predict_with_cores(const TrainedLearner& learner,
   return Prediction{std::move(*ballot), {}, {}, false};
 }
 
-// Rows from `from` on, as many as `out` has places, asked of all cores.
+// Predicts the rows from `from` on, as many as `out` has entries, with all cores.
 void predict_with_all_cores(const TrainedLearner& learner,
                             const std::optional<VotePostprocessing>& postprocessing, VoteKind kind,
                             const Matrix& rows, std::size_t from, std::span<Result<Prediction>> out,
@@ -230,7 +230,7 @@ void predict_with_all_cores(const TrainedLearner& learner,
     }
     out[i] = postprocessing ? postprocess(std::move(*ballot), *postprocessing, own.row(i))
                             : Prediction{std::move(*ballot), {}, {}, false};
-    out[i]->ballot.decision = std::vector<double>();  // {} would keep the memory
+    out[i]->ballot.decision = std::vector<double>();  // assigning {} would keep the memory
   });
 }
 

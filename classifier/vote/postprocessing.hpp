@@ -1,6 +1,6 @@
 #pragma once
-// What a model needs beside its cores to say how sure it is, and when none of its fabrics fits. All
-// of it is learnt from the training part.
+// The parts of a model beside its cores for probabilities and the open-set check. All of them are
+// fitted to the training part.
 
 #include <cstddef>
 #include <optional>
@@ -18,103 +18,104 @@
 namespace weft::classifier {
 
 struct VotePostprocessing {
-  ClassProfile profile;  ///< empty: nothing is refused, and `reject` says nothing
+  ClassProfile profile;  ///< empty: nothing is refused, and `reject` has no meaning
   Calibration calibration;
   RejectRule reject;
 };
 
-/// Answers on training rows by what was trained without them. One place per row asked.
+/// Predictions on training rows by learners trained without them. One entry per tested row.
 struct HeldOut {
-  std::vector<std::size_t> row;  ///< of the training matrix
+  std::vector<std::size_t> row;  ///< rows of the training matrix
   std::vector<std::size_t> winner;
   std::vector<std::vector<double>> probability;  ///< per class, not sharpened
 };
 
-/// The same with what turns scores into its probabilities: of cores their sigmoids.
+/// The same with the calibration that turns scores into its probabilities: the sigmoids of cores.
 struct CalibratedHeldOut {
   Calibration calibration;
   HeldOut rows;
 };
-/// Of any learner, as fit_postprocessing() trains it again. Nothing where there are no folds.
+/// Predictions of any learner, trained again as in fit_postprocessing(). Empty without folds.
 /// Refuses what fit_postprocessing() refuses.
 Result<std::optional<CalibratedHeldOut>> predict_held_out(const TrainedLearner& learner,
                                                           const FeatureMatrix& matrix,
                                                           const TrainOptions& options);
 
-/// What held-out answers teach: the sharpness, between 1/8 and 8, under which the true classes
-/// `own` (per training row) are most likely, and the reject rule with its thresholds.
-/// `postprocessing` has the profile and, of cores, the sigmoids. Nothing held out: the sharpness
-/// stays, nothing is refused.
+/// Fits to held-out predictions: the sharpness, between 1/8 and 8, with the largest likelihood of
+/// the true classes `own` (per training row), and the reject rule with its thresholds.
+/// `postprocessing` has the profile and, for cores, the sigmoids. Without held-out rows the
+/// sharpness stays and nothing is refused.
 VotePostprocessing with_held_out(VotePostprocessing postprocessing, const HeldOut& held_out,
                                  const FeatureMatrix& matrix, std::span<const std::size_t> own,
                                  const TrainOptions& options, double false_reject);
 
-/// `matrix` and `options` are those of the training. Cores are trained once more per fold, with the
-/// parameters they have; up to 4 million decisions, of at least 200 rows, evenly spread, enter
-/// sharpness and thresholds. Refuses what cross_decisions() refuses, and a share `false_reject` of
-/// known trials to refuse outside (0, 1).
+/// `matrix` and `options` are those of the training. Cores are trained once more per fold with
+/// their parameters. Sharpness and thresholds use up to 4 million decisions, of at least 200 rows,
+/// evenly spread. Refuses what cross_decisions() refuses, and a share `false_reject` of known
+/// trials outside (0, 1).
 Result<VotePostprocessing> fit_postprocessing(const FabricModel& model, const FeatureMatrix& matrix,
                                               const TrainOptions& options,
                                               double false_reject = 0.05);
 
-/// The same from decisions that are there already.
+/// The same with decisions that are already computed.
 Result<VotePostprocessing> fit_postprocessing(const FabricModel& model, const FeatureMatrix& matrix,
                                               const CrossDecisions& decisions,
                                               const TrainOptions& options,
                                               double false_reject = 0.05);
 
-/// Everything known about one trial.
+/// The full prediction for one trial.
 struct Prediction {
   Ballot ballot;
   std::vector<double> probability;  ///< per class; empty for VoteKind::dag, a short-list of one
   Novelty novelty{};
-  bool none_of_these = false;  ///< aids.reject refuses the trial; the ballot says what is nearest
+  bool none_of_these = false;  ///< the reject rule refuses the trial (unknown fabric); the ballot
+                               ///< has the nearest class
 };
 
 /// `options.profile` need not be set. Refuses what vote() refuses.
 Result<Prediction> predict(const FabricModel& model, const VotePostprocessing& postprocessing,
                            std::span<const double> features, VoteOptions options = {});
 
-/// The same of a vote on these features that was held already.
+/// The same for an existing vote on these features.
 Prediction postprocess(Ballot ballot, const VotePostprocessing& postprocessing,
                        std::span<const double> features);
 
-// Vote aids as lines of a stored model.
+// Postprocessing as lines of a stored model.
 
-/// One section; nothing is written as "aids 0", one without profile and reject rule as "aids 2".
+/// Writes one section. An absent postprocessing is "aids 0", one without profile and reject rule
+/// "aids 2".
 void write_postprocessing(LineWriter& out, const std::optional<VotePostprocessing>& postprocessing);
 
-/// The section back, bit for bit; `in` keeps the first problem. Sizes must fit the model's;
-/// `sigmoids` is one per core, 0 for a learner without cores.
+/// Reads the section, bit for bit; problems are recorded in `in`. Sizes must fit the model's.
+/// `sigmoids` is the number of cores, 0 for a learner without cores.
 std::optional<VotePostprocessing> read_postprocessing(LineReader& in, std::size_t classes,
                                                       std::size_t features, std::size_t sigmoids);
 
-// Everything known about one trial, whichever learner is asked.
+// Prediction for one trial with any learner.
 
-/// Aids of any learner, from its own training rows; `options` are those of the training, `cap` that
-/// of the recipe. Cores: as fit_postprocessing() of the model, on compressed features where it
-/// takes those; the scaling before the compression is then that of all training rows, so rows held
-/// out have a say in it (mean and deviation only; their labels do not enter). LDA, SVC and trees
-/// are trained again on class_folds() with the parameters they have; their scores of rows held out
-/// are sharpened until they are the likeliest probabilities (softmax of the LDA's discriminants, of
-/// the SVC's sums of tanh(f), of ln of the trees' shares). Nothing where there are no such folds: a
-/// probability would be of the training rows' own fit. Refuses what fit_postprocessing() refuses.
+/// Postprocessing of any learner, fitted to its own training rows. `options` are those of the
+/// training, `cap` that of the recipe. Cores: like fit_postprocessing() of the model, on compressed
+/// features if they use those. The scaling before the compression is then that of all training
+/// rows, so held-out rows affect it (mean and deviation only, not their labels). LDA, SVC and trees
+/// are trained again on class_folds() with their parameters. Their scores of held-out rows are
+/// sharpened to the likeliest probabilities: softmax of the LDA's discriminants, of the SVC's sums
+/// of tanh(f), of ln of the trees' shares. Empty without such folds, as a probability would come
+/// from the fit of the training rows. Refuses what fit_postprocessing() refuses.
 Result<std::optional<VotePostprocessing>> fit_postprocessing(const TrainedLearner& learner,
                                                              const FeatureMatrix& matrix,
                                                              const TrainOptions& options,
                                                              double false_reject = 0.05);
 
-/// Without `postprocessing`: no probability and nothing refused. Kinds of vote are for cores:
-/// another learner refuses all but VoteKind::majority, and has no votes (LDA, trees) or its own
-/// (SVC). Refuses what predict() of the cores refuses.
+/// Without `postprocessing` there is no probability and nothing is refused. Kinds of vote are for
+/// cores. Another learner refuses all but VoteKind::majority, and has no votes (LDA, trees) or its
+/// own (SVC). Refuses what predict() of the cores refuses.
 Result<Prediction> predict(const TrainedLearner& learner,
                            const std::optional<VotePostprocessing>& postprocessing,
                            std::span<const double> features, const VoteOptions& options = {});
 
-/// predict() of every row, the same but for Ballot::decision, which is left empty: of 500 classes
-/// it is a megabyte. All cores are asked for some rows at a time, which for many classes is several
-/// times as fast as row by row. One result per row; a trial that cannot be answered does not stop
-/// the others.
+/// predict() of every row, with Ballot::decision empty: for 500 classes it takes a megabyte. All
+/// cores decide a block of rows at a time; with many classes this is several times as fast as row
+/// by row. One result per row; a trial with an error does not stop the others.
 std::vector<Result<Prediction>> predict_all(const TrainedLearner& learner,
                                             const std::optional<VotePostprocessing>& postprocessing,
                                             const Matrix& rows, const VoteOptions& options = {},

@@ -23,7 +23,7 @@ tl::unexpected<Error> not_finite() {
                .hint = "The trial is absurdly far from every training trial"});
 }
 
-// Majority among some classes, ascending.
+// Majority vote among `classes` (ascending).
 Result<Ballot> count_among(const FabricModel& model, std::span<const double> features,
                            std::span<const std::size_t> classes) {
   const std::size_t all = model.labels().size();
