@@ -50,7 +50,7 @@ UnitLevels unit_levels(const FeatureMatrix& matrix, FoldUnit kind);
 std::size_t first_level(const UnitLevels& levels, std::span<const std::size_t> rows_of_class,
                         std::size_t least, std::size_t from = 0);
 
-/// Units of rows with a separate level for each class. The numbers equal those of the level if all
+/// Units of rows with a separate level for each class. The numbers equal those of levels[0] if all
 /// classes are at level 0. Units of different levels have different numbers.
 std::vector<std::size_t> units_at(const UnitLevels& levels, std::span<const std::size_t> of_row,
                                   std::span<const std::size_t> level_of_class);

@@ -31,9 +31,9 @@ std::size_t changes_of_sign(std::span<const double> values);
 void deviations(std::span<const double> values, double middle, double* out);
 
 /// Finds a median by counting. It counts the values below a pivot, many side by side, and moves the
-/// pivot until few values are left between the bounds; those are copied and sorted. Rounding to
-/// single precision keeps the order, so counting reads half the memory. If too many rounded values
-/// are equal, it continues in double precision. Keeps its memory between calls.
+/// pivot until few values are left between the bounds; the result is selected among these. Rounding
+/// to single precision keeps the order, so counting reads half the memory. If too many rounded
+/// values are equal, it continues in double precision. Keeps its memory between calls.
 class MedianFinder {
  public:
   /// The middle value, or the mean of both middle ones; 0 for an empty list. All finite.
