@@ -15,8 +15,8 @@ import statistics
 import sys
 import tokenize
 
-# What is clean and stays so; both lists grow until they hold everything.
-COMMENTS = ("daemon/base", "daemon/campaign", "daemon/hardware", "daemon/pages", "recipes", "sim")  # folders and files with comments
+# The clean parts, which stay clean. Both lists grow until they hold everything.
+COMMENTS = ("classifier", "daemon/base", "daemon/campaign", "daemon/hardware", "daemon/pages", "packaging", "recipes", "script", "sim", "tests")
 PAGES = ()                     # folders and files of documentation
 MOST_WORDS = 20  # mean of a page's sentences
 CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
