@@ -28,7 +28,7 @@ tl::unexpected<Error> gone(std::string got, std::string advice = {}) {
                .hint = std::move(advice)});
 }
 
-/// The daemon's error as one of ours.
+/// Converts the daemon's error to an Error; its kind goes into `kind`.
 tl::unexpected<Error> refusal_from(const json& error, std::string& kind) {
   const json data = error.value("data", json::object());
   kind = data.value("kind", "");
@@ -40,7 +40,7 @@ tl::unexpected<Error> refusal_from(const json& error, std::string& kind) {
                .hint = data.value("hint", "")});
 }
 
-constexpr std::chrono::seconds max_wait{10};  // to connect and to shake hands
+constexpr std::chrono::seconds max_wait{10};  // to connect and for the TLS handshake
 constexpr const char* hint = "Start weftd, or name its socket with --socket or WEFT_SOCKET";
 
 tl::unexpected<Error> unreachable_error(const std::string& at, const std::string& why) {
@@ -51,7 +51,7 @@ tl::unexpected<Error> unreachable_error(const std::string& at, const std::string
                .hint = hint});
 }
 
-/// Bytes over whatever Asio takes for a stream; `context` is that stream's.
+/// Channel over any Asio stream; `context` is the stream's own.
 template <class Stream>
 class StreamChannel final : public Channel {
  public:
@@ -109,7 +109,7 @@ struct HostPort {
   std::string host, port;
 };
 
-/// "HOST:PORT", an IPv6 address in brackets.
+/// Parses "HOST:PORT"; an IPv6 address is in brackets.
 Result<HostPort> split(const std::string& at, std::string_view text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos || colon == 0 || colon + 1 == text.size())
@@ -123,7 +123,7 @@ Result<HostPort> split(const std::string& at, std::string_view text) {
   return HostPort{std::string(host), std::string(text.substr(colon + 1))};
 }
 
-/// Runs what was begun, for so long; what it came to.
+/// Runs the pending operation for at most `max_wait` and returns its result.
 asio::error_code finished(asio::io_context& context, const std::optional<asio::error_code>& done) {
   context.restart();
   context.run_for(max_wait);
@@ -190,7 +190,7 @@ Result<std::unique_ptr<Channel>> open_tls(const std::string& at, const HostPort&
   asio::error_code is_no_address;
   asio::ip::make_address(to.host, is_no_address);
   std::string name = to.host;
-  if (is_no_address)  // the macro for it casts in the old style
+  if (is_no_address)  // the macro for it uses an old-style cast
     SSL_ctrl(stream->native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
              name.data());
   stream->set_verify_callback(asio::ssl::host_name_verification(to.host));
@@ -278,7 +278,8 @@ Result<std::string> Client::call(std::string_view method, std::string_view param
       events_.push_back(message.at("params").dump());
     } else if (const json answers = message.value("id", json());
                answers == id || (answers.is_null() && message.contains("error"))) {
-      // Without an id: the last word before the connection ends, as when a token's time is over.
+      // An error without an id is the last message before the daemon closes, as when a token
+      // expires.
       if (message.contains("error")) return refusal_from(message["error"], refusal_);
       return message.at("result").dump();
     }
@@ -307,8 +308,8 @@ Status Client::halt(const std::filesystem::path& socket, bool emergency) {
   Client client(std::move(*channel));
   if (Status sent = client.send_line(emergency ? rpc::emergency_line : rpc::halt_line); !sent)
     return sent;
-  // The greeting, then the event that the rig is latched: a connection that is closed before may
-  // take the line with it.
+  // Reads the greeting, then the event that the rig is latched. Closing the connection earlier
+  // could discard the line.
   for (int line = 0; line < 2; ++line)
     if (const auto received = client.read_line(); !received) return pass(received.error());
   return {};

@@ -33,14 +33,14 @@ std::string text_of(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-/// Names come from people: in quotes where they could be taken for another field or line.
+/// Names come from users. Quotes them where they could be confused with another field or line.
 std::string quoted_where_needed(std::string_view name) {
   const bool is_plain = std::ranges::all_of(
       name, [](unsigned char c) { return c >= ' ' && c != '"' && c != '=' && c < 0x7f; });
   return is_plain ? std::string(name) : text_of(json(name));
 }
 
-/// "2026-11-27T15:28:38.123Z", of microseconds since 1970-01-01 UTC.
+/// "2026-11-27T15:28:38.123Z" from microseconds since 1970-01-01 UTC.
 std::string time_text(std::int64_t utc_us) {
   std::string text = utc_text(utc_us);
   text.replace(text.find(' '), 1, "T");
@@ -81,7 +81,7 @@ spdlog::level::level_enum spdlog_level(LogLevel level) {
   return levels[static_cast<std::size_t>(level)];
 }
 
-/// What cannot be written, as to a reader that has gone, is in the journal all the same.
+/// Ignores errors, such as a reader that has closed: the journal has the lines anyway.
 void write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = ::write(descriptor, text.data(), text.size());
@@ -93,8 +93,8 @@ void write_all(int descriptor, std::string_view text) {
 
 }  // namespace
 
-/// May wait for its reader: called by the log's own thread alone. Not a sink of spdlog's own, which
-/// write through stdio: exit() would wait for the lock that a blocked one holds.
+/// May wait for its reader, so only the log's own thread calls it. spdlog's own sinks write through
+/// stdio: exit() would wait for the lock that a blocked one holds.
 class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit DescriptorSink(int descriptor) : descriptor_(descriptor) {}
@@ -163,8 +163,8 @@ std::string format_log_line(LogFormat format, const runs::JournalLine& line, boo
   return text_of(out);
 }
 
-// Lines are few but for a flood, and the journal has them all: the oldest of those that wait are
-// given up (overrun_oldest) before the server's thread would wait for a reader.
+// Lines are few except in a flood, and the journal has them all. The oldest waiting lines are
+// dropped (overrun_oldest), so that the server's thread never waits for a reader.
 struct DaemonLog::Parts {
   Parts(LogFormat wanted, int out)
       : format(wanted), descriptor(out), sink(std::make_shared<DescriptorSink>(out)) {
@@ -184,13 +184,13 @@ struct DaemonLog::Parts {
       std::make_shared<spdlog::details::thread_pool>(most_waiting, 1);
   std::shared_ptr<spdlog::async_logger> logger = std::make_shared<spdlog::async_logger>(
       "weftd", sink, pool, spdlog::async_overflow_policy::overrun_oldest);
-  std::size_t overrun = 0;  ///< lines that were given up, as reported
+  std::size_t overrun = 0;  ///< dropped lines that were reported
 };
 
 DaemonLog::DaemonLog(LogFormat format, int descriptor)
     : parts_(std::make_unique<Parts>(format, descriptor)) {}
 
-// A thread that a reader keeps waiting cannot be joined; it ends with the process.
+// A thread that is blocked by a reader cannot be joined; it ends with the process.
 DaemonLog::~DaemonLog() {
   parts_->sink->start();
   if (drain()) return;

@@ -1,6 +1,6 @@
 #pragma once
-// The daemon's journal as lines on standard output: for people, for programs that read JSON, or for
-// systemd's journal. Source: sd-daemon(3), for the priorities.
+// Writes the daemon's journal as lines to standard output: as text, as JSON, or for systemd's
+// journal. Source: sd-daemon(3), for the priorities.
 
 #include <cstdint>
 #include <memory>
@@ -13,39 +13,39 @@
 namespace weft::daemon::server {
 
 enum class LogFormat : std::uint8_t {
-  text,     ///< time, level and words
-  json,     ///< an object a line: time, level and the members of a line of log.tail
-  journald  ///< words behind a priority, "<4>"; systemd's journal adds the time
+  text,     ///< time, level and text
+  json,     ///< one object per line: time, level and the members of a line of log.tail
+  journald  ///< text after a priority such as "<4>"; systemd's journal adds the time
 };
-/// journald where standard output is a stream of systemd's journal (JOURNAL_STREAM), else text.
+/// journald if standard output is a stream of systemd's journal (JOURNAL_STREAM), else text.
 LogFormat default_log_format();
 
-/// error: failed, unresponsive, a rig that is not known to be safe, files that cannot be used.
-/// warning: aborted, cut short, halts, refused tokens, a paused queue, want of disk.
+/// error: failed, unresponsive, a rig not known to be safe, unusable files. warning: aborted,
+/// interrupted, halts, refused tokens, a paused queue, low disk space.
 LogLevel level_of(const runs::JournalLine& line);
 
-/// A line of the journal without its end. `is_written` false: it is not in the journal yet.
+/// One journal line without its line end. `is_written` false: it is not yet in the journal.
 std::string format_log_line(LogFormat format, const runs::JournalLine& line, bool is_written);
 
-/// Used by one thread, which never waits for whoever reads the output: a thread of the log writes,
-/// and where it is kept waiting the oldest lines make room.
+/// Thread: one, which never waits for the reader of the output. A thread of the log writes; while
+/// it is blocked, the oldest waiting lines are dropped.
 class DaemonLog {
  public:
-  /// Lines that wait to be written.
+  /// Lines that may wait to be written.
   static constexpr std::size_t most_waiting = 256;
 
-  /// Writes to `descriptor`, standard output in production.
+  /// Writes to `descriptor`, which is standard output in production.
   explicit DaemonLog(LogFormat format, int descriptor = 1);
-  /// Waits half a second at most for what is not written yet.
+  /// Waits at most half a second for unwritten lines.
   ~DaemonLog();
   DaemonLog(const DaemonLog&) = delete;
   DaemonLog& operator=(const DaemonLog&) = delete;
 
-  /// Lines wait until start(): scripts read the line that says "ready" as the first.
+  /// Lines wait until start(), because scripts expect the line with "ready" first.
   void write(const runs::JournalLine& line, bool is_written);
-  /// Writes the first line at once: "weftd: ready on `places`".
+  /// Writes the first line immediately: "weftd: ready on `places`".
   void start(std::string_view places);
-  /// Waits, half a second at most. False: something is not written yet.
+  /// Waits at most half a second. False: some lines are not yet written.
   bool drain();
 
  private:

@@ -45,7 +45,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-/// Bytes of this process in memory.
+/// Resident memory of this process [bytes].
 std::optional<double> resident_bytes() {
   std::ifstream file("/proc/self/statm");
   std::uint64_t size = 0, resident = 0;
@@ -99,7 +99,7 @@ void add_rig(const api::Services& services, Exposition& out) {
   out.sample(queue.is_paused() ? 1 : 0);
 }
 
-/// Of the run under way; without one its families have no samples.
+/// Metrics of the active run; without one the families have no samples.
 void add_run(const api::Services& services, Exposition& out) {
   const auto active = services.run_manager->active();
   std::optional<runs::RunView> run;
@@ -164,7 +164,7 @@ void add_notifications(const notify::Notifier& notifier, Exposition& out) {
 
 void Exposition::family(std::string_view name, MetricType type, std::string_view help) {
   name_ = name;
-  // OpenMetrics names a counter without the ending of its samples.
+  // OpenMetrics names a counter without the suffix of its samples.
   constexpr std::string_view total = "_total";
   std::string family(name);
   const bool is_counter = type == MetricType::counter;

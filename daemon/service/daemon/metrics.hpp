@@ -1,6 +1,6 @@
 #pragma once
-// What GET /metrics serves: figures that the server's thread knows without waiting, as OpenMetrics
-// or in the older text format of Prometheus. Source: OpenMetrics 1.0
+// The body of GET /metrics: values that the server's thread knows without waiting, as OpenMetrics
+// or as the older text format of Prometheus. Source: OpenMetrics 1.0
 // (https://github.com/OpenObservability/OpenMetrics); names as in
 // https://prometheus.io/docs/practices/naming.
 
@@ -20,21 +20,21 @@ namespace weft::daemon::server {
 
 enum class MetricType { counter, gauge };
 
-/// Text of metrics, family by family.
+/// Builds the text of the metrics, family by family.
 class Exposition {
  public:
   using Labels = std::vector<std::pair<std::string_view, std::string>>;
   explicit Exposition(bool is_open_metrics) : is_open_metrics_(is_open_metrics) {}
 
-  /// The samples that follow are of it. A counter's name ends with _total.
+  /// Starts a family; the following samples belong to it. A counter's name ends with _total.
   void family(std::string_view name, MetricType type, std::string_view help);
   void sample(double value, const Labels& labels = {});
-  /// One for each of `names`, 1 for `current` and 0 for the others, with the label "state".
+  /// One sample per name with the label "state": 1 for `current` and 0 for the others.
   template <class Names>
   void states(const Names& names, std::string_view current) {
     for (const auto& name : names) sample(name == current ? 1 : 0, {{"state", std::string(name)}});
   }
-  /// With the mark of the end.
+  /// Includes the end mark.
   [[nodiscard]] std::string text() const { return text_ + "# EOF\n"; }
 
  private:
@@ -42,7 +42,7 @@ class Exposition {
   std::string name_, text_;
 };
 
-/// The parts outlive the call.
+/// All members must outlive the call.
 struct MetricsSources {
   const api::Services& services;
   const Shared& shared;

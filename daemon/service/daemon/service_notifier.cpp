@@ -20,7 +20,7 @@ std::string_view variable(const char* name) {
   return value == nullptr ? std::string_view() : value;
 }
 
-/// 0 where it is not a number.
+/// 0 if it is not a number.
 std::int64_t number_in(const char* name) {
   const std::string_view text = variable(name);
   std::int64_t value = 0;
@@ -32,7 +32,7 @@ std::string usec(std::chrono::nanoseconds time) {
   return std::to_string(std::chrono::duration_cast<std::chrono::microseconds>(time).count());
 }
 
-/// Whether `since` is that long ago, or never was; it is `now` then.
+/// True if `since` is at least `period` ago or unset; then sets it to `now`.
 bool is_due(std::optional<std::chrono::nanoseconds>& since, std::chrono::nanoseconds now,
             std::chrono::nanoseconds period) {
   if (since && now - *since < period) return false;
@@ -48,7 +48,7 @@ ServiceNotifier::ServiceNotifier() {
   if (path.front() != '/' && path.front() != '@') return;
   address_.sun_family = AF_UNIX;
   std::ranges::copy(path, address_.sun_path);
-  if (path.front() == '@') address_.sun_path[0] = '\0';  // no file: an abstract name
+  if (path.front() == '@') address_.sun_path[0] = '\0';  // an abstract name, not a file
   address_bytes_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path.size());
   socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const std::int64_t process = number_in("WATCHDOG_PID");
@@ -60,7 +60,7 @@ ServiceNotifier::~ServiceNotifier() {
   if (socket_ >= 0) ::close(socket_);
 }
 
-// What is said again does not wait for the manager to read it; what is said once does.
+// A repeated message does not wait for the manager to read it; a message sent once does.
 void ServiceNotifier::send(const std::string& lines, Wait wait) const {
   if (socket_ < 0) return;
   const int flags = MSG_NOSIGNAL | (wait == Wait::not_at_all ? MSG_DONTWAIT : 0);
@@ -89,8 +89,8 @@ void ServiceNotifier::tick(Clock now, const std::function<std::string()>& status
   send("STATUS=" + status_ + "\n");
 }
 
-// A message counts from when it is sent: one that comes in time again and again is what a stop may
-// take. The deadline's own ladder (halt, give up) takes 10 s more.
+// The extension counts from the time of its message; timely messages extend the stop again and
+// again. After the deadline the ladder (halt, give up) takes another 10 s.
 void ServiceNotifier::stopping(Clock now, Clock deadline) {
   constexpr Clock after_deadline = 15s;
   if (!is_due(extended_, now, 1s)) return;

@@ -1,6 +1,6 @@
 #pragma once
-// The daemon's tokens, and what the journal says of them: a file that cannot be read, and tokens
-// that were refused.
+// The daemon's tokens and their journal lines: a token file that cannot be read, and refused
+// tokens.
 
 #include <chrono>
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace weft::daemon::server {
 
-/// Used by one thread. Time is an argument; any monotonic origin.
+/// Thread: one. Time is an argument; any monotonic origin.
 class TokenAccess {
  public:
   using Journal = std::function<void(std::string_view kind, const nlohmann::json& payload)>;
@@ -22,16 +22,16 @@ class TokenAccess {
       : tokens_(std::move(tokens)), journal_(std::move(journal)) {}
 
   [[nodiscard]] access::TokenKeeper& keeper() { return tokens_; }
-  /// Errors: wrong_state, in one wording for all that can be wrong with a token.
+  /// Errors: wrong_state, with one wording for every defect of a token.
   Result<TokenOwner> owner(std::string_view token, std::int64_t utc_us);
-  /// Journalled as "token.refused" with the address and how many, once in RepeatedStops::window
-  /// for an address; those of many addresses are counted together.
+  /// Journals "token.refused" with the address and the count, once per RepeatedStops::window and
+  /// address. Refusals of many addresses are counted together.
   void on_refused(std::string_view address, Clock now);
-  /// Call often: a token that was removed ends what it was good for within a second.
+  /// Call often: the removal of a token takes effect within one second.
   void tick(Clock now);
-  /// Reads the file now. Errors: TokenFile::load()'s; the tokens are as before then.
+  /// Reads the file now. Errors: those of TokenFile::load(); the tokens then stay unchanged.
   Status reload();
-  /// The daemon ends: journals the refusals that are still being counted.
+  /// Call when the daemon ends: journals the refusals that are still being counted.
   void close() { journal_refused(refused_.take()); }
 
  private:
@@ -40,7 +40,7 @@ class TokenAccess {
   access::TokenKeeper tokens_;
   Journal journal_;
   std::optional<Clock> refreshed_;
-  bool is_unreadable_ = false;  ///< and the journal says so
+  bool is_unreadable_ = false;  ///< and the journal has a line about it
   runs::RepeatedStops refused_;
 };
 

@@ -37,8 +37,8 @@ std::filesystem::path or_in(const std::filesystem::path& given, const std::files
   return given.empty() ? folder / name : given;
 }
 
-/// The same at each start of the daemon, and another for each daemon: a broker knows by it that the
-/// session before is over. Empty where nobody is notified: it loads 2 MB of OpenSSL.
+/// Stable over restarts and unique per daemon: a broker uses it to end the previous session. Empty
+/// without notifications, because computing it loads 2 MB of OpenSSL.
 std::string client_name(const DaemonOptions& options) {
   if (options.notify.empty()) return {};
   std::error_code unknown;
@@ -65,17 +65,17 @@ api::Services::BackgroundTask background_of(WorkerQueue& workers) {
   };
 }
 
-/// All parts of a daemon, in the order in which they need each other.
+/// All parts of a daemon, in the order of their dependencies.
 class Daemon final : private runs::RunObserver {
  public:
-  /// `own`: where the daemon is there for that run alone; outlives it.
+  /// `own`: if set, the daemon serves that run only; it must outlive the daemon.
   static Result<std::unique_ptr<Daemon>> open(const DaemonOptions& options,
                                               const EmbeddedRun* own = nullptr);
   ~Daemon() override { ending_ = true; }
-  /// Returns the run that does not answer any more, where there is one: its thread holds on to all
-  /// of the daemon, which may not be destroyed under it.
+  /// Returns the run that no longer responds, if any. Its thread uses all of the daemon, which must
+  /// then not be destroyed.
   std::optional<std::string> run(const DaemonOptions& options, const DaemonSignals& signals);
-  /// Until the daemon's own run has ended. Errors: RunManager::submit()'s.
+  /// Serves until the daemon's own run has ended. Errors: those of RunManager::submit().
   Status run_own();
 
  private:
@@ -90,7 +90,7 @@ class Daemon final : private runs::RunObserver {
   void wire(const DaemonOptions& options);
   runs::RunContext run_context(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
-  /// Never goes back: what has expired stays so, and the journal's times rise with its numbers.
+  /// Never goes back: expired tokens stay expired, and journal times increase with their numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
   void on_run_changed(const runs::RunView& run) override;
   void on_run_unloaded(std::int64_t run) override;
@@ -100,7 +100,7 @@ class Daemon final : private runs::RunObserver {
   void journal(std::string_view kind, const nlohmann::json& payload);
   void reload(const DaemonOptions& options);
   void end_runs();
-  /// As `rig.state` has it: "latched", "moving", ...
+  /// As in `rig.state`: "latched", "moving", ...
   [[nodiscard]] std::string rig_text() const;
   [[nodiscard]] std::string status_text() const;
   void tick();
@@ -123,18 +123,18 @@ class Daemon final : private runs::RunObserver {
   std::unique_ptr<DaemonLog> output_;  ///< none in `weft run`, which has its own output
   runs::RunStore log_;
   access::AnswerStore answers_{log_.database()};
-  std::shared_ptr<asio::ssl::context> tls_;  // before those who use it
+  std::shared_ptr<asio::ssl::context> tls_;  // declared before its users
   std::unique_ptr<notify::Notifier> event_notifier_;
   std::unique_ptr<SocketServer> server_;
   std::unique_ptr<HttpServer> http_;
   const std::function<void(std::function<void()>)> post_ = [this](std::function<void()> work) {
     server_->post(std::move(work));
   };
-  // Their threads begin at once, so nothing is sent to them before begin() has made server_. They
-  // are gone before the server, to which they post.
+  // Their threads start immediately, so nothing is sent to them before begin() has set server_.
+  // They are destroyed before the server, to which they post.
   WorkerQueue workers_{post_}, change_workers_{post_}, file_workers_{post_};
-  std::unique_ptr<runs::RunManager> manager_;  // gone first: its threads post to the server
-  std::unique_ptr<handover::HandoverService> handovers_;  // likewise, and uses the manager
+  std::unique_ptr<runs::RunManager> manager_;  // destroyed early: its threads post to the server
+  std::unique_ptr<handover::HandoverService> handovers_;  // as manager_, and uses it
 };
 
 Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const EmbeddedRun* own) {
@@ -302,7 +302,7 @@ Status Daemon::begin(const DaemonOptions& options) {
 
 void Daemon::on_run_changed(const runs::RunView& run) {
   nlohmann::json delta = api::run_json(run);
-  // A patch that leaves something out takes nothing away: what a recovery has cleared is told.
+  // A merge patch keeps absent members, so members that a recovery has cleared are sent as null.
   for (const char* const gone :
        {"outcome", "cleanup", "rig", "error", "dataset_error", "dataset_sha256", "campaign_since",
         "after", "blocked", "pause_carried_over"})
@@ -342,7 +342,7 @@ void Daemon::journal(std::string_view kind, const nlohmann::json& payload) {
            {0, utc_us(), {}, std::string(kind), "auto:daemon", rpc::format_text(payload)}}});
 }
 
-// Each part by itself: a certificate that cannot be used keeps no token from being good.
+// Each part is reloaded separately: a bad certificate must not keep new tokens from being read.
 void Daemon::reload(const DaemonOptions& options) {
   notifier_.reloading(steady_wall_now());
   nlohmann::json reloaded = nlohmann::json::array();
@@ -383,7 +383,7 @@ std::string Daemon::status_text() const {
   return out + "; " + std::to_string(manager_->queue().runs().size()) + " queued";
 }
 
-// Ends the loop once nothing is under way: else what became of a run would not be written down.
+// Ends the loop only when the manager is at rest; otherwise the end of a run would not be recorded.
 void Daemon::end_runs() {
   manager_->close();
   const runs::ManagerStatus now = manager_->status();
@@ -404,7 +404,7 @@ std::optional<std::string> Daemon::run(const DaemonOptions& options, const Daemo
       reload(options);
   });
   tokens_.close();
-  event_notifier_->close();  // also where the process is to end at once
+  event_notifier_->close();  // also when the process must end immediately
   auto lost = manager_->status().unresponsive;
   if (lost) handovers_->put_off();
   if (lost) static_cast<void>(output_->drain());  // the process ends without destroying it
@@ -414,7 +414,7 @@ std::optional<std::string> Daemon::run(const DaemonOptions& options, const Daemo
 Status Daemon::run_own() {
   const auto run = manager_->submit(own_->request, own_->check());
   if (!run) return pass(run.error());
-  // Who looks on is told the end.
+  // After the end, serves until clients have received the final state, but at most `to_read`.
   constexpr Clock repeat_after = std::chrono::milliseconds(200), to_read = std::chrono::seconds(2);
   std::optional<Clock> since;
   server_->run([&] {
@@ -433,8 +433,8 @@ Status Daemon::run_own() {
 }  // namespace
 
 Status run_daemon(const DaemonOptions& options, const DaemonSignals& signals) {
-  // Before anything is opened: a service manager must not count a daemon as ready that can run
-  // nothing.
+  // Checked before anything is opened: a service manager must not see a daemon as ready that cannot
+  // run anything.
   if (Status rig = check_rig_file(options.rig); !rig) return rig;
   auto daemon = Daemon::open(options);
   if (!daemon) return pass(daemon.error());

@@ -1,5 +1,5 @@
 #pragma once
-// The daemon: one rig, its runs, and everybody who talks to it.
+// The daemon: one rig, its runs, and all its clients.
 
 #include <atomic>
 #include <cstdint>
@@ -17,45 +17,45 @@ namespace weft::daemon::server {
 struct DaemonOptions {
   std::filesystem::path rig;
   std::filesystem::path recipes;
-  std::filesystem::path data;              ///< runs, journal; made when missing
-  std::filesystem::path socket;            ///< `data`/weftd.sock where it is empty
-  std::filesystem::path tokens;            ///< `data`/tokens.json where it is empty
-  std::optional<std::uint16_t> port;       ///< TCP
-  std::optional<std::uint16_t> http_port;  ///< HTTP
-  std::string listen = "127.0.0.1";        ///< their address; another machine's only with TLS
-  std::filesystem::path tls_certificate;   ///< PEM; TCP and HTTP go through TLS then
+  std::filesystem::path data;              ///< runs and journal; created if missing
+  std::filesystem::path socket;            ///< default: `data`/weftd.sock
+  std::filesystem::path tokens;            ///< default: `data`/tokens.json
+  std::optional<std::uint16_t> port;       ///< TCP port; none: no TCP
+  std::optional<std::uint16_t> http_port;  ///< HTTP port; none: no HTTP
+  std::string listen = "127.0.0.1";        ///< address of both; without TLS only this machine's
+  std::filesystem::path tls_certificate;   ///< PEM; if set, TCP and HTTP use TLS
   std::filesystem::path tls_key;
-  double pace = 0;  ///< of a simulated bench, as sim.clock sets it
+  double pace = 0;  ///< simulation speed of a simulated bench, as in sim.clock
   LogFormat log_format = LogFormat::text;
-  std::filesystem::path notify;  ///< settings of notifications; empty: nobody is called
+  std::filesystem::path notify;  ///< settings of notifications; empty: no notifications
 };
 
-/// What signals request; set from any thread or signal handler.
+/// Requests from signals; set from any thread or signal handler.
 struct DaemonSignals {
   const std::atomic<bool>& stop;
-  std::atomic<bool>& reload;  ///< taken back once it is done
+  std::atomic<bool>& reload;  ///< cleared by the daemon when it starts the reload
 };
 
-/// Serves until `stop`; then the run under way is aborted, its probe up and its data kept. Writes
-/// the journal to standard output as well, after the line "weftd: ready", which names the ports
-/// once clients can connect. `reload`: certificate, key and tokens are read anew, those that cannot
-/// be used stay as they are, and the journal has "daemon.reloaded"; recipes are read at each use.
-/// Reports to the service manager by sd_notify's protocol. Errors: those of beginning; timeout,
-/// where that run does not answer by its deadlines: its thread is left behind, and the process is
-/// to end.
+/// Serves until `stop`; then aborts the active run, with the probe retracted and its data kept.
+/// Also writes the journal to standard output. The first line is "weftd: ready" with the ports,
+/// once clients can connect. `reload`: reads certificate, key and tokens again and journals
+/// "daemon.reloaded"; parts that cannot be used stay as they are. Recipes are read at each use.
+/// Reports to the service manager with the protocol of sd_notify. Errors: those of the start;
+/// timeout, if the run does not answer by its deadlines. Its thread is then left running, and the
+/// process must end.
 Status run_daemon(const DaemonOptions& options, const DaemonSignals& signals);
 
-/// A campaign of this process, which others may look at, hold and end meanwhile.
+/// A campaign of this process, which clients may watch, hold and end meanwhile.
 struct EmbeddedRun {
   runs::RunRequest request;
-  std::function<runs::Checked()> check;  ///< of its recipe, called once
-  /// The campaign itself, called once, on a thread of its own, with what others ask for in `hooks`.
+  std::function<runs::Checked()> check;  ///< check of its recipe, called once
+  /// The campaign itself, called once, on its own thread; `hooks` carries the clients' requests.
   std::function<Result<CampaignSummary>(const CampaignHooks& hooks)> perform;
 };
 
-/// As run_daemon(), for that run alone, until it has ended; nothing of it is remembered, and `data`
-/// is where the socket is. Where the daemon could not be, that is the error, and nothing was
-/// performed.
+/// As run_daemon(), but for one run only, until it has ended. No run is stored; `data` is the
+/// folder of the socket. If the daemon cannot start, returns that error and does not call
+/// `perform`.
 Status run_daemon_for(const DaemonOptions& options, const EmbeddedRun& own);
 
 }  // namespace weft::daemon::server

@@ -12,10 +12,10 @@ namespace {
 
 using nlohmann::json;
 
-/// One that takes the daemon down each time would keep the rig from work for good.
+/// A handover that crashes the daemon each time would otherwise block the rig for good.
 constexpr std::size_t most_attempts = 2;
 
-/// Half of the machine: the other half is the next run's, whatever the scheduler thinks.
+/// Half of the processors: the next run needs the other half, whatever the scheduler does.
 std::size_t threads_in_background() {
   return std::max(1U, std::thread::hardware_concurrency() / 2);
 }
@@ -94,7 +94,7 @@ HandoverService::~HandoverService() {
   put_off();
 }
 
-// Who ends the daemon on purpose has not ended it under this one.
+// Ending the daemon on purpose does not count as an attempt.
 void HandoverService::put_off() {
   thread_.request_stop();
   if (active_.empty()) return;
@@ -143,15 +143,15 @@ void HandoverService::consider(const runs::StoredRun& run, std::optional<bool> w
   if (persisted) items_.erase(run.id());
 }
 
-/// The campaign's own recipe, not that of the folder, which may have changed since. It is
-/// read here only where the run has not reported it: one that ended in another life of the daemon.
+/// Uses the campaign's own recipe, because the one in the recipe folder may have changed since. It
+/// is read here only if the run has not reported it: a run that ended under an earlier daemon.
 HandoverStatus HandoverService::initial_status(const runs::StoredRun& run,
                                                std::optional<bool> wanted) {
   HandoverStatus fact;
   fact.by = runs::by_recipe;
   if (!wanted) {
     std::error_code unseen;
-    if (!std::filesystem::exists(run.folder, unseen)) return {};  // put away
+    if (!std::filesystem::exists(run.folder, unseen)) return {};  // the folder was moved or removed
     const auto read = load_handover_spec(run.folder);
     if (!read) {
       fact.state = HandoverState::failed;
@@ -176,7 +176,7 @@ void HandoverService::enqueue(Item& item, std::string_view by) {
   begin_next();
 }
 
-// One that is over needs no memory once it is written.
+// A finished handover is dropped from memory once it is written.
 void HandoverService::enter(Item& item, HandoverStatus fact) {
   item.fact = std::move(fact);
   const Status persisted = store_.persist(item.run.number, item.fact);
@@ -197,7 +197,7 @@ void HandoverService::begin_next() {
   active_ = queue_.front();
   queue_.pop_front();
   Item& item = *find(active_);
-  // On record before it can take the daemon down.
+  // Recorded first, because the handover may crash the daemon.
   enter(item, status_of(HandoverState::running, item.fact.by, item.fact.attempts + 1));
   thread_ = std::jthread([this, id = active_, folder = item.run.folder](std::stop_token stop) {
     set_low_priority();

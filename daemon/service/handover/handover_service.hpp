@@ -1,6 +1,7 @@
 #pragma once
-// The hand-overs of weftd's runs: one at a time, on a thread of low priority, in the order in which
-// their runs ended. One that the daemon's death cut is done again at its next start, twice at most.
+// Handovers of weftd's runs: one at a time, on a low-priority thread, in the order in which their
+// runs ended. One that was interrupted by the daemon's death is repeated at the next start, at most
+// twice.
 
 #include <cstdint>
 #include <deque>
@@ -20,15 +21,15 @@
 
 namespace weft::daemon::handover {
 
-/// The state of each run's handover: table `hand_over` of weftd.sqlite. Used by the server's
-/// thread. Errors: io, also where the file was moved or removed; corrupt.
+/// State of each run's handover: table `hand_over` of weftd.sqlite. Thread: the server's. Errors:
+/// io, also if the file was moved or removed; corrupt.
 class HandoverStore {
  public:
-  /// `database` outlives the store and has the table (RunStore::open()).
+  /// `database` must outlive the store and have the table (RunStore::open()).
   explicit HandoverStore(sqlite::Database& database) : database_(&database) {}
-  /// Nothing where there is no row.
+  /// Empty if there is no row.
   [[nodiscard]] Result<std::optional<HandoverStatus>> find(std::int64_t run);
-  /// Complete runs, the oldest first, without a row or with one of a handover that is not over.
+  /// Complete runs without a row or with an unfinished handover, oldest first.
   [[nodiscard]] Result<std::vector<std::int64_t>> unfinished();
   Status persist(std::int64_t run, const HandoverStatus& fact);
 
@@ -37,38 +38,38 @@ class HandoverStore {
 };
 
 struct HandoverContext {
-  std::function<void(std::function<void()>)> post;  ///< onto the service's thread, from any
+  std::function<void(std::function<void()>)> post;  ///< to the service's thread, from any
   std::function<std::int64_t()> utc_us;
   std::function<void(std::string_view run, const HandoverStatus&)> on_changed;
 };
 
-/// Used by one thread, which `post` calls back to.
+/// Thread: one, on which `post` runs its functions.
 class HandoverService {
  public:
-  /// `journal` outlives the service, which keeps its own rows in the same file.
+  /// `journal` must outlive the service, which keeps its own rows in the same file.
   HandoverService(HandoverContext context, runs::RunStore& journal);
-  ~HandoverService();  ///< gives up what runs and waits for it
+  ~HandoverService();  ///< stops the active handover and waits for it
   HandoverService(const HandoverService&) = delete;
   HandoverService& operator=(const HandoverService&) = delete;
 
-  /// Considers the runs whose handovers the daemon before this one left unfinished.
+  /// Considers the runs with handovers that the previous daemon left unfinished.
   void resume();
-  /// A run has changed. The first time that it has ended with all of its trials
-  /// (StoredRun::has_all) its recipe says whether it is handed over: `wanted`, or, where that is
-  /// not known, as it is on record in the run's folder, which is read then.
+  /// Call when a run has changed. When the run first ends with all of its trials
+  /// (StoredRun::has_all), its recipe decides about a handover. `wanted` is that decision; if
+  /// unknown, it is read from the record in the run's folder.
   void consider(const runs::StoredRun& run, std::optional<bool> wanted);
-  /// Once more, where it failed, was cancelled, or its files were damaged since.
-  /// Errors: not_found, no hand-over of that run; wrong_state, it is under way.
+  /// Repeats a handover that failed or was cancelled, or that has damaged files. Errors: not_found,
+  /// the run has no handover; wrong_state, it is under way.
   Status again(std::string_view run, std::string_view by);
-  /// Errors: not_found; wrong_state, it is over.
+  /// Errors: not_found; wrong_state, it has ended.
   Status cancel(std::string_view run, std::string_view by);
-  /// The daemon ends: what runs is stopped, and is done at the next start. Nothing waits for it: a
-  /// disk may hang.
+  /// Call when the daemon ends: stops the active handover, which the next start repeats. Does not
+  /// wait for it, because a disk may hang.
   void put_off();
-  /// Nothing where there is none.
+  /// Empty if there is none.
   [[nodiscard]] std::optional<HandoverStatus> get(std::string_view run) const;
-  /// Calls back once it is over; at once where it is, or there is none; never, once `listener` is
-  /// gone.
+  /// Calls back when the handover has ended; immediately if it already has, or if there is none.
+  /// Never calls back when `listener` is gone.
   void when_over(std::string_view run, std::function<void()> on_over,
                  std::weak_ptr<const void> listener);
 
@@ -83,7 +84,7 @@ class HandoverService {
     std::vector<Waiting> waiting = {};
   };
   static HandoverStatus initial_status(const runs::StoredRun& run, std::optional<bool> wanted);
-  /// In memory, or as it is on record. Nothing where the run has none.
+  /// From memory, or else from the database. Empty if the run has none.
   [[nodiscard]] std::optional<HandoverStatus> load(std::string_view run) const;
   void give_up(Item& item);
   void enqueue(Item& item, std::string_view by);
@@ -96,7 +97,7 @@ class HandoverService {
   HandoverContext context_;
   runs::RunStore& journal_;
   mutable HandoverStore store_;
-  /// Those that are not over, or whose end could not be written.
+  /// Unfinished handovers, and those with an end that could not be written.
   std::map<std::string, Item, std::less<>> items_;
   std::deque<std::string> queue_;
   std::string active_, cancelled_by_;

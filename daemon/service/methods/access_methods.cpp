@@ -1,5 +1,5 @@
-// Who may: leases of the rig, who talks to the daemon now, and tokens, so that a person at the
-// bench gets one for a browser without ending the daemon.
+// Access: leases of the rig, open sessions and tokens. An operator at the bench can make a token
+// for a browser without ending the daemon.
 
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -28,8 +28,8 @@ json lease_json(const Services& services, const Lease& lease) {
           {"kept_for", lease.kept_for.empty() ? json() : json(lease.kept_for)}};
 }
 
-/// What a topic "lease:SCOPE" tells: who holds it now, and what has just been done with the lease,
-/// so that one of these is there in a snapshot and the others are not.
+/// Event of a topic "lease:SCOPE": the current holder, and the latest change of the lease. A
+/// snapshot therefore contains exactly one of the changes.
 json delta_of(std::string_view what, const json& lease, const json& held, std::string_view who) {
   json delta{{"held", held}, {"by", who}};
   for (const std::string_view each :
@@ -49,8 +49,8 @@ void notify(const Services& services, const Lease& lease, std::string_view what,
                         services.utc_us());
 }
 
-/// What `change` does with the leases is told once it is in the journal, with what people are to
-/// know of it in `more`; where it cannot be kept they stay as they were.
+/// Applies `change` to the leases once it is in the journal, then publishes it. `more` holds
+/// further members of the reply. If the journal cannot be written, the leases stay unchanged.
 Outcome changed(const Services& services, const Call& call, std::string_view what,
                 const std::function<Result<Lease>(access::Leases&)>& change,
                 const json& more = json::object()) {
@@ -73,8 +73,8 @@ milliseconds read_ttl(const Call& call) {
   return milliseconds(call.params.value("ttl_ms", std::int64_t{15000}));
 }
 
-/// In the journal where it adds a second or more to what is there: who renews without end does not
-/// fill it. A disk that is full takes nobody's lease away.
+/// Journals a renewal only if it extends the journalled end by a second or more, so that frequent
+/// renewals do not fill the journal. A full disk ends no lease.
 Outcome renew(const Services& services, const Call& call) {
   const std::string id = call.params.at("lease").get<std::string>();
   const auto lease = services.leases->renew(id, call.caller.user, read_ttl(call), services.now());
@@ -152,7 +152,7 @@ rpc::RpcError closed_by(const std::string& by, const std::string& reason) {
                          .hint = "What it has started goes on; session.open begins another"});
 }
 
-/// Whoever closes his own needs no more; what others said and ask for ends by an admin's word only.
+/// A caller may close its own session; closing another user's requires the role admin.
 Outcome close_session(const Services& services, const Call& call) {
   const std::string name = call.params.value("session", call.caller.session);
   const bool own = name == call.caller.session;
@@ -197,7 +197,7 @@ Outcome add_token(const Services& services, const Call& call) {
   if (!days) return refused(days.error());
   const std::int64_t expires_us = services.utc_us() + static_cast<std::int64_t>(*days) * day_us;
   const bool own = call.params.value("own", false);
-  if (own && !call.caller.token.empty())  // it would outlive the one that he came with
+  if (own && !call.caller.token.empty())  // it would outlive the caller's own token
     return refused({.code = Errc::wrong_state,
                     .where = "/params/own",
                     .what = "who came with a token makes none for himself",
@@ -214,7 +214,7 @@ Outcome add_token(const Services& services, const Call& call) {
                    {"expires_us", expires_us},
                    {"user", access::user_of({name, *role, {}, expires_us, user})}};
   if (const Status ok = append_journal(services, "token.added", by(call.caller), reply); !ok) {
-    static_cast<void>(services.remove_token(name));  // nobody was told it
+    static_cast<void>(services.remove_token(name));  // the token was not yet returned to anyone
     return refused(ok.error());
   }
   json out = reply;
@@ -242,7 +242,7 @@ tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call
                     .expected = std::string(access::to_string(least_to_break)),
                     .got = std::string(access::to_string(call.caller.role))});
   const std::string step = call.params.value("step", "");
-  if (!services.run_manager->check_order(run, order, step)) return {};  // no lease is broken for it
+  if (!services.run_manager->check_order(run, order, step)) return {};  // refused: keep the lease
   const auto broken = changed(
       services, call, "broken",
       [&](access::Leases& leases) { return leases.break_lease(lease->id, reason, services.now()); },

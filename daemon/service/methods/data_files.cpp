@@ -13,18 +13,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_lists = 64;      // of runs, remembered
-constexpr std::size_t most_digests = 4096;  // of files
+constexpr std::size_t most_lists = 64;      // cached lists
+constexpr std::size_t most_digests = 4096;  // cached digests
 constexpr std::size_t piece_bytes = std::size_t{1} << 20;
-// A file that was written to just now may be again within the same tick of the kernel's clock.
+// A file modified just now may change again within the same tick of the kernel's clock.
 constexpr std::int64_t tick_ns = 1'000'000'000;
 
-/// One path component, nothing hidden: whatever a list says, no other folder is reached.
+/// One path component that is not hidden, so that no list can refer to another folder.
 bool is_plain(std::string_view name) {
   return !name.empty() && !name.starts_with('.') && name.find('/') == std::string_view::npos;
 }
 
-/// Seen from the folder above, so that the run's own is no link either.
+/// Opened from the parent folder, so that the run's folder may not be a link either.
 Result<OpenFile> opened(const fs::path& folder, const fs::path& name) {
   return OpenFile::beneath(folder.parent_path(), folder.filename() / name);
 }
@@ -43,7 +43,7 @@ std::optional<OpenFile::Stamp> read_stamp(const fs::path& folder, const fs::path
   return stamp ? std::optional(*stamp) : std::nullopt;
 }
 
-/// A list is a file as well.
+/// The list itself can be fetched too.
 Status add_list(const fs::path& folder, const std::string& name, std::vector<DataFile>& out) {
   const auto text = read_text_file(folder / name, most_list_bytes);
   if (!text) return pass(text.error());
@@ -62,7 +62,7 @@ Status add_certified(const fs::path& folder, const Certificate& certificate,
     if (is_plain(file.name)) out.push_back({file.name, file.bytes, file.sha256});
   const auto handover_files = listed_handover_files(folder);
   if (!handover_files)
-    return {};  // a damaged one is told by verify; the data are there all the same
+    return {};  // verify reports a damaged list; the data files can still be listed
   for (const FileChecksums& file : *handover_files)
     if (is_plain(file.name))
       out.push_back({in_folder(handover_folder_name, file.name), file.bytes, file.sha256});
@@ -74,7 +74,7 @@ Status add_certified(const fs::path& folder, const Certificate& certificate,
 Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
   const auto certificate = read_certificate(folder);
   if (!certificate) return pass(certificate.error());
-  const auto exported = listed_exports(folder);  // likewise
+  const auto exported = listed_exports(folder);  // a damaged list is ignored here too
   const bool nothing_exported = !exported || exported->empty();
   if (!*certificate && nothing_exported)
     return fail(
@@ -118,7 +118,7 @@ Result<std::vector<DataFile>> DataFiles::list(const fs::path& folder) {
   const auto known = lists_.find(folder);
   if (known != lists_.end() && known->second.as_of == as_of) return known->second.files;
   ++work_.lists_read;
-  // Before they are read: what is written within the tick of its stamp would not be seen.
+  // Evaluated before reading: a write within the tick of the stamp would go unnoticed.
   const bool settled = std::ranges::all_of(
       as_of, [this](const auto& stamp) { return !stamp || is_settled(*stamp); });
   auto files = read_lists(folder);

@@ -1,7 +1,7 @@
 #pragma once
-// The files of a run's data set that may be fetched: those that its certificate, its hand-over or
-// its exports list, and these lists themselves. Nothing else of a folder has a name here, and
-// nothing is given out that is not what its list says.
+// Files of a run's data set that clients may fetch: those listed in its certificate, its handover
+// or its exports, and these lists themselves. No other file of the folder can be named. A file that
+// differs from its list entry is not served.
 
 #include <array>
 #include <chrono>
@@ -22,40 +22,41 @@
 namespace weft::daemon::api {
 
 struct DataFile {
-  std::string name;  ///< in the run's folder: "dataset.h5", "handover/M1.model"
+  std::string name;  ///< relative to the run's folder: "dataset.h5", "handover/M1.model"
   std::uint64_t bytes = 0;
   std::string sha256;
 };
 
-/// Reads lists and hashes files, and remembers both for as long as nobody has written to them.
-/// Used by one thread, which is not the server's: a list may have megabytes, a file gigabytes.
+/// Reads lists and hashes files, and caches both until the files are modified. Thread: one, not the
+/// server's, because a list may have megabytes and a file gigabytes.
 class DataFiles {
  public:
-  /// `utc_now`: since 1970-01-01, as files have it. `stop_requested`: while a file is hashed.
+  /// `utc_now`: time since 1970-01-01, the origin of file times. `stop_requested`: checked while a
+  /// file is hashed.
   explicit DataFiles(std::function<std::chrono::nanoseconds()> utc_now,
                      StopRequested stop_requested = {})
       : utc_now_(std::move(utc_now)), stop_requested_(std::move(stop_requested)) {}
 
-  /// Of a run's folder. Errors: not_found, when the run has come to no end that was certified and
-  /// nothing of it was exported; certificate_from_json()'s.
+  /// Lists a run's folder. Errors: not_found, if the run has neither a certificate nor an export;
+  /// those of certificate_from_json().
   Result<std::vector<DataFile>> list(const std::filesystem::path& folder);
-  /// One of them, open, its bytes hashed. Errors: list()'s; not_found; wrong_state, when they are
-  /// not what the list says, or a symbolic link leads to them.
+  /// Opens one listed file and verifies its digest. Errors: those of list(); not_found;
+  /// wrong_state, if its bytes differ from the list or the path has a symbolic link.
   Result<server::ServedFile> open(const std::filesystem::path& folder, const std::string& name);
 
-  /// daemon::verify() of a run's folder: a second for each 150 MB.
+  /// daemon::verify() of a run's folder: one second per 150 MB.
   Result<VerifyReport> verify(const std::filesystem::path& folder) const {
     return daemon::verify(folder, stop_requested_);
   }
 
-  /// export_campaign() of a run's folder: seconds for hours of recording.
+  /// export_campaign() of a run's folder: takes seconds for hours of recording.
   Result<ExportedFile> make_export(const std::filesystem::path& folder,
                                    ExportRequest request) const {
     request.stop_requested = stop_requested_;
     return export_campaign(folder, request);
   }
 
-  /// What has been done so far.
+  /// Work done so far [count].
   struct Work {
     std::size_t lists_read = 0, files_hashed = 0;
   };
@@ -63,7 +64,7 @@ class DataFiles {
 
  private:
   using Stamp = OpenFile::Stamp;
-  /// Of certificate, evaluation and exports; nothing where there is no such file.
+  /// Stamps of certificate, evaluation and export list; empty if the file does not exist.
   using Stamps = std::array<std::optional<Stamp>, 3>;
   struct Listed {
     Stamps as_of;

@@ -11,7 +11,7 @@
 namespace weft::daemon::api {
 namespace {
 
-/// The one in its folder.
+/// Digest of the data set that is in the run's folder now.
 const std::string& digest_of(const runs::RunView& run) {
   return run.external_resume ? run.external_resume->dataset_sha256 : run.stored.dataset_sha256;
 }
@@ -204,7 +204,7 @@ Outcome add_imported(const Services& services, const rpc::Caller& caller,
   return run_outcome(services.run_manager->get(run->id()));
 }
 
-// Its certificate may have megabytes: the folder is read on another thread.
+// A certificate may have megabytes, so the folder is read on another thread.
 void import_folder(const Services& services, const Call& call, const Responder& respond) {
   const runs::CataloguePaths paths{services.data, services.rig, services.recipes};
   const std::string name = call.params.at("folder").get<std::string>();
@@ -224,7 +224,7 @@ void import_folder(const Services& services, const Call& call, const Responder& 
                      .hint = "Ask again later"}));
 }
 
-/// What a data set is vouched for by, and what is made of it.
+/// Methods for the certificate and the exports of a data set.
 void add_export_methods(MethodGroup& group) {
   group.read("data.certificate",
              "what a run's data set was recorded with, and the digests that data.verify goes by",
@@ -253,7 +253,7 @@ void add_export_methods(MethodGroup& group) {
       export_run);
 }
 
-// What is made of a run's data, meanwhile and then.
+// Predictions from a run's data: the live vote during the run, the handover after it.
 
 Outcome live(const Services& services, const Call& call) {
   const auto run = services.run_manager->get(run_of(call));
@@ -311,8 +311,8 @@ Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) 
 }
 
 json vote_json(const LiveVoteUpdate& vote) {
-  // An array: a merge patch replaces it, so that no label of another model stays.
-  json probability = nullptr;  // a model without aids knows none
+  // An array, because a merge patch replaces it as a whole: no label of another model remains.
+  json probability = nullptr;  // a model without probabilities gives null
   for (const auto& [label, share] : vote.probability)
     probability.push_back({{"label", label}, {"probability", share}});
   return {{"trial", vote.trial},
@@ -328,7 +328,7 @@ json vote_json(const LiveVoteUpdate& vote) {
           {"by", "auto:live_vote"}};
 }
 
-// Every key each time, so that a listener who merges changes keeps nothing of the state before.
+// Always has every key, so that clients that merge changes keep no old values.
 json handover_json(const HandoverStatus& fact) {
   const bool runs = fact.state == HandoverState::running;
   json out{{"state", to_string(fact.state)},
@@ -347,7 +347,7 @@ json handover_json(const HandoverStatus& fact) {
   }
   if (const json result = json::parse(fact.result_json, nullptr, false); result.is_object())
     out.update(result);
-  out.erase("results");  // the run has them
+  out.erase("results");  // the run has them already
   return out;
 }
 

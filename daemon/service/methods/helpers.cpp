@@ -25,7 +25,7 @@ Outcome run_outcome(const Result<runs::RunView>& run) {
 
 namespace {
 
-/// Nothing is left unanswered: what `work` returns answers on the server's thread.
+/// Every call gets an answer: the report that `work` returns answers on the server's thread.
 void answer_by(const Services::BackgroundTask& background, const Responder& respond,
                std::function<Services::Report()> work) {
   const bool taken = background(std::move(work), [respond](const Error& escaped) {
@@ -140,7 +140,7 @@ Result<std::optional<std::uint64_t>> read_unsigned(const Call& call, const char*
                                                    const char* what) {
   const auto found = call.params.find(name);
   if (found == call.params.end()) return std::optional<std::uint64_t>{};
-  // Above the largest signed number JSON's are unsigned here.
+  // Numbers above the largest signed integer are unsigned in nlohmann::json.
   if (!found->is_number_unsigned() && found->get<std::int64_t>() < 0)
     return fail({.code = Errc::range,
                  .where = std::string("/params/") + name,
@@ -218,7 +218,7 @@ namespace {
 
 constexpr std::int64_t most_runs = 1000;
 
-/// "R-000318" is 318; nothing where `from` is left out. Errors: not_found.
+/// "R-000318" becomes 318; empty without `from`. Errors: not_found.
 Result<std::optional<std::int64_t>> read_first(const Services& services, const Call& call) {
   const auto from = call.params.find("from");
   if (from == call.params.end()) return std::optional<std::int64_t>();
@@ -319,7 +319,7 @@ const std::vector<std::string>& RigWatch::problems(const std::filesystem::path& 
   if (!opened) {
     problems_.push_back(to_string(opened.error()));
   } else {
-    plugins_ = opened->file.drivers->plugin_files();  // before they are looked for
+    plugins_ = opened->file.drivers->plugin_files();  // read before check_rig()
     for (const recipes::Diagnostic& problem : check_rig(*opened, file, PluginDrivers::unread))
       problems_.push_back(recipes::to_string(problem));
     rig_ = std::move(opened->file);

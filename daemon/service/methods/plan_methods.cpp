@@ -1,4 +1,4 @@
-// What a recipe will do, and what differs between two of them.
+// Methods that compute a recipe's plan, and the differences between two recipes.
 
 #include <algorithm>
 #include <array>
@@ -20,15 +20,16 @@ namespace {
 constexpr std::int64_t most_steps = 1000;
 constexpr std::size_t most_differences = 1000;
 
-/// Where a recipe's text is, found on the server's thread and read on another.
+/// Location of a recipe's text; found on the server's thread, read on another.
 struct RecipePlace {
-  std::filesystem::path file;            ///< of the folder, or a run's campaign file
-  std::string run;                       ///< whose recipe it is as that has it on record; or empty
-  std::optional<std::string> text = {};  ///< of a run whose recipe the daemon has kept
-  std::optional<std::uint64_t> seed = {};  ///< of a run that has one in place of the recipe's
+  std::filesystem::path file;              ///< recipe file, or a run's campaign file
+  std::string run;                         ///< the run that recorded this recipe; empty for a file
+  std::optional<std::string> text = {};    ///< recipe text of a run, as the daemon stored it
+  std::optional<std::uint64_t> seed = {};  ///< seed of the run, if it replaces the recipe's
 };
 
-/// A run that waits has no campaign file yet; of one from before texts were kept there is no other.
+/// A queued run has no campaign file yet, so the stored text is used. Runs older than the stored
+/// texts have only the campaign file.
 Result<RecipePlace> place_of_run(const Services& services, const runs::StoredRun& run) {
   RecipePlace place{run.folder / campaign_file_name, run.id()};
   place.seed = run.seed;
@@ -92,7 +93,8 @@ json handover_plan(const recipes::Plan& plan) {
           {"at_most_s", plan.handover->at_most_s}};
 }
 
-/// Trials `from` on, each with when it begins if all before it take what is expected.
+/// Trials from index `from`, each with its start time if all earlier trials take their expected
+/// time.
 json steps_json(const recipes::Plan& plan, std::size_t from, std::size_t most) {
   const std::vector<double> lasts_s = recipes::trial_durations_s(plan);
   json out = json::array();
@@ -112,12 +114,12 @@ json steps_json(const recipes::Plan& plan, std::size_t from, std::size_t most) {
   return out;
 }
 
-/// What recipe.plan is asked, with nothing of the call's: it is done on another thread.
+/// Arguments of recipe.plan, copied from the call because another thread uses them.
 struct PlanQuestion {
   RecipePlace recipe;
   std::filesystem::path rig;
   std::optional<std::uint64_t> seed;
-  std::size_t from = 0, most = 0;  ///< trials
+  std::size_t from = 0, most = 0;  ///< trial indices and count
   std::string parameters_json;
 };
 
@@ -172,7 +174,7 @@ Outcome planned(const PlanQuestion& requested) {
                       {"next", next < found.trials.size() ? json(next) : json()}});
 }
 
-/// Whether both plan the same campaign on this rig; null where one of them cannot be run on it.
+/// True if both recipes give the same plan on this rig; null if one of them cannot run on it.
 json same_campaign(const std::filesystem::path& file, const std::string& a, const std::string& b) {
   const auto rig = open_rig(file, {});
   if (!rig) return nullptr;
@@ -182,7 +184,7 @@ json same_campaign(const std::filesystem::path& file, const std::string& a, cons
   return one.plan->canonical_json == other.plan->canonical_json;
 }
 
-/// What recipe.diff is asked.
+/// Arguments of recipe.diff.
 struct DiffQuestion {
   struct Side {
     const char* param;
@@ -192,8 +194,7 @@ struct DiffQuestion {
   std::filesystem::path rig;
 };
 
-/// Bounded in depth like every recipe: what compares two of them, and what writes the answer, goes
-/// one call deeper at each level.
+/// Limits the depth as for every recipe, because comparing and writing are recursive.
 Result<json> parse_document(const std::string& text, const char* param) {
   json document;
   recipes::Problems problems;
@@ -227,7 +228,7 @@ Outcome compared(const DiffQuestion& requested) {
                       {"differences", std::move(found)}});
 }
 
-// A recipe of a megabyte may plan a million trials, and a halt does not wait for them.
+// A recipe of one megabyte may plan a million trials; computing them here would delay a halt.
 void plan(const Services& services, const Call& call, const Responder& respond) {
   const auto requested = plan_question(services, call);
   if (!requested) return respond(refused(requested.error()));

@@ -14,7 +14,7 @@ constexpr const char* whole_queue =
     "rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: "
     "none)";
 
-/// Who changes what he has read changes nothing else.
+/// Refuses the change if the queue is no longer at the revision that the client read.
 tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call& call) {
   const auto known = call.params.find("if_rev");
   const std::int64_t now = services.run_manager->queue().revision();
@@ -28,13 +28,13 @@ tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call&
                   .hint = "queue.list tells how it is now"});
 }
 
-/// A change that moves nothing by itself.
+/// For changes that cannot start a run.
 tl::expected<void, rpc::RpcError> can_change(const Services& services, const Call& call) {
   if (auto free = require_free_lease(services, call.caller); !free) return free;
   return as_known(services, call);
 }
 
-/// A change after which a run may begin.
+/// For changes after which a run may start.
 tl::expected<void, rpc::RpcError> can_begin(const Services& services, const Call& call) {
   if (auto held = can_queue(services, call); !held) return held;
   return as_known(services, call);
@@ -107,7 +107,7 @@ Outcome added(const Services& services, const Call& call, const runs::Checked& c
   return format_text(out);
 }
 
-/// What the queue is after a change, where the call is `allowed` it.
+/// Makes the change if `allowed` and returns the resulting queue.
 Outcome changed(const Services& services, const tl::expected<void, rpc::RpcError>& allowed,
                 const std::function<Status()>& change) {
   if (!allowed) return tl::unexpected(allowed.error());
@@ -135,7 +135,7 @@ Outcome move_run(const Services& services, const Call& call) {
 }
 
 Outcome edit_run(const Services& services, const Call& call) {
-  const bool can_begin_by_that = call.params.contains("after");  // a run that waits for none begins
+  const bool can_begin_by_that = call.params.contains("after");  // may start the run
   if (auto allowed = can_begin_by_that ? can_begin(services, call) : can_change(services, call);
       !allowed)
     return tl::unexpected(allowed.error());

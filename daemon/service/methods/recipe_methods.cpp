@@ -51,14 +51,14 @@ json plan_json(const recipes::Plan& plan) {
           {"bytes", disk_forecast(plan)}};
 }
 
-/// Null where it cannot be read or is no JSON object.
+/// Null if the file cannot be read or is not a JSON object.
 json read_document(const fs::path& file) {
   const auto text = read_text_file(file, recipes::max_recipe_bytes);
   auto document = text ? parse_json(*text, {}) : Result<json>(pass(text.error()));
   return document && document->is_object() ? std::move(*document) : json();
 }
 
-/// Reads each recipe: on another thread.
+/// Reads each recipe of the folder.
 Outcome listed(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;
@@ -83,13 +83,13 @@ Outcome listed(const fs::path& folder) {
                       {"descriptions", std::move(descriptions)}});
 }
 
-// On the server's thread: a client that has shut down its side after its last request, as nc does,
-// gets no answer that comes later.
+// Runs on the server's thread: a client that shuts down its side after its last request, such as
+// nc, gets no later answer.
 Outcome list_recipes(const Services& services, const Call&) {
   return listed(services.recipes);
 }
 
-/// The file as it is, also one that recipe.check refuses.
+/// Returns the file unchanged, even if recipe.check refuses it.
 Outcome get(const Services& services, const Call& call) {
   const auto file = recipe_file(services, call.params.at("recipe").get<std::string>());
   if (!file) return refused(file.error());
@@ -111,7 +111,7 @@ json problems_json(const std::vector<FileProblem>& list) {
   return out;
 }
 
-/// Nothing of the call's: it is done on another thread.
+/// Uses nothing of the call, because it runs on another thread.
 Outcome checked(const CampaignRequest& request, const fs::path& data) {
   const auto found = preflight(request, PluginDrivers::unread);
   if (!found) return refused(found.error());
@@ -138,7 +138,7 @@ Result<std::string> plain_name(std::string name) {
                         recipes::clipped(name)));
 }
 
-// A model may have hundreds of megabytes, and a halt does not wait for them.
+// A model may have hundreds of megabytes; reading it here would delay a halt.
 void check(const Services& services, const Call& call, const Responder& respond) {
   const bool is_given = call.params.contains("content");
   const std::string name = call.params.at("recipe").get<std::string>();
@@ -160,16 +160,16 @@ void check(const Services& services, const Call& call, const Responder& respond)
       [request = std::move(request), data = services.data] { return checked(request, data); });
 }
 
-// A recipe comes into the daemon's folder, or takes the place of one, checked before.
+// Storing a recipe in the daemon's folder: a new one or a replacement, checked first.
 
-/// What is to be written, with nothing of the call's: it is checked on another thread.
+/// The recipe to store, copied from the call because another thread checks it.
 struct Offered {
   std::string name, text, by;
-  std::string parameters_json;          ///< to check it with
-  std::optional<std::string> replaces;  ///< digest of what is there, as the caller knows it
+  std::string parameters_json;          ///< parameter values for the check
+  std::optional<std::string> replaces;  ///< digest of the stored file that the caller knows
 };
 
-/// As it was typed, or as JSON is written. Errors: invalid_argument.
+/// The text as typed, or the content written as JSON. Errors: invalid_argument.
 Result<std::string> read_offered_text(const Call& call) {
   const bool is_text = call.params.contains("text");
   if (is_text == call.params.contains("content"))
@@ -181,7 +181,8 @@ Result<std::string> read_offered_text(const Call& call) {
   return text;
 }
 
-/// Everything that recipe.check refuses; the first of it is told. Errors: as told.
+/// Number of planned trials. Errors: the first problem that recipe.check finds; those of
+/// preflight().
 Result<std::size_t> count_trials(const CampaignRequest& request) {
   const auto found = preflight(request, PluginDrivers::unread);
   if (!found) return pass(found.error());
@@ -197,8 +198,8 @@ Result<std::size_t> count_trials(const CampaignRequest& request) {
                .hint = first.hint});
 }
 
-/// A run reads its recipe when it begins and compares it when it is gone on with: it is not changed
-/// under one that is not over. Errors: wrong_state.
+/// A run reads its recipe when it starts and compares it when it is resumed. Therefore the recipe
+/// of an unfinished run must not change. Errors: wrong_state.
 Status require_unused(const Services& services, const fs::path& file) {
   runs::RunFilter not_ended;
   for (const runs::RunState state : runs::all_run_states)
@@ -216,7 +217,7 @@ Status require_unused(const Services& services, const fs::path& file) {
   return {};
 }
 
-/// Errors: wrong_state, where another recipe is there than the caller knows; io.
+/// Digest of the stored file; empty if there is none. Errors: io.
 Result<std::string> compute_digest(const fs::path& file) {
   std::error_code unseen;
   if (!fs::exists(file, unseen)) return std::string();
@@ -241,8 +242,8 @@ Status is_as_known(const std::string& found, const std::optional<std::string>& k
                .hint = "recipe.check has the file_digest of what is there"});
 }
 
-/// The journal first: no recipe is there of which nobody knows who put it. One that could not be
-/// written has a second line, which says so.
+/// Journals first, so that every stored recipe has a recorded author. If the file cannot be
+/// written, a second journal line reports that.
 Outcome written(const Services& services, const Offered& offered, std::size_t trials) {
   const fs::path file = services.recipes / (offered.name + ".json");
   const auto before = compute_digest(file);
@@ -276,7 +277,7 @@ void put(const Services& services, const Call& call, const Responder& respond) {
   if (!text) return respond(refused(text.error()));
   Offered offered{std::move(*name), std::move(*text), by(call.caller), read_parameters(call), {}};
   if (call.params.contains("if_digest")) offered.replaces = call.params.at("if_digest");
-  // Its models are read whole, as for recipe.check: nobody's run waits for that.
+  // Its models are read completely, as for recipe.check, but no start of a run waits for that.
   const bool taken = services.background(
       [s = &services, offered = std::move(offered), respond]() -> Services::Report {
         CampaignRequest request{s->recipes / (offered.name + ".json"), s->rig, {}, {}};

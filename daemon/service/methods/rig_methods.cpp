@@ -1,5 +1,4 @@
-// The rig: what it is and how it stands; its devices: what each is for, how it is reached, and what
-// its driver may be told.
+// Methods of the rig (description and state) and of its devices (role, link, driver options).
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -13,19 +12,19 @@ namespace {
 
 using runs::RunState;
 
-/// Of a rig that a run has.
+/// State of a rig that a run controls.
 std::string_view fact_of(RunState state) {
   const bool is_waiting = state == RunState::held || state == RunState::awaiting_operator;
   return is_waiting ? "holding" : "moving";
 }
 
-/// One word for the rig: a latch comes before the motion, and that before the fact.
+/// One word for the rig: the latch has precedence, then motion, then the fact.
 std::string_view format_rig(const runs::RigState& rig, bool is_moved_by_hand) {
   if (rig.is_latched()) return "latched";
   return is_moved_by_hand ? "moving" : to_string(rig.facts().fact);
 }
 
-/// The fact, and what keeps the rig from moving.
+/// The fact, and the reasons why the rig may not move.
 void add_facts(const runs::RigFacts& facts, json& out) {
   out["fact"] = to_string(facts.fact);
   if (facts.latch) {
@@ -62,7 +61,7 @@ json point_of(const recipes::Vec2& point) {
   return {{"x_m", point.x_m}, {"y_m", point.y_m}};
 }
 
-/// "y_m": its travel, or where it stands.
+/// Key "y_m": travel [min, max] of a movable axis, or position of a fixed axis [m, rad].
 json axes_of(const recipes::Geometry& geometry, bool fixed) {
   json out = json::object();
   for (const recipes::Axis axis : recipes::all_axes) {
@@ -74,7 +73,7 @@ json axes_of(const recipes::Geometry& geometry, bool fixed) {
   return out;
 }
 
-/// null where the rig file does not say how the taxels lie.
+/// Null if the rig file does not give the taxels' layout.
 json shape_of(const recipes::TaxelArray& array) {
   if (array.places_m.size() == array.taxels) {
     json places = json::array();
@@ -95,7 +94,7 @@ json shape_of(const recipes::RigLimits& rig) {
   return {{"arrays", std::move(arrays)}};
 }
 
-/// Of the array that rises most; null where the rig file does not say.
+/// Largest span of all taxel arrays [counts]; null if the rig file gives none.
 json span_of(const recipes::RigLimits& rig) {
   std::uint16_t most = 0;
   for (const recipes::TaxelArray& array : rig.taxel_arrays)
@@ -127,7 +126,7 @@ Outcome describe_rig(const Services& services, const Call&) {
                       {"fabrics", rig.fabrics}});
 }
 
-/// null where a plugin says what is no JSON.
+/// Null if a plugin returned invalid JSON.
 json json_or_null(const std::string& text) {
   json out = json::parse(text, nullptr, false);
   return out.is_discarded() ? json() : out;
@@ -176,7 +175,7 @@ Error no_such_device(const RigFile& rig, const std::string& name) {
           .hint = rpc::did_you_mean(name, known, "See device.list")};
 }
 
-/// Loads the driver's plugin, where it is one: for another thread than the server's.
+/// Loads the driver's plugin, if it is one, so it must not run on the server's thread.
 Outcome described_device(const std::filesystem::path& file, const std::string& name) {
   const auto opened = open_rig(file, {});
   if (!opened) return refused(opened.error());
@@ -220,7 +219,7 @@ void add_stop(MethodGroup& group, std::string_view name, std::string_view summar
   spec.urgency = rpc::Urgency::stop;
 }
 
-/// An emergency stop is released by who may change the rig, not by who runs recipes on it.
+/// Resetting an e-stop requires a role that may change the rig; an operator may not.
 Outcome reset(const Services& services, const Call& call) {
   if (auto free = require_free_lease(services, call.caller); !free)
     return tl::unexpected(free.error());

@@ -1,4 +1,4 @@
-// A run for a client.
+// A run as JSON for clients.
 
 #include <nlohmann/json.hpp>
 
@@ -20,7 +20,7 @@ json operator_prompt_json(const runs::OperatorPrompt& operator_prompt) {
   return out;
 }
 
-/// 0 of a run that is over; null where the time left is not known.
+/// Seconds; 0 for a run that has ended, null if unknown.
 json left_json(const RunView& run) {
   if (run.is_over()) return 0;
   return run.wall_left_s ? json(*run.wall_left_s) : json();
@@ -42,7 +42,7 @@ json run_json(const RunView& run) {
            {"wall_left_s", left_json(run)},
            {"next_attention_us", nullptr},
            {"attention", nullptr}};
-  if (run.trials_planned > 0) {  // else nobody knows: it is from before that was kept
+  if (run.trials_planned > 0) {  // otherwise unknown: the run is older than this record
     out["trials_done"] = run.trials_done;
     out["trials_planned"] = run.trials_planned;
   }

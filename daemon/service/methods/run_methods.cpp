@@ -29,7 +29,7 @@ void start(const Services& services, const Call& call, const Responder& respond)
                       });
 }
 
-/// The least role that breaks another user's lease for an order; none for what everybody may order.
+/// The least role that may break another user's lease for an order; none if everyone may order it.
 std::optional<Role> breaking_role(Order order) {
   if (order == Order::abort) return Role::operator_;
   if (order == Order::resume || order == Order::confirm) return Role::engineer;
@@ -58,7 +58,8 @@ json preview_json(const ResumePreview& preview) {
           {"trials_left", preview.left}};
 }
 
-/// What the daemon's death interrupted goes on, with a lease.
+/// Resumes an ended run with trials left, such as one that the daemon's death interrupted. Needs a
+/// lease.
 void resume_run(const Services& services, const Call& call, const Responder& respond) {
   if (auto open = require_unlocked(services); !open) return respond(tl::unexpected(open.error()));
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
@@ -73,11 +74,11 @@ void resume_run(const Services& services, const Call& call, const Responder& res
                       });
 }
 
-/// A run that is held goes on as well.
+/// Resumes a held run too.
 void resume(const Services& services, const Call& call, const Responder& respond) {
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  const bool has_lease = !call.params.value("lease", "").empty();  // else an ended run is refused
+  const bool has_lease = !call.params.value("lease", "").empty();  // else ended runs are refused
   if (run->machine.state == RunState::interrupted || (has_lease && runs::is_recoverable(*run)))
     return resume_run(services, call, respond);
   respond(ordered(services, call, Order::resume));
@@ -95,7 +96,8 @@ void resume_or_preview(const Services& services, const Call& call, const Respond
   preview(services, call, runs::Recovery::resume, respond);
 }
 
-/// Told first, then done with a lease: nothing of it happens by itself.
+/// With "preview" only reports the effect; otherwise does it, which needs a lease. Nothing is
+/// recovered automatically.
 void recover(const Services& services, const Call& call, const Responder& respond) {
   using runs::Recovery;
   const std::string wanted = call.params.at("choice").get<std::string>();
@@ -121,7 +123,7 @@ Outcome pause(const Services& services, const Call& call) {
 
 constexpr std::size_t most_tags = 16, most_tag_characters = 40, most_note_characters = 4000;
 
-/// That it is UTF-8 was checked with the request.
+/// The request's check has already verified that the text is UTF-8.
 Status check_text(std::string_view param, std::string_view text, std::size_t most) {
   const auto characters = std::ranges::count_if(
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
@@ -225,7 +227,7 @@ void wait(const Services& services, const Call& call, const Responder& respond) 
   services.run_manager->when_ended(id, over, call.listener);
 }
 
-// Into the line and out of it.
+// Methods that add runs to the queue and remove them.
 void add_run_queueing(MethodGroup& group) {
   group.change("run.start",
                "puts a campaign in line, with its recipe as it is now; it begins when the rig is "
@@ -236,7 +238,7 @@ void add_run_queueing(MethodGroup& group) {
                Role::operator_, {run_param}, "the run", withdraw);
 }
 
-// To a run that is under way.
+// Orders to an active run.
 void add_run_orders(MethodGroup& group) {
   group
       .change("run.pause",
@@ -269,7 +271,7 @@ void add_run_orders(MethodGroup& group) {
             {run_param, break_lease_param});
 }
 
-// To a run that was interrupted, and to any.
+// Recovery of interrupted runs, and methods for any run.
 void add_run_care(MethodGroup& group) {
   group.change(
       "run.recover",

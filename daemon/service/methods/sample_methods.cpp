@@ -36,7 +36,7 @@ json force_json(const LiveFrame& frame) {
           {"force_band_n", set_point_json(frame, frame.force_band_n)}};
 }
 
-/// Short in JSON.
+/// Rounds to 1 / `parts`, for short JSON.
 json rounded(double value, double parts) {
   return std::round(value * parts) / parts;
 }
@@ -70,7 +70,7 @@ constexpr std::array history_columns{"bench_s", "fx_n",  "fy_n",     "fz_n",    
                                      "ty_nm",   "tz_nm", "fz_min_n", "fz_max_n", "x_mm",
                                      "y_mm",    "z_mm",  "phase",    "force_n",  "force_band_n"};
 
-/// In the order of history_columns.
+/// Values in the order of history_columns.
 json row_json(const LiveFrame& row) {
   constexpr double fine = 1e4;
   json out = json::array({rounded(row.bench_s, 1e3)});
@@ -91,7 +91,7 @@ json row_json(const LiveFrame& row) {
   return out;
 }
 
-/// One in place of several: the last, with the extremes of all.
+/// Merges rows into one: the last row, with the extremes of Fz of all.
 LiveFrame joined_rows(std::span<const LiveFrame> rows) {
   LiveFrame out = rows.back();
   for (const LiveFrame& row : rows) {
@@ -127,7 +127,7 @@ void publish_samples(server::Hub& hub, LiveFrameSampler& sampler, const runs::Ru
                      std::int64_t t_us) {
   const bool wanted =
       hub.wanted("stream:force") || hub.wanted("stream:stages") || hub.wanted("stream:taxels");
-  const auto frame = sampler.take();  // also where nobody looks: what comes then is new
+  const auto frame = sampler.take();  // even unwatched: viewers get new frames only
   if (!wanted || !frame) return;
   if (const auto run = manager.active()) publish(hub, *frame, *run, t_us);
 }

@@ -1,5 +1,6 @@
 #pragma once
-// What the methods of the API work on, and the methods themselves by groups. Source: docs/api.md.
+// Services that the API methods use, and the registration of the methods by group. Source:
+// docs/api.md.
 
 #include <cstdint>
 #include <filesystem>
@@ -22,22 +23,22 @@
 
 namespace weft::daemon::api {
 
-/// Looks the file over as recipe.check does, short of what a recipe has to do with it; again only
-/// once its text, or that of its cloth table, is another, or there are other plugins.
+/// Checks the rig file as recipe.check does, but without a recipe. Repeats the check only when its
+/// text, its fabric table or the plugins have changed.
 class RigWatch {
  public:
-  /// Sentences; none where the rig can be run.
+  /// Problems as sentences; empty if the rig can be run.
   const std::vector<std::string>& problems(const std::filesystem::path& file,
                                            const std::string& text);
 
  private:
-  std::optional<RigFile> rig_;  ///< as it was looked at; none where it could not be read
+  std::optional<RigFile> rig_;  ///< as last checked; none if it could not be read
   std::optional<std::string> text_, fabrics_;
-  std::vector<std::filesystem::path> plugins_;  ///< that there were, and their folders
+  std::vector<std::filesystem::path> plugins_;  ///< plugins and their folders at the last check
   std::vector<std::string> problems_;
 };
 
-/// Outlives the methods. Used by the server's thread alone.
+/// Must outlive the methods. Thread: the server's only.
 struct Services {
   server::Hub* hub = nullptr;
   access::Leases* leases = nullptr;
@@ -52,31 +53,31 @@ struct Services {
   std::string epoch;
   std::function<std::chrono::nanoseconds()> now;  ///< monotonic
   std::function<std::int64_t()> utc_us;
-  /// Long work, done on another thread; what it returns is called on the server's, or `failed`
-  /// where it threw. False where too much waits already.
+  /// Runs long work on another thread. The report that it returns is called on the server's thread,
+  /// or `failed` if it threw. False if too much work is waiting.
   using Report = std::function<void()>;
   using BackgroundTask =
       std::function<bool(std::function<Report()> work, std::function<void(const Error&)> failed)>;
   BackgroundTask background;
-  BackgroundTask
-      change_background;  ///< likewise, of who wants a run to begin: no question makes him wait
-  BackgroundTask file_background;  ///< on a thread of its own again, the only one that uses `files`
-  DataFiles* files = nullptr;      ///< the data sets' files
-  BenchPace* pace = nullptr;       ///< of a simulated bench
+  BackgroundTask change_background;  ///< as background, for starts of runs only: they do not wait
+                                     ///< for other requests
+  BackgroundTask file_background;    ///< as background, on a third thread, sole user of `files`
+  DataFiles* files = nullptr;        ///< files of the data sets
+  BenchPace* pace = nullptr;         ///< simulation speed of a simulated bench
   const LiveFrameSampler* frame_sampler = nullptr;
   server::Sessions* sessions = nullptr;
-  /// A new token, kept. Errors: TokenFile's.
+  /// Creates and stores a token. Errors: those of TokenFile.
   std::function<Result<std::string>(std::string name, access::Role role, std::int64_t expires_us,
                                     std::string user)>
       add_token = {};
   std::function<Status(std::string_view name)> remove_token = {};
-  /// Why the file of tokens cannot be read; nothing where it can.
+  /// Why the token file cannot be read; empty if it can.
   std::function<std::optional<Error>()> tokens_problem = {};
-  bool one_run = false;  ///< the daemon inside `weft run`: nothing but that run is its business
-  std::string http_url = {};  ///< "http://127.0.0.1:8080"; empty where HTTP is not served
+  bool one_run = false;       ///< the daemon is part of `weft run` and serves that run only
+  std::string http_url = {};  ///< "http://127.0.0.1:8080"; empty without HTTP
 };
 
-/// All of them, with the introduction.
+/// Adds all methods, including session.open.
 void add_methods(rpc::Methods& methods, const Services& services);
 
 void add_token_methods(rpc::Methods& methods, const Services& services);
@@ -94,38 +95,39 @@ void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_session_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);
 
-/// Publishes the newest frame of the run under way under "stream:force", "stream:stages" and
-/// "stream:taxels", where a client subscribes to one. Call each tick: the run pays for at most one
-/// frame, however many subscribe.
+/// Publishes the active run's newest frame as "stream:force", "stream:stages" and "stream:taxels",
+/// if a client subscribes to one. Call each tick: costs the run at most one frame, for any number
+/// of subscribers.
 void publish_samples(server::Hub& hub, LiveFrameSampler& sampler, const runs::RunManager& manager,
                      std::int64_t t_us);
 
-/// A file by "R-000318/dataset.h5", for a download: `callback` is called once, on the server's
-/// thread. Errors: not_found; DataFiles::open()'s; timeout, when too many wait already.
+/// Opens a file for a download, by "R-000318/dataset.h5". `callback` is called once, on the
+/// server's thread. Errors: not_found; those of DataFiles::open(); timeout, when too many wait
+/// already.
 void open_served_file(const Services& services, std::string_view path,
                       const std::function<void(const Result<server::ServedFile>&)>& callback);
-/// {ok, blockers: [{kind, where, hint}]}: all that keeps a run from being started now.
+/// {ok, blockers: [{kind, where, hint}]}: everything that prevents a run from starting now.
 std::string readiness_json(const Services& services);
-/// While a run is under way its user's lease is kept, from the first change of the run to its end.
+/// Keeps the lease of the run's user while the run is active, from its first change to its end.
 void keep_lease(const Services& services, const runs::RunView& run);
-/// Its time is over: in the journal, then told.
+/// Journals that the lease expired, then publishes it.
 void notify_lease_expired(const Services& services, const access::Lease& lease);
-/// What "rig" events carry: how the rig stands by now, and by whose word or act; null where a
-/// reason is gone.
+/// Payload of "rig" events: the rig's state now and the cause `by`; null for reasons that no longer
+/// apply.
 nlohmann::json rig_delta(const runs::RunManager& manager, std::string_view by);
-/// What rig.state answers: "rig" is safe, holding, moving, unknown or latched.
+/// Answer of rig.state: "rig" is safe, holding, moving, unknown or latched.
 nlohmann::json rig_json(const runs::RunManager& manager);
-/// The topics "run:ID" of all runs, for the hub. `services` outlives it.
+/// The topics "run:ID" of all runs, for the hub. `services` must outlive it.
 server::Hub::Archive run_archive(const Services& services);
-/// A run for a client; also what "run:ID" events carry.
+/// A run as JSON for clients; also the payload of "run:ID" events.
 nlohmann::json run_json(const runs::RunView& run);
-/// What "queue" events carry: the runs that wait, the next first.
+/// Payload of "queue" events: the queued runs, the next one first.
 nlohmann::json queue_json(const runs::RunQueue& queue);
-/// The accuracies of a run, as headline_json() has them; null where it was not evaluated.
+/// Accuracies of a run, as in headline_json(); null if it was not evaluated.
 nlohmann::json result_json(const runs::RunView& run);
-/// What a run says of its hand-over.
+/// State of a run's handover.
 nlohmann::json handover_json(const HandoverStatus& fact);
-/// What "vote:ID" events carry.
+/// Payload of "vote:ID" events.
 nlohmann::json vote_json(const LiveVoteUpdate& vote);
 
 }  // namespace weft::daemon::api

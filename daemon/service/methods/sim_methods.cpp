@@ -25,18 +25,18 @@ Outcome set_pace(const Services& services, const Call& call) {
                     .what = "the time of this rig is the world's",
                     .expected = "a simulated bench"});
   services.pace->store(pace, std::memory_order_relaxed);
-  if (const auto run = services.run_manager->active())  // its times are others now
+  if (const auto run = services.run_manager->active())  // its remaining time has changed
     services.run_manager->notify_changed(*run, by(call.caller));
   return format_text({{"pace", pace}});
 }
 
-/// What the emulator refuses, it refuses of the fault's own fields.
+/// The emulator's errors point into the fault object; makes them point into /params.
 Error of_params(Error error) {
   if (error.where.starts_with('/') && error.where != "/rig") error.where = "/params" + error.where;
   return error;
 }
 
-/// The call without what is not the fault's.
+/// The call's parameters without those that are not part of the fault.
 json read_fault(const Call& call) {
   json out = call.params;
   out.erase("idem");

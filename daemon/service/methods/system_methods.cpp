@@ -21,7 +21,7 @@ Outcome system_info(const Services& services, const Call&) {
        {"protocol", server::protocol_version},
        {"epoch", services.epoch},
        {"rig", services.rig_name},
-       {"bench", to_string(load_bench_kind(services.rig))},  // it may be another one each time
+       {"bench", to_string(load_bench_kind(services.rig))},  // read each time: it may change
        {"pace", services.pace->load(std::memory_order_relaxed)},
        {"http", services.http_url.empty() ? json() : json(services.http_url)},
        {"listeners", services.hub->listeners()},
@@ -55,7 +55,7 @@ json blocker(std::string_view kind, std::string where, std::string hint) {
   return {{"kind", kind}, {"where", std::move(where)}, {"hint", std::move(hint)}};
 }
 
-/// Where the rig was left does not matter while something moves it.
+/// The state in which a run left the rig does not matter while something moves it.
 void add_rig_blocker(const runs::RigState& rig, bool is_moving, json& blockers) {
   const runs::RigFacts& facts = rig.facts();
   if (facts.lock_out)
@@ -88,7 +88,7 @@ void add_rig_file_blocker(const Services& services, json& blockers) {
   blockers.push_back(blocker("rig.invalid", services.rig.string(), problems.front() + more));
 }
 
-/// A folder that cannot be read, or is gone, has no recipe that a run could be started of.
+/// If the recipe folder is missing or unreadable, no run can be started from it.
 void add_recipes_blocker(const Services& services, json& blockers) {
   std::error_code error;
   const std::filesystem::directory_iterator found(services.recipes, error);
@@ -97,7 +97,7 @@ void add_recipes_blocker(const Services& services, json& blockers) {
                                "No run can be started of a recipe there: " + error.message()));
 }
 
-/// A folder that is gone has no room either; that it is gone is what somebody has to know.
+/// If the data folder is missing, only that is reported, although it has no free space either.
 void add_storage_blocker(const Services& services, json& blockers) {
   const std::string data = services.data.string();
   if (const Status here = services.log->in_place(); !here)
@@ -131,17 +131,18 @@ Outcome log_tail(const Services& services, const Call& call) {
   const auto lines = services.log->tail(call.params.value("run", ""), *most);
   if (!lines) return refused(lines.error());
   ListPage page(*most);
-  std::size_t left = lines->size();  // the newest that there is room for
+  std::size_t left = lines->size();  // keep the newest that fit
   while (left > 0 && page.add(line_json((*lines)[left - 1]))) --left;
   return R"({"lines":)" + page.text(ListPage::Order::reversed) + R"(,"left_off":)" +
          std::to_string(left) + "}";
 }
 
-/// A whole number from 0 on, as SQLite has them.
+/// Reads a whole number from 0 to the largest that SQLite stores.
 Result<std::int64_t> number_in(const Call& call, const char* name, std::int64_t fallback) {
   const auto found = call.params.find(name);
   if (found == call.params.end()) return fallback;
-  // Above the largest signed number JSON's are unsigned here; as signed ones they are negative.
+  // Numbers above the largest signed integer are unsigned in nlohmann::json; as signed they are
+  // negative.
   if (const auto number = found->get<std::int64_t>(); number >= 0) return number;
   return fail({.code = Errc::range,
                .where = std::string("/params/") + name,

@@ -29,7 +29,7 @@ std::int64_t gap_ns(const std::vector<std::int64_t>& t_ns) {
   return std::llround(std::max(least_gap_s * 1e9, gap_periods * static_cast<double>(*middle)));
 }
 
-/// Runs of samples without a gap, first and last.
+/// Sections of samples without a gap, as first and last index.
 std::vector<std::pair<std::size_t, std::size_t>> find_runs(const std::vector<std::int64_t>& t_ns) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   const std::int64_t longest_ns = gap_ns(t_ns);
@@ -90,7 +90,7 @@ json stages_json(const StageStream& stages, const std::vector<Axis>& axes, std::
   return curves_json(stages.t_ns, points, zero_ns, curves);
 }
 
-/// Of each taxel; null where the phase has no frame.
+/// Mean of each taxel in a phase [counts]; null if the phase has no frame.
 json mean_json(const classifier::Trial& trial, Phase phase) {
   std::vector<double> sum(trial.taxels);
   double frames = 0;
@@ -125,7 +125,7 @@ std::vector<SampleRange> reduce_samples(const std::vector<std::int64_t>& t_ns, s
   if (t_ns.empty() || points == 0) return {};
   auto runs = find_runs(t_ns);
   if (2 * runs.size() > points) runs = {{0, t_ns.size() - 1}};
-  // Of each run the last range may have fewer samples, and between runs there is a gap.
+  // Each section may end with a shorter range, and between sections there is a gap.
   const std::size_t whole = points - 2 * (runs.size() - 1);
   const std::size_t each = (t_ns.size() + whole - 1) / whole;
   std::vector<SampleRange> out;

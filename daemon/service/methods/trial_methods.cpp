@@ -1,4 +1,4 @@
-// The trials of a run that is over, one after the other, from its campaign file.
+// Trials of a run that has ended, one at a time, from its campaign file.
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -18,7 +18,7 @@ std::filesystem::path campaign_of(const runs::StoredRun& run) {
   return run.folder / campaign_file_name;
 }
 
-/// Why attempts were rejected or failed, by trial of the plan, in the order of time.
+/// Why attempts were rejected or failed, by trial of the plan, in order of time.
 using Reasons = std::map<std::pair<std::uint32_t, TrialOutcome>, std::vector<std::string>>;
 
 Result<Reasons> load_reasons(const std::filesystem::path& campaign) {
@@ -37,7 +37,7 @@ Result<Reasons> load_reasons(const std::filesystem::path& campaign) {
   return out;
 }
 
-/// The reason of each attempt in turn; null where none is on record.
+/// Reason of each attempt in turn; null if none is recorded.
 class ReasonsInTurn {
  public:
   explicit ReasonsInTurn(Reasons reasons) : reasons_(std::move(reasons)) {}
@@ -63,7 +63,7 @@ json rest_json(const std::optional<RestForces>& rest) {
   return {{"weight_N", rest->weight_n}, {"before_N", rest->before_n}, {"after_N", rest->after_n}};
 }
 
-/// From the recorded wrench, as of a complete trial; null without one.
+/// Computed from the recorded wrench as for a complete trial; null without a wrench.
 json worst_error_json(Dataset one, const std::vector<ForceTarget>& targets) {
   one.records.front().outcome = TrialOutcome::complete;
   const auto force = force_by_fabric(one, targets);
@@ -93,9 +93,9 @@ struct TrialPage {
   std::size_t from = 0, most = 0;
 };
 
-// Attempts before the page tell how many of the reasons are theirs.
+// Earlier attempts at the same trials are loaded too, to assign the reasons in turn.
 Outcome trials_page(const runs::StoredRun& run, const TrialPage& page) {
-  constexpr std::size_t before = 64;  // attempts at one trial are fewer
+  constexpr std::size_t before = 64;  // more than the attempts at one trial
   const std::size_t first = page.from - std::min(page.from, before);
   const auto listed = load_attempts(
       campaign_of(run),

@@ -17,7 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int keep_alive_s = 15;  // the broker sends the last will after 1.5 times that
-constexpr int poll_ms = 50;       // an event waits no longer for its turn
+constexpr int poll_ms = 50;       // the longest delay before an event is sent
 constexpr Clock longest_connect = 10s;
 constexpr Clock longest_farewell = 2s;
 
@@ -28,21 +28,21 @@ std::string mqtt_error_text(int code) {
 
 }  // namespace
 
-/// One connection, from its attempt to its loss. Used by one thread, which calls poll() until
-/// there is an error.
+/// One connection, from the attempt to its loss. Thread: one, which calls poll() until there is an
+/// error.
 class MqttPublisher::Connection {
  public:
-  /// `only_ipv4`: libmosquitto tries one address of a name without blocking, which may be an IPv6
-  /// address that nothing listens on.
+  /// `only_ipv4`: without blocking, libmosquitto tries one address of a name only, which may be an
+  /// IPv6 address without a listener.
   Connection(MqttPublisher& owner, bool only_ipv4);
 
-  /// Sends and receives for at most `poll_ms`; publishes what there is to publish.
+  /// Sends and receives for at most `poll_ms`; publishes new messages.
   void poll(const std::stop_token& stop);
-  /// Why it is over.
+  /// Why the connection ended.
   [[nodiscard]] const std::optional<std::string>& error() const { return error_; }
-  /// Everything was acknowledged by the broker.
+  /// True if the broker has acknowledged everything.
   [[nodiscard]] bool is_idle() const;
-  /// In order, so that no last will is sent.
+  /// Closes in order, so that the broker sends no last will.
   void close();
 
  private:
@@ -54,7 +54,7 @@ class MqttPublisher::Connection {
   void on_connect(int code);
   void on_published(int message);
   void set_tls(const MqttSettings& settings);
-  /// Returns the number of the message, which on_published() gets.
+  /// Returns the message number, which on_published() receives.
   int publish(const char* name, const std::string& payload, bool retain);
   void publish_news(const std::stop_token& stop);
 
@@ -62,7 +62,7 @@ class MqttPublisher::Connection {
   std::unique_ptr<mosquitto, decltype(&mosquitto_destroy)> handle_;
   const Clock began_ = steady_wall_now();
   bool is_connected_ = false;
-  int farewell_ = 0;  ///< number of the "offline" message, once it is sent
+  int farewell_ = 0;  ///< number of the "offline" message, once sent
   bool is_gone_ = false;
   std::uint64_t state_sent_ = 0;
   int state_message_ = 0;
@@ -90,7 +90,7 @@ MqttPublisher::Connection::Connection(MqttPublisher& owner, bool only_ipv4)
   if (!settings.user.empty())
     check(mosquitto_username_pw_set(handle, settings.user.c_str(), settings.password.c_str()));
   if (settings.tls != TlsUse::off) set_tls(settings);
-  // Not the blocking call: a host that does not answer would delay the daemon's end.
+  // Not the blocking call: an unresponsive host would delay the daemon's end.
   check(mosquitto_connect_bind_async(handle, settings.host.c_str(), settings.port, keep_alive_s,
                                      only_ipv4 ? "0.0.0.0" : nullptr));
 }
@@ -106,8 +106,7 @@ void MqttPublisher::Connection::set_tls(const MqttSettings& settings) {
   check(mosquitto_tls_insecure_set(handle, !verified));
 }
 
-// libmosquitto does not notice that a connection under TLS which it makes without blocking is
-// refused.
+// libmosquitto does not report a refused connection when it connects under TLS without blocking.
 void MqttPublisher::Connection::check_socket() {
   pollfd entry{.fd = mosquitto_socket(handle_.get()), .events = POLLOUT, .revents = 0};
   if (entry.fd >= 0 && ::poll(&entry, 1, 0) == 1 && (entry.revents & (POLLERR | POLLHUP)) != 0)
@@ -123,7 +122,8 @@ void MqttPublisher::Connection::on_connect(int code) {
   publish("/availability", "online", true);
 }
 
-// A broker may take a login and then close for what is published.
+// Only an acknowledged message proves success: a broker may accept a login and then close the
+// connection when a message is published.
 void MqttPublisher::Connection::on_published(int message) {
   owner_.outbox_.on_reached();
   if (event_ && event_->first == message) {
@@ -148,7 +148,7 @@ void MqttPublisher::Connection::publish_news(const std::stop_token& stop) {
     state_sent_ = newest.revision;
     state_message_ = publish("/state", newest.json, true);
   }
-  if (event_) return;  // one at a time: they stay in order
+  if (event_) return;  // one at a time, to keep the order
   const auto entry = owner_.outbox_.front(stop, 0ms);
   if (!entry) return;
   const int message = publish("/event", format_event_json(to_json(entry->event)), false);

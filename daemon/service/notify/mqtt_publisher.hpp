@@ -1,7 +1,7 @@
 #pragma once
-// Publishes to one MQTT broker by libmosquitto, on a thread of its own: TOPIC/availability
+// Publishes to one MQTT broker with libmosquitto, on its own thread. Topics: TOPIC/availability
 // ("online", retained; the last will is "offline"), TOPIC/state (retained) and TOPIC/event. All
-// with QoS 1: an event may come twice after a lost connection.
+// with QoS 1: an event may arrive twice after a lost connection.
 
 #include <mutex>
 #include <stop_token>
@@ -15,16 +15,16 @@ namespace weft::daemon::notify {
 
 class MqttPublisher {
  public:
-  /// The thread begins at once. `client`: name at the broker, which allows each name once.
+  /// Starts the thread immediately. `client`: client name; a broker allows each name once.
   MqttPublisher(MqttSettings settings, std::string client);
-  /// Tries for at most 2 s to send what waits, then says "offline". A name that is being looked up
-  /// is waited for, as the resolver's limits have it.
+  /// Tries for at most 2 s to send waiting messages, then publishes "offline". A host name lookup
+  /// is waited for, within the resolver's limits.
   ~MqttPublisher();
   MqttPublisher(const MqttPublisher&) = delete;
   MqttPublisher& operator=(const MqttPublisher&) = delete;
 
   Outbox& outbox() { return outbox_; }
-  /// The newest state; one that was not sent yet is replaced. From any thread.
+  /// Sets the newest state; replaces one that was not yet sent. Thread: any.
   void set_state(std::string state_json);
 
  private:
@@ -41,7 +41,7 @@ class MqttPublisher {
   Outbox outbox_;
   mutable std::mutex mutex_;
   State state_;
-  std::jthread thread_;  // last: it uses all the others
+  std::jthread thread_;  // last: it uses all other members
 };
 
 }  // namespace weft::daemon::notify

@@ -1,6 +1,6 @@
 #pragma once
-// Calls people: turns what the daemon's parts report into events and hands them to senders with
-// threads of their own. Nothing here waits. Source: docs/howto/notify.md.
+// Notifies people: turns reports of the daemon's parts into events for senders with their own
+// threads. Nothing here blocks. Source: docs/howto/notify.md.
 
 #include <filesystem>
 #include <functional>
@@ -14,42 +14,42 @@ namespace weft::daemon::notify {
 class Webhook;
 class MqttPublisher;
 
-/// What the notifier uses of the daemon.
+/// Parts of the daemon that the notifier uses.
 struct NotifierContext {
   std::string bench;              ///< name of the rig
-  std::string client;             ///< name at an MQTT broker
-  std::filesystem::path data;     ///< folder of runs, whose disk is watched
-  runs::RunStore* log = nullptr;  ///< gets lines of kind "notify.failed"
+  std::string client;             ///< client name at an MQTT broker
+  std::filesystem::path data;     ///< folder of runs; the free space of its disk is checked
+  runs::RunStore* log = nullptr;  ///< receives lines of kind "notify.failed"
   std::function<std::int64_t()> utc_us;
   std::function<Clock()> now;
 };
 
-/// Used by the server's thread.
+/// Thread: the server's.
 class Notifier {
  public:
-  /// `file`: of the settings; empty: nobody is called. Errors: load_notify_settings()'s.
+  /// `file`: the settings; empty: no notifications. Errors: those of load_notify_settings().
   static Result<std::unique_ptr<Notifier>> open(NotifierContext context,
                                                 const std::filesystem::path& file);
-  /// `settings`: none where nobody is to be called; ends are counted all the same.
+  /// `settings`: none for no notifications; ends of runs are counted all the same.
   Notifier(NotifierContext context, const std::optional<NotifySettings>& settings);
   ~Notifier();  ///< as close()
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
 
   void on_run(const runs::RunView& run);
-  /// An end that the daemon before this one did not live to tell.
+  /// Reports the end of a run that was active when the previous daemon died.
   void on_cut_by_restart(const runs::RunView& run);
   void on_queue(const runs::RunQueue& queue);
-  /// `text`: what the rig does or is, as `rig.state` has it.
+  /// `text`: the rig's state, as in `rig.state`.
   void on_rig(const runs::RigState& rig, std::string_view text);
-  /// Call often: the disk is looked at every 10 s, the state sent once a second at most.
+  /// Call often: checks the disk every 10 s, sends the state at most once a second.
   void tick();
-  /// Ends the senders: what waits is tried for a few seconds more.
+  /// Ends the senders, which try for a few more seconds to send waiting events.
   void close();
 
-  /// By sender, "webhook" and "mqtt"; those that there are.
+  /// By sender: "webhook" and "mqtt", if configured.
   [[nodiscard]] std::vector<std::pair<std::string, DeliveryCounts>> counts() const;
-  /// As EventDetector has it.
+  /// See EventDetector::ended().
   [[nodiscard]] const std::map<std::string, std::uint64_t>& runs_ended() const {
     return detector_.ended();
   }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int usual = 3, high = 4, urgent = 5;  // priorities
 
-/// What remains of an end is said by its three facts; the error is a sentence.
+/// Describes the end of a run; its three facts replace a longer text, the error is a sentence.
 std::string end_text(const Event& end) {
   std::string text = std::to_string(end.trials_done) + " of " + std::to_string(end.trials_planned) +
                      " trials; clean-up " + (end.cleanup.empty() ? "unknown" : end.cleanup) +
@@ -86,7 +86,7 @@ Event EventDetector::end_of(const runs::RunView& run, std::int64_t utc_us) const
 std::vector<Event> EventDetector::on_run(const runs::RunView& run, std::int64_t utc_us) {
   if (run.is_over()) {
     const auto was = open_.extract(run.stored.number);
-    if (!was || !was.mapped().has_begun) return {};  // one that left the queue has no end
+    if (!was || !was.mapped().has_begun) return {};  // removed from the queue: no end
     std::vector<Event> events{end_of(run, utc_us)};
     ++ended_[events.front().outcome];
     if (open_.empty())

@@ -31,7 +31,7 @@ bool has_control(std::string_view text) {
   return std::ranges::any_of(text, [](char c) { return static_cast<unsigned char>(c) < ' '; });
 }
 
-/// One line that nobody but the daemon's user and group may read. The line end is left off.
+/// One line that only the daemon's user and group may read, without its line end.
 Result<std::string> read_private_text(const std::filesystem::path& file) {
   struct stat found {};
   constexpr unsigned for_others = 027;  // the group may read
@@ -50,7 +50,7 @@ Result<std::string> read_private_text(const std::filesystem::path& file) {
   return std::string(line);
 }
 
-/// Calls `on_text` with what lies between placeholders and `on_name` with each placeholder's name.
+/// Calls `on_text` for the text between placeholders and `on_name` for each placeholder's name.
 template <class OnText, class OnName>
 void for_parts(const std::string& text, const OnText& on_text, const OnName& on_name) {
   static const std::regex placeholder("\\{([a-z_]+)\\}");
@@ -64,14 +64,14 @@ void for_parts(const std::string& text, const OnText& on_text, const OnName& on_
   on_text(std::string(at, text.cend()));
 }
 
-/// Reads one file of settings; findings go to one list.
+/// Reads one settings file; collects all problems in one list.
 class SettingsReader {
  public:
   SettingsReader(std::filesystem::path folder, Problems& problems)
       : folder_(std::move(folder)), problems_(problems) {}
 
   NotifySettings read(const json& document, const std::string& bench);
-  /// Why the first secret that cannot be used is refused.
+  /// Why the first unusable secret was refused.
   [[nodiscard]] const std::optional<Error>& refused() const { return refused_; }
 
  private:
@@ -152,7 +152,7 @@ WebhookSettings SettingsReader::read_webhook(const json& value, const std::strin
   return webhook;
 }
 
-// A control character in a header would begin another one.
+// A control character in a header could start another header.
 void SettingsReader::read_headers(ObjectReader& reader, WebhookSettings& webhook) {
   const json* const headers = reader.object("headers", Need::optional);
   if (headers == nullptr) return;
@@ -170,7 +170,7 @@ void SettingsReader::read_headers(ObjectReader& reader, WebhookSettings& webhook
   }
 }
 
-// Whoever listens to the network would read the token.
+// Without TLS the token would be readable on the network.
 void SettingsReader::check_url(const std::string& place, const WebhookSettings& webhook) {
   std::smatch found;
   static const std::regex form("(https?)://([^/?#\\s]+)([/?#]\\S*)?");

@@ -1,6 +1,6 @@
 #pragma once
-// Events on their way to one receiver: bounded in number and in time. The server's thread puts them
-// in and never waits; one sender thread takes them out.
+// Events for one receiver, bounded in number and in age. The server's thread adds them and never
+// waits; one sender thread takes them out.
 
 #include <chrono>
 #include <condition_variable>
@@ -16,26 +16,26 @@ namespace weft::daemon::notify {
 
 using Clock = std::chrono::nanoseconds;  ///< monotonic, any origin
 
-/// How often and how long a receiver is tried.
+/// How often and how long sending is tried.
 struct RetryLimits {
   std::chrono::milliseconds first_wait{500};  ///< doubled after each failure
   std::chrono::seconds longest_wait{60};
-  std::chrono::seconds longest_life{3600};  ///< of an event; then it is given up
+  std::chrono::seconds longest_life{3600};  ///< of an event; older ones are dropped
 };
 
-/// What a sender has done since the daemon started [count].
+/// Results of a sender since the daemon started [count].
 struct DeliveryCounts {
   std::uint64_t sent = 0;
-  std::uint64_t lost = 0;             ///< refused for good, given up or without room
-  std::uint64_t failed_attempts = 0;  ///< also of what was sent later
+  std::uint64_t lost = 0;             ///< refused for good, too old, or dropped
+  std::uint64_t failed_attempts = 0;  ///< includes events that were sent later
   std::size_t waiting = 0;
 };
 
 class Outbox {
  public:
-  /// One more takes the place of the oldest.
+  /// One more replaces the oldest.
   static constexpr std::size_t most_waiting = 256;
-  /// So many failures in a row are a line of the journal, which has at most one each window.
+  /// After this number of failures in a row a journal line is due; at most one per window.
   static constexpr std::uint64_t failures_before_report = 3;
   static constexpr std::chrono::minutes report_window{10};
 
@@ -50,7 +50,7 @@ class Outbox {
   // For the server's thread.
   void put(Event event, Clock now);
   [[nodiscard]] DeliveryCounts counts() const;
-  /// For the journal, once per window where deliveries failed: lost and failed_attempts since the
+  /// For the journal, once per window with failed deliveries: lost and failed_attempts since the
   /// last report, and the newest error.
   struct Report {
     std::uint64_t lost = 0, failed_attempts = 0;
@@ -60,16 +60,16 @@ class Outbox {
   std::optional<Report> take_report(Clock now);
 
   // For the sender's thread.
-  /// The oldest; waits for one until `stop` is requested or `longest` is over.
+  /// The oldest event; waits for one until `stop` is requested or `longest` has passed.
   std::optional<Entry> front(const std::stop_token& stop, std::chrono::milliseconds longest);
   void on_sent(std::uint64_t number);
-  /// The receiver answers: the next failure is the first again.
+  /// Call when the receiver responds: resets the count of failures in a row.
   void on_reached();
-  /// It will be refused again.
+  /// Drops the event, which would be refused again.
   void on_refused(std::uint64_t number, std::string error);
-  /// How long to wait before the next attempt. An event that is too old is given up.
+  /// Returns the time to wait before the next attempt. Drops events that are too old.
   std::chrono::milliseconds on_failed(std::string error, Clock now);
-  /// Waits; shorter once `stop` is requested.
+  /// Waits for `duration`, or less if `stop` is requested.
   void wait(const std::stop_token& stop, std::chrono::milliseconds duration);
 
  private:

@@ -17,16 +17,16 @@ constexpr Clock longest_drain = 2s;            // after the daemon's end
 
 enum class Answer { taken, refused, failed };
 
-/// One connection, kept open between requests. Used by one thread.
+/// One connection, kept open between requests. Thread: one.
 class Poster {
  public:
   Poster(const WebhookSettings& settings, const std::stop_token& stop)
       : settings_(settings), stop_(stop), handle_(curl_easy_init(), &curl_easy_cleanup) {}
 
-  /// Where it is not taken, error() says why; the URL, which may be a secret, is not part of it.
+  /// On failure error() has the reason, without the URL, which may be a secret.
   Answer post(const Event& event);
   [[nodiscard]] const std::string& error() const { return error_; }
-  /// The daemon has ended, and the time for last words is over.
+  /// True if the daemon has ended and the time for remaining events has passed.
   [[nodiscard]] bool is_over();
 
  private:
@@ -62,7 +62,7 @@ Poster::Headers Poster::headers_for(const nlohmann::json& event, bool is_text) c
   const auto add = [&list](const std::string& line) {
     list = curl_slist_append(list, line.c_str());
   };
-  // The first of a name counts for libcurl's own: a person's Content-Type replaces ours.
+  // libcurl uses the first header of a name for its own: a configured Content-Type replaces ours.
   bool has_type = false;
   for (const auto& [name, text] : settings_.headers) {
     std::string value = expand(text, event);
@@ -84,7 +84,7 @@ void Poster::set_tls() {
   set(CURLOPT_SSL_VERIFYHOST, verified ? 2L : 0L);
   if (settings_.ca_file.empty()) return;
   set(CURLOPT_CAINFO, settings_.ca_file.c_str());
-  set<const char*>(CURLOPT_CAPATH, nullptr);  // no others
+  set<const char*>(CURLOPT_CAPATH, nullptr);  // no other CAs
 }
 
 Answer Poster::post(const Event& event) {

@@ -1,5 +1,5 @@
 #pragma once
-// Posts events to one URL by libcurl, on a thread of its own.
+// Posts events to one URL with libcurl, on its own thread.
 
 #include <memory>
 #include <stop_token>
@@ -12,9 +12,9 @@ namespace weft::daemon::notify {
 
 class Webhook {
  public:
-  /// The thread begins at once.
+  /// Starts the thread immediately.
   explicit Webhook(WebhookSettings settings);
-  /// Tries for 2 s, a request under way up to 3 s, to send what waits; the rest is lost.
+  /// Tries for 2 s to send waiting events; an active request may take up to 3 s. The rest is lost.
   ~Webhook();
   Webhook(const Webhook&) = delete;
   Webhook& operator=(const Webhook&) = delete;
@@ -26,7 +26,7 @@ class Webhook {
 
   const WebhookSettings settings_;
   Outbox outbox_;
-  std::jthread thread_;  // last: it uses all the others
+  std::jthread thread_;  // last: it uses all other members
 };
 
 }  // namespace weft::daemon::notify
