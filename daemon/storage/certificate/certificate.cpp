@@ -13,7 +13,7 @@
 
 namespace weft::daemon {
 
-// Members as their names.
+// JSON keys are the members' names.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DeviceInfo, name, driver, identity_json)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(EndedEarly, label, exploration, trials)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CertifiedGap, stream, before_sequence, lost)
@@ -32,7 +32,7 @@ using nlohmann::json;
 
 constexpr const char* own_digest = "certificate_sha256";
 constexpr int certificate_version = 2;
-constexpr int oldest_version = 1;  ///< with checksums of blocks, which are passed over
+constexpr int oldest_version = 1;  ///< has checksums of blocks, which are ignored
 
 void describe(const DatasetInfo& info, Certificate& out) {
   out.bench_kind = to_string(info.kind);
@@ -45,7 +45,7 @@ void describe(const DatasetInfo& info, Certificate& out) {
   out.ended_early = info.ended_early;
 }
 
-/// Over the complete trials; nothing where none was measured.
+/// Over the complete trials; nothing if none was measured.
 std::optional<CertifiedRest> worst_rest(const Dataset& all) {
   CertifiedRest out;
   double furthest_n = -1;
@@ -68,7 +68,7 @@ std::optional<CertifiedRest> worst_rest(const Dataset& all) {
   return out.trials > 0 ? std::optional(out) : std::nullopt;
 }
 
-/// What the campaign's journal says last of an accuracy or a speed that was asked for.
+/// The newest journal entry about a requested accuracy or speed.
 Result<std::optional<CertifiedSimulation>> simulation_on_record(
     const std::filesystem::path& campaign) {
   const auto journal = load_journal(campaign);
@@ -90,7 +90,7 @@ Result<std::optional<CertifiedSimulation>> simulation_on_record(
   return out;
 }
 
-/// Moves out what is for training, as the data set has it.
+/// Moves out the complete trials, which form the data set.
 Dataset take_complete(Dataset& all) {
   Dataset out;
   out.info = std::move(all.info);
@@ -102,7 +102,7 @@ Dataset take_complete(Dataset& all) {
   return out;
 }
 
-/// Names, outcomes and what the file says of them; digests of their content are left to do.
+/// Names, outcomes and catalogue entries; the digests of the content are added later.
 Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Certificate& out) {
   auto database = sqlite::Database::open(campaign, sqlite::Mode::read_only);
   if (!database) return pass(database.error());
@@ -125,12 +125,12 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
   return {};
 }
 
-/// A campaign as it was read, once for both its data set and its certificate.
+/// A campaign that was read once, for both its data set and its certificate.
 struct Contents {
   Certificate certificate;  ///< without `files` and `dataset_sha256`
   bool is_discarded = false;
   Dataset complete;
-  DatasetDigest digest;  ///< of `complete`
+  DatasetDigest digest;  ///< digest of `complete`
 };
 
 Result<Contents> read_contents(const std::filesystem::path& campaign) {
@@ -157,8 +157,7 @@ Result<Contents> read_contents(const std::filesystem::path& campaign) {
   return out;
 }
 
-/// A campaign that cannot be certified is exported all the same where its complete trials can be
-/// read.
+/// A campaign that cannot be certified is still exported if its complete trials can be read.
 Result<std::string> export_uncertified(const std::filesystem::path& campaign,
                                        const std::filesystem::path& dataset, const Error& why) {
   const auto complete = load_campaign(campaign);
@@ -194,7 +193,7 @@ Result<Certificate> certificate_from_json(const std::string& text) {
     return fail({.code = Errc::parse, .what = "not a certificate of Weft"});
   const std::string recorded = object[own_digest];
   object.erase(own_digest);
-  // Text that is no UTF-8 cannot be dumped, nor does it parse.
+  // Text that is not UTF-8 does not parse, so dump() cannot fail.
   if (const std::string found = sha256_hex(object.dump()); found != recorded)
     return fail({.code = Errc::corrupt,
                  .what = "the certificate itself was altered: its digest disagrees",
@@ -208,7 +207,7 @@ Result<Certificate> certificate_from_json(const std::string& text) {
                    .what = "a certificate of another layout",
                    .expected = std::to_string(certificate_version)});
     Certificate out = object;
-    out.ended_early = object.value("ended_early", out.ended_early);  // as a rule there are none
+    out.ended_early = object.value("ended_early", out.ended_early);  // usually absent
     if (object.contains("rest")) out.rest = object.at("rest").get<CertifiedRest>();
     if (object.contains("simulation"))
       out.simulation = object.at("simulation").get<CertifiedSimulation>();
@@ -225,7 +224,8 @@ Result<FileChecksums> file_checksums(const std::filesystem::path& file,
   if (!std::filesystem::is_regular_file(file, ignored))
     return fail({.code = Errc::not_found, .where = file.string(), .what = "no such file"});
   FileChecksums checksums{file.filename().string(), 0, {}};
-  const auto in = sqlite::RawFile::open(file);  // this process may be writing it
+  const auto in = sqlite::RawFile::open(file);  // not std::ifstream: this process may have the file
+                                                // open for writing
   if (!in) return pass(in.error());
   Bytes block(block_bytes);
   Sha256 hash;
@@ -265,7 +265,9 @@ Result<std::string> export_certified(const std::filesystem::path& campaign,
   auto checksums = std::async(std::launch::async, [&] { return file_checksums(campaign); });
   auto contents = read_contents(campaign);
   if (!contents) return export_uncertified(campaign, dataset, contents.error());
-  if (contents->is_discarded) return export_uncertified(campaign, dataset, {});  // refused there
+  if (contents->is_discarded)
+    return export_uncertified(campaign, dataset, {});  // export_uncertified()
+                                                       // refuses it
   auto written = write_hdf5(contents->complete, contents->digest, dataset);
   if (!written) return pass(written.error());
   Certificate& certificate = contents->certificate;

@@ -1,6 +1,6 @@
 #pragma once
-// The certificate of a campaign and its data set: what was recorded with what, and digests that
-// find a flipped bit anywhere in the two files. Layout in docs/dataset.md, "Certificate".
+// The certificate of a campaign and its data set: what was recorded with which devices, and digests
+// that detect a flipped bit anywhere in the two files. Layout: docs/dataset.md, "Certificate".
 
 #include <cstdint>
 #include <filesystem>
@@ -17,13 +17,14 @@ namespace weft::daemon {
 
 inline constexpr const char* certificate_file_name = "certificate.json";
 inline constexpr const char* dataset_file_name = "dataset.h5";
-/// Of a certificate, and of a hand-over's evaluation: of 150 000 takes, which a rig is a year at.
+/// Largest certificate or handover evaluation that is read [bytes]. Enough for 150 000 attempts,
+/// about a year on one rig.
 inline constexpr std::uintmax_t most_list_bytes = std::uintmax_t{1} << 26;
 
 /// Samples of a stream that never arrived.
 struct CertifiedGap {
   std::string stream;
-  std::uint32_t before_sequence = 0;  ///< of the first sample after the gap
+  std::uint32_t before_sequence = 0;  ///< sequence number of the first sample after the gap
   std::uint32_t lost = 0;
   bool operator==(const CertifiedGap&) const = default;
 };
@@ -32,8 +33,9 @@ struct CertifiedGap {
 struct CertifiedTrial {
   std::string name;  ///< as in the data set: "0007-denim-M1-r03-a1"
   std::string outcome;
-  std::string sha256;            ///< of its content (docs/dataset.md, "Digest")
-  std::string catalogue_sha256;  ///< of its row and of its chunks' rows, without their samples
+  std::string sha256;            ///< digest of the content (docs/dataset.md, "Digest")
+  std::string catalogue_sha256;  ///< digest of the trial's row and its chunks' rows, without
+                                 ///< samples
   std::vector<CertifiedGap> gaps;
   bool operator==(const CertifiedTrial&) const = default;
 };
@@ -56,12 +58,12 @@ struct FileChecksums {
 Result<FileChecksums> file_checksums(const std::filesystem::path& file,
                                      const StopRequested& stop_requested = {});
 
-/// How far the probe's rest was from its weight, over the complete trials.
+/// Largest deviation of the resting force from the probe's weight, over the complete trials [N].
 struct CertifiedRest {
   double weight_n = 0;
-  std::uint64_t trials = 0;                      ///< whose rest was measured, in S and in E
-  double worst_before_n = 0, worst_after_n = 0;  ///< the force furthest from the weight, in S and E
-  std::string worst_trial;                       ///< the one with the furthest of all
+  std::uint64_t trials = 0;                      ///< trials with a measured rest, in S and in E
+  double worst_before_n = 0, worst_after_n = 0;  ///< force furthest from the weight, in S and in E
+  std::string worst_trial;                       ///< name of the trial with the largest deviation
   bool operator==(const CertifiedRest&) const = default;
 };
 
@@ -71,46 +73,46 @@ struct Certificate {
   std::vector<DeviceInfo> devices;        ///< serial, firmware, scale factors
   std::uint64_t trials_planned = 0;
   std::optional<CertifiedRest> rest;              ///< none: not measured
-  std::optional<CertifiedSimulation> simulation;  ///< none: no accuracy or speed was asked for
+  std::optional<CertifiedSimulation> simulation;  ///< none: neither accuracy nor speed was
+                                                  ///< requested
   std::vector<EndedEarly> ended_early;            ///< left out of the data set, see DatasetInfo
-  std::string dataset_sha256;  ///< of the complete trials; empty when there are none
+  std::string dataset_sha256;  ///< digest of the complete trials; empty if there are none
   std::vector<CertifiedTrial> trials;
   std::vector<CertifiedTable> tables;
-  std::vector<FileChecksums> files;  ///< the campaign file, and the data set where there is one
+  std::vector<FileChecksums> files;  ///< the campaign file, and the data set if there is one
   bool operator==(const Certificate&) const = default;
 };
 
 std::string to_json(const Certificate& certificate);
-/// Errors: parse; corrupt, when its own digest disagrees.
+/// Errors: parse; corrupt if the certificate's own digest disagrees.
 Result<Certificate> certificate_from_json(const std::string& text);
 
-/// Digests of the rows of a campaign file that no CRC covers: its tables without a trial of their
-/// own.
+/// Digests of the rows that no CRC covers: the tables that hold no trial data.
 Result<std::vector<CertifiedTable>> table_digests(sqlite::Database& campaign);
 
 /// One attempt as the file has it, without its samples.
 struct CataloguedTrial {
-  std::int64_t id = 0;  ///< of its row
-  std::string sha256;   ///< of its row and of its chunks' rows
+  std::int64_t id = 0;  ///< id of its row
+  std::string sha256;   ///< digest of its row and its chunks' rows
   std::vector<CertifiedGap> gaps;
 };
 /// In plan order, as load_campaign() gives them.
 Result<std::vector<CataloguedTrial>> catalogued_trials(sqlite::Database& campaign);
 
-/// Of a finished campaign. `dataset`: its HDF5 file, or empty.
-/// Errors: load_campaign()'s, io.
+/// The campaign must be finished. `dataset`: its HDF5 file, or empty. Errors: load_campaign()'s,
+/// io.
 Result<Certificate> certify(const std::filesystem::path& campaign,
                             const std::filesystem::path& dataset);
-/// certify(), written beside the campaign file.
+/// Writes certify()'s result beside the campaign file.
 Status write_certificate(const std::filesystem::path& campaign,
                          const std::filesystem::path& dataset);
-/// The data set of a finished campaign, and write_certificate() of both. The campaign is read once
-/// and each trial hashed once, while another thread hashes the campaign's file. Returns the data
-/// set's digest. Errors: load_campaign()'s, write_hdf5()'s; of a campaign that cannot be certified
-/// the data set is written before the error is returned.
+/// Writes the data set of a finished campaign, and a certificate of both files. The campaign is
+/// read once and each trial is hashed once; another thread hashes the campaign file. Returns the
+/// data set's digest. Errors: load_campaign()'s, write_hdf5()'s. If the campaign cannot be
+/// certified, the data set is still written before the error is returned.
 Result<std::string> export_certified(const std::filesystem::path& campaign,
                                      const std::filesystem::path& dataset);
-/// Nothing when there is none in the folder.
+/// Nothing if the folder has no certificate.
 Result<std::optional<Certificate>> read_certificate(const std::filesystem::path& folder);
 
 }  // namespace weft::daemon

@@ -26,7 +26,7 @@ using nlohmann::json;
 constexpr const char* list_format = "weft-exports";
 constexpr std::array<std::string_view, 3> words{"hdf5", "samples-csv", "features-csv"};
 
-/// Which exploration's features are meant. Errors: invalid_argument, not_found.
+/// The exploration to compute features of. Errors: invalid_argument, not_found.
 Result<std::string> find_exploration(const Dataset& dataset, const std::string& wanted) {
   const std::vector<std::string> known = list_explorations(dataset);
   if (wanted.empty() && known.size() == 1) return known.front();
@@ -43,7 +43,7 @@ Result<std::string> find_exploration(const Dataset& dataset, const std::string& 
                .got = wanted.substr(0, 100)});
 }
 
-/// Writes to `file`, and says of how many trials.
+/// Returns the number of trials written.
 Result<std::size_t> write_feature_table(const Dataset& dataset, const std::string& exploration,
                                         const fs::path& file) {
   std::vector<classifier::Trial> trials;
@@ -82,7 +82,8 @@ Status write_export_list(const fs::path& folder, const std::vector<ExportedFile>
   return write_text_file(folder / export_folder_name / export_list_name, list.dump(1) + "\n");
 }
 
-/// What export_campaign() makes, written to `file` by `format`; what is known of it by then.
+/// These write the content of export_campaign() to `file`. They fill in the members known at that
+/// point.
 Result<ExportedFile> write_as_hdf5(const Dataset& dataset, const fs::path& file,
                                    const StopRequested& stop_requested) {
   auto digest = write_hdf5(dataset, file, stop_requested);
@@ -115,8 +116,8 @@ Status make_export_folder(const fs::path& folder) {
                .got = error.message()});
 }
 
-/// Takes the place of an older export of that name. Whenever this is cut short the list has no
-/// digest of another file: between the two it does not name the export.
+/// Replaces an older export of the same name. If this is interrupted, the list never holds the
+/// digest of another file: between the two steps it does not name the export.
 Status publish_listed(const fs::path& folder, const ExportedFile& made, AtomicFile& file) {
   auto known = listed_exports(folder);
   if (!known) return pass(known.error());
@@ -135,7 +136,7 @@ tl::unexpected<Error> no_complete_trial(const fs::path& campaign) {
                .what = "no complete trial in the campaign"});
 }
 
-/// The file that was written in the place of an older one, and the list.
+/// Puts the finished file in place and updates the list.
 Result<ExportedFile> publish_made(const fs::path& folder, const CampaignProgress& progress,
                                   ExportedFile made, AtomicFile& file,
                                   const StopRequested& stop_requested) {
@@ -149,8 +150,8 @@ Result<ExportedFile> publish_made(const fs::path& folder, const CampaignProgress
   return made;
 }
 
-/// A row is about 80 bytes of text: of sound its sample has 2 on record, of acceleration 6, of the
-/// others 16 and more.
+/// Bytes of text per recorded byte. A row is about 80 bytes of text. A sample has 2 recorded bytes
+/// for sound, 6 for acceleration, and 16 or more for other streams.
 std::uintmax_t text_per_byte(Stream stream) {
   return stream == Stream::sound ? 40 : stream == Stream::acceleration ? 14 : 5;
 }
@@ -213,7 +214,7 @@ std::string name_of(const ExportedFile& file) {
   return std::string(export_folder_name) + "/" + file.name;
 }
 
-// Trials are only ever added to a campaign: as many are the same ones.
+// A campaign only ever gains trials, so an equal count means equal trials.
 ExportState state_of(const ExportedFile& file, const fs::path& folder,
                      const CampaignProgress& now) {
   std::error_code unseen;
@@ -230,7 +231,7 @@ std::vector<CheckedExport> compared(const fs::path& folder, const std::vector<Ex
   return out;
 }
 
-/// Nothing where it is as listed.
+/// Empty if the file is as listed.
 std::string difference(const ExportedFile& listed, const fs::path& file,
                        const StopRequested& stop_requested) {
   const auto now = file_checksums(file, stop_requested);
@@ -310,7 +311,9 @@ void check_exports(const fs::path& folder, const StopRequested& stop_requested,
                       to_string(files.error()));
   if (files->empty()) return;
   const auto now = load_progress(folder / campaign_file_name);
-  if (now) report.exports = compared(folder, *files, *now);  // else its file's findings say why
+  if (now)
+    report.exports = compared(folder, *files, *now);  // otherwise the findings of the
+                                                      // campaign file give the reason
   for (std::size_t i = 0; i < files->size(); ++i) {
     const std::string name = name_of((*files)[i]);
     std::error_code unseen;

@@ -1,6 +1,6 @@
 #pragma once
-// Files that are made of a campaign when somebody asks for them, beside what its run left:
-// export/dataset.h5, export/features-M1.csv, and export/list.json, which has their digests.
+// Exports of a campaign, made on request: export/dataset.h5, export/features-M1.csv and
+// export/list.json, which holds their digests.
 
 #include <cstdint>
 #include <filesystem>
@@ -16,17 +16,17 @@
 
 namespace weft::daemon {
 
-// Whether what was exported of a campaign is what its list says, and still of all that there is. A
-// run that is gone on with leaves its exports as they are: they are of the trials of then.
+// Checks exports against their list and against the current campaign. Resuming a run does not
+// update its exports; they become outdated.
 
 std::string_view to_string(ExportState state);
 
-/// How each export that is listed in `folder` stands to the campaign as it is now, without a look
-/// at its bytes; empty where nothing was exported. Errors: listed_exports()'s, load_progress()'s.
+/// Compares each listed export of `folder` with the campaign as it is now, without reading the
+/// export's bytes. Empty if nothing was exported. Errors: listed_exports()'s, load_progress()'s.
 Result<std::vector<CheckedExport>> exports_now(const std::filesystem::path& folder);
 
-/// Adds the exports to `report`, their bytes looked at: an altered one is a finding. One that is
-/// missing or outdated is none, for nothing that was recorded is.
+/// Adds the exports to `report` and reads their bytes: an altered export is a finding. A missing or
+/// outdated export is not a finding, because no recorded data is affected.
 void check_exports(const std::filesystem::path& folder, const StopRequested& stop_requested,
                    VerifyReport& report);
 
@@ -36,7 +36,7 @@ inline constexpr const char* export_list_name = "list.json";
 enum class ExportFormat : std::uint8_t {
   hdf5,         ///< the complete trials, as `weft dataset export` writes them
   samples_csv,  ///< samples of one stream, see write_samples_csv()
-  features_csv  ///< their features, as `weft fabric features` writes them
+  features_csv  ///< features of the trials, as `weft fabric features` writes them
 };
 std::string_view to_string(ExportFormat format);
 std::optional<ExportFormat> export_format_from(std::string_view word);
@@ -44,30 +44,29 @@ std::optional<ExportFormat> export_format_from(std::string_view word);
 struct ExportedFile {
   std::string name;  ///< in export/: "dataset.h5"
   std::uint64_t bytes = 0;
-  std::string sha256;          ///< of the file
-  std::string dataset_sha256;  ///< of the trials that it was made of
+  std::string sha256;          ///< digest of the file
+  std::string dataset_sha256;  ///< digest of the trials in it
   std::string bench;           ///< "simulated", "real" or "unknown"
-  std::uint64_t trials = 0;    ///< that are in it
-  std::uint64_t planned = 0;   ///< of the campaign
-  std::uint64_t done = 0;      ///< that the campaign had by then, as CampaignProgress has it
+  std::uint64_t trials = 0;    ///< trials in the file
+  std::uint64_t planned = 0;   ///< trials of the campaign
+  std::uint64_t done = 0;      ///< trials done when the file was made, as in CampaignProgress
 };
 
 struct ExportRequest {
   ExportFormat format = ExportFormat::hdf5;
-  std::string exploration;        ///< of features: needed where the campaign has several
-  Stream stream = Stream::taxel;  ///< of samples
+  std::string exploration;        ///< for features; required if the campaign has several
+  Stream stream = Stream::taxel;  ///< for samples
   StopRequested stop_requested = {};
 };
 
-/// Of the campaign file in `folder`, which nobody writes to; takes the place of an older export of
-/// that name. Errors: load_campaign()'s, also for a discarded campaign; not_found, without a
-/// complete trial, such an exploration or stream; invalid_argument, for features of several
-/// explorations; io, also where the disk has no room.
+/// Exports the campaign file in `folder`, which no process may be writing. Replaces an older export
+/// of the same name. Errors: load_campaign()'s, also for a discarded campaign; not_found without a
+/// complete trial or without that exploration or stream; invalid_argument for features of several
+/// explorations; io; no_space.
 Result<ExportedFile> export_campaign(const std::filesystem::path& folder,
                                      const ExportRequest& request);
 
-/// What the list names, without a look at the files; empty where nothing was exported.
-/// Errors: parse.
+/// Entries of the list; the files are not read. Empty if nothing was exported. Errors: parse.
 Result<std::vector<ExportedFile>> listed_exports(const std::filesystem::path& folder);
 
 }  // namespace weft::daemon

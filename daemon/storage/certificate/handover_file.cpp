@@ -23,7 +23,7 @@ constexpr const char* format_name = "weft-hand-over";
 constexpr int handover_version = 1;
 constexpr std::uintmax_t most_text_bytes = std::uintmax_t{1} << 28;
 
-/// Keys sorted, without white space: what any other program can make as well.
+/// Keys sorted, without white space, so that other programs can reproduce the digest.
 std::string digest_of_evaluation(const json& evaluation) {
   return sha256_hex(evaluation.dump(-1, ' ', false, json::error_handler_t::replace));
 }
@@ -163,7 +163,7 @@ Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evalu
   const fs::path target = folder / handover_folder_name;
   const fs::path part = folder / (std::string(handover_folder_name) + ".partial");
   std::error_code error;
-  fs::remove_all(part, error);  // of a process that was killed under it
+  fs::remove_all(part, error);  // left by a process that was killed while writing
   if (!error) fs::create_directory(part, error);
   if (error)
     return fail({.code = Errc::io,

@@ -9,7 +9,7 @@ using nlohmann::json;
 
 namespace {
 
-/// JSON knows no infinity: it is written as null.
+/// JSON has no infinity; it is written as null.
 double force_at(const json& object, const char* key) {
   const json& found = object.at(key);
   return found.is_null() ? HUGE_VAL : found.get<double>();

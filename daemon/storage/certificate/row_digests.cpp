@@ -10,8 +10,8 @@
 namespace weft::daemon {
 namespace {
 
-/// Every value with its length in front, NULL apart from the empty text. Numbers as SQLite prints
-/// them: 17 digits, so that two are the same text exactly when they are the same number.
+/// Each value is preceded by its length; NULL differs from the empty text. Numbers are hashed as
+/// SQLite prints them. With 17 digits, two texts are equal exactly if the numbers are.
 void add_row(Sha256& hash, const sqlite::Statement& row, int columns) {
   for (int i = 0; i < columns; ++i) {
     const std::string text = row.text(i);
@@ -24,10 +24,10 @@ struct TableQuery {
   const char* name;
   int columns;
   const char* sql;
-  bool is_optional = false;  ///< only in campaigns with vibrations, or of a sweep
+  bool is_optional = false;  ///< present only with vibrations, or in a sweep
 };
 
-// Reals as their 17 digits: SQLite's own text of them has 15.
+// Reals are printed with 17 digits, because SQLite's own text has 15.
 constexpr std::array table_queries{
     TableQuery{"campaign", 17,
                "SELECT id, bench_kind, name, source, recipe_json, recipe_sha256, rig_json, "

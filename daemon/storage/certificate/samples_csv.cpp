@@ -19,7 +19,7 @@ constexpr unsigned second_digits = 9, force_digits = 6, position_digits = 9, ang
                    vibration_digits = 6;
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 
-/// `number` x 10^-`digits`, exactly: "-0.004000".
+/// `number` x 10^-`digits`, exact: "-0.004000".
 void append_decimal(std::string& text, std::int64_t number, unsigned digits) {
   std::string all = std::to_string(number < 0 ? -number : number);
   if (all.size() <= digits) all.insert(0, digits + 1 - all.size(), '0');
@@ -34,8 +34,8 @@ void append_shortest(std::string& text, double value) {
   text.append(digits.data(), end);
 }
 
-/// The phase of the newest frame at a time, "-" where that is more than two periods old: between
-/// phases no frame is recorded.
+/// Phase of the newest frame at a given time, or "-" if that frame is more than two periods old: no
+/// frames are recorded between phases.
 class PhaseAt {
  public:
   PhaseAt(const classifier::Trial& trial, const TrialRecord& record, const DatasetInfo& info)
@@ -43,7 +43,7 @@ class PhaseAt {
     const double rate_hz = trial.taxels > 0 ? info.taxel_rate_hz : info.wrench_rate_hz;
     if (rate_hz > 0) oldest_ns_ = std::llround(2e9 / rate_hz);
   }
-  /// Times must not run backwards from call to call.
+  /// Times must not decrease from call to call.
   char operator()(std::int64_t t_ns) {
     while (next_ < times_->size() && (*times_)[next_] <= t_ns) ++next_;
     if (next_ == 0 || t_ns - (*times_)[next_ - 1] > oldest_ns_) return '-';
@@ -62,7 +62,7 @@ struct TrialRows {
   const DatasetInfo& info;
   const classifier::Trial& trial;
   const TrialRecord& record;
-  std::string begin;  ///< of each row, up to the phase
+  std::string begin;  ///< start of each row, up to the phase
   PhaseAt phase_at;
   std::string text = {};
 
@@ -102,7 +102,7 @@ struct TrialRows {
       text += '\n';
     }
   }
-  /// A block arrives after its last reading.
+  /// A block arrives after its last reading, so earlier readings are dated back.
   void blocks(const BlockStream& stream, const BlockFormat& format, std::size_t axes) {
     for (std::size_t i = 0; i < stream.blocks() * format.readings; ++i) {
       const std::size_t block = i / format.readings, k = i % format.readings;
@@ -130,7 +130,7 @@ void append_rows(TrialRows& rows, Stream stream) {
   }
 }
 
-/// Names and units of the values; empty: the campaign has no such stream.
+/// Names and units of the values; empty if the campaign has no such stream.
 std::string value_columns(const DatasetInfo& info, std::size_t taxels, Stream stream) {
   std::string out;
   switch (stream) {

@@ -1,5 +1,5 @@
 #pragma once
-// The samples of one stream as a table, for programs that read no HDF5.
+// The samples of one stream as a CSV table, for programs that do not read HDF5.
 
 #include <filesystem>
 #include <iosfwd>
@@ -20,15 +20,15 @@ std::optional<Stream> sample_stream_from(std::string_view name);
 
 struct WrittenSamples {
   std::string bench;           ///< "simulated", "real" or "unknown"
-  std::string dataset_sha256;  ///< of the complete trials, all streams
+  std::string dataset_sha256;  ///< digest of the complete trials, all streams
   std::size_t trials = 0;
 };
 
-/// A heading and a row for each sample of the complete trials of a campaign file, in the order of
-/// the plan: bench, trial, label, exploration, repetition, phase, t_s, then the values with their
-/// units. Columns: docs/dataset.md, "Samples as a table". One trial is in memory at a time.
-/// Errors: load_campaign()'s; not_found, without a complete trial or such a stream; io;
-/// wrong_state, when it was stopped.
+/// Writes a heading and one row for each sample of the complete trials of a campaign file, in plan
+/// order: bench, trial, label, exploration, repetition, phase, t_s, then the values with their
+/// units. Columns: docs/dataset.md, "Samples as a table". One trial is in memory at a time. Errors:
+/// load_campaign()'s; not_found without a complete trial or such a stream; io; wrong_state if
+/// stopped.
 Result<WrittenSamples> write_samples_csv(const std::filesystem::path& campaign, Stream stream,
                                          std::ostream& out, const StopRequested& stop_requested);
 

@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds for_a_moment{2'000};
 
-/// Recipe and rig of a campaign file or a data set against their SHA-256. `where`: for a finding.
+/// Checks recipe and rig of a campaign file or data set against their SHA-256. `where`: place of a
+/// finding.
 void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report) {
   const auto same = [&](const char* what, const std::string& text, const std::string& recorded) {
     if (!text.empty() && sha256_hex(text) != recorded)
@@ -34,16 +35,16 @@ void check_documents(const DatasetInfo& info, const std::string& where, VerifyRe
   same("the rig", info.rig_json, info.rig_sha256);
 }
 
-/// Structure, every chunk's CRC-32, every trial's SHA-256, every table's rows. Adds to `report`.
-/// `certificate`: nothing where there is none, or none of this state of the file. Ends early, with
-/// a finding that says so, when it is to stop.
+/// Checks structure, every chunk's CRC-32, every trial's SHA-256 and every table's rows; adds to
+/// `report`. `certificate`: null if there is none, or none for this state of the file. When
+/// stopped, ends early with a finding that reports it.
 class CampaignCheck {
  public:
   CampaignCheck(const std::filesystem::path& file, const Certificate* certificate,
                 const StopRequested& stop_requested, VerifyReport& report)
       : file_(file), certificate_(certificate), stop_requested_(stop_requested), report_(report) {}
 
-  /// Errors: busy, where another program has locked the file: that is no finding.
+  /// Errors: busy if another program has locked the file, which is not a finding.
   Status run() {
     log();
     auto opened = sqlite::Database::open(file_, sqlite::Mode::read_only);
@@ -80,13 +81,13 @@ class CampaignCheck {
     found(where, to_string(error), std::move(hint));
   }
 
-  /// Before SQLite opens the file: it says nothing of what it leaves out.
+  /// Runs before SQLite opens the file, because SQLite omits damaged frames without an error.
   void log() {
     if (const Status whole = check_wal(file_); !whole)
       report_.add(whole.error().where, whole.error().what, whole.error().hint);
   }
 
-  /// SQLite's own look at pages, rows and indices.
+  /// SQLite's own check of pages, rows and indices.
   void structure() {
     const Status done =
         database_.each("PRAGMA integrity_check(10)", [&](const sqlite::Statement& row) {
@@ -142,13 +143,13 @@ class CampaignCheck {
         found("table " + certificate_->tables[i].name, "a row is not as it was certified");
   }
 
-  /// `readable`: no chunk was found damaged, so that a digest says something more.
+  /// `readable`: no damaged chunk was found, so a failed digest is additional information.
   void trials(bool readable) {
     const auto catalogue = catalogued_trials(database_);
     if (!catalogue) return found("table trial", catalogue.error());
     if (certificate_ != nullptr) compare_catalogue(*catalogue);
     auto all = load_campaign(file_, {.all_outcomes = true, .stop_requested = stop_requested_});
-    if (!all && !readable) return;  // told already
+    if (!all && !readable) return;  // reported already
     if (!all) return found("content", all.error());
     check_documents(all->info, file_.filename().string() + ": table campaign", report_);
     report_.attempts = all->trials.size();
@@ -212,15 +213,15 @@ void compare_bytes(const FileChecksums& then, const fs::path& file,
     report.add(name, "altered: its SHA-256 disagrees");
 }
 
-/// What this build cannot read, as a filter that it lacks, is no damage; nor is a file that another
-/// program has locked.
+/// Content that this build cannot read, such as a missing filter, is not damage; nor is a file that
+/// another program has locked.
 Status found_if_damage(const Error& error, const fs::path& file, VerifyReport& report) {
   if (error.code == Errc::unsupported || error.code == Errc::busy) return pass(error);
   report.add(file.filename().string(), to_string(error));
   return {};
 }
 
-/// Sound and vibration: a data set of another layout, with a digest of its own.
+/// Sound and vibration: a data set with another layout and its own digest.
 Status check_recordings(const fs::path& file, VerifyReport& report) {
   const auto set = read_recordings(file);
   if (!set) return found_if_damage(set.error(), file, report);
@@ -246,7 +247,7 @@ Status check_dataset(const fs::path& file, const Certificate* certificate, Verif
   return {};
 }
 
-/// What of `path` there is to look at.
+/// Finds the files below `path` that can be checked.
 Result<VerifyReport> inspect(const fs::path& path) {
   VerifyReport report;
   std::error_code ignored;
@@ -263,13 +264,13 @@ Result<VerifyReport> inspect(const fs::path& path) {
   if (!there(path) && !has_log(path))
     return fail(
         {.code = Errc::not_found, .where = path.string(), .what = "no such file or folder"});
-  // A campaign file whose first bytes are gone is still one by its name.
+  // A campaign file with lost first bytes is still recognised by its name.
   const bool campaign = is_campaign_file(path) || path.filename() == campaign_file_name;
   (campaign ? report.campaign : report.dataset) = path;
   return report;
 }
 
-/// What a certificate lists is there, and what is there is listed.
+/// Everything in the certificate exists, and every existing file is in the certificate.
 bool is_as_listed(const Certificate& certificate, const fs::path& folder, VerifyReport& report) {
   const std::size_t before = report.found_problems.size();
   for (const FileChecksums& file : certificate.files)
@@ -285,11 +286,11 @@ Status check_file(const fs::path& file, const Certificate* certificate,
   const FileChecksums* then = certificate == nullptr ? nullptr : certified_file(*certificate, file);
   const bool is_campaign = file == report.campaign;
   if (then != nullptr) compare_bytes(*then, file, stop_requested, report);
-  // A certificate is of a finished file.
+  // A certificate is made of a finished file, so its log must be empty.
   if (is_campaign && then != nullptr && has_log(file))
     report.add(file.filename().string(),
                "was written to after it had been certified: its log is not empty");
-  // One that was killed before it had written anything holds nothing that could be wrong.
+  // A process killed before its first write leaves a file in which nothing can be wrong.
   report.blank |= is_campaign && is_blank_campaign(file);
   if (report.blank && certificate == nullptr && report.dataset.empty()) return {};
   if (!is_campaign) return check_dataset(file, then == nullptr ? nullptr : certificate, report);

@@ -1,5 +1,5 @@
 #pragma once
-// Whether a campaign and its data set are what was recorded: digests, gaps, provenance.
+// Checks that a campaign and its data set are unchanged: digests, gaps, provenance.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,43 +13,46 @@
 
 namespace weft::daemon {
 
-/// Something that is not as it was.
+/// One difference from the recorded state.
 struct VerifyProblem {
-  std::string where;  ///< file, then trial, stream and chunk, or table, or bytes
+  std::string where;  ///< file, then trial, stream and chunk, or table, or byte
   std::string what;
-  std::string hint = {};  ///< what there is to do, where there is something
+  std::string hint = {};  ///< what to do, if anything
 };
 
-/// How a file of export/ stands to the campaign as it is now.
+/// State of a file in export/, compared with the current campaign.
 enum class ExportState : std::uint8_t {
   current,
-  outdated,   ///< the run was gone on with since: there are more trials
-  discarded,  ///< the campaign was, and no data set is to be made of it
+  outdated,   ///< the run was resumed since: there are more trials
+  discarded,  ///< the campaign was discarded; no data set is made of it
   missing,    ///< removed
-  altered     ///< its bytes are not as listed: a finding as well
+  altered     ///< its bytes differ from the list; also a finding
 };
 
-/// A file that data.export made.
+/// A file made by data.export.
 struct CheckedExport {
   std::string name;                      ///< "export/dataset.h5"
-  std::uint64_t trials = 0;              ///< that are in it
-  std::uint64_t done = 0, done_now = 0;  ///< trials that the campaign had when it was made; has now
+  std::uint64_t trials = 0;              ///< trials in the file
+  std::uint64_t done = 0, done_now = 0;  ///< trials done in the campaign when the file was made,
+                                         ///< and now
   ExportState state = ExportState::current;
 };
 
 struct VerifyReport {
-  std::filesystem::path campaign, dataset;  ///< what was looked at; empty: not there
-  /// Compared with a certificate, not only with the files' own digests; of a folder: each of its
-  /// two files, and all that the certificate lists.
+  std::filesystem::path campaign, dataset;  ///< the files checked; empty if missing
+  /// True if compared with a certificate, not only with the files' own digests. For a folder: both
+  /// files and everything that the certificate lists.
   bool certified = false;
-  bool finished = false;  ///< the campaign came to its end
-  bool blank = false;     ///< the campaign file was made, and nothing was written into it
+  bool finished = false;  ///< the campaign reached its end
+  bool blank = false;     ///< the campaign file was created, but nothing was written into it
   std::size_t planned = 0, complete = 0, attempts = 0;  ///< trials of the campaign file
-  std::string of = "trials";                            ///< what a data set alone holds
-  std::uint64_t lost_samples = 0;                       ///< in gaps that are on record
+  std::string of = "trials";                            ///< unit of these counts: "trials", or
+                                                        ///< "recordings" for a data set of
+                                                        ///< recordings
+  std::uint64_t lost_samples = 0;                       ///< in recorded gaps
   std::string dataset_sha256;
   std::string software_version;
-  std::vector<CheckedExport> exports;  ///< of a folder
+  std::vector<CheckedExport> exports;  ///< only for a folder
   std::vector<VerifyProblem> found_problems;
   [[nodiscard]] bool holds() const { return found_problems.empty(); }
   void add(std::string where, std::string what, std::string hint = {}) {
@@ -57,14 +60,14 @@ struct VerifyReport {
   }
 };
 
-/// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, however bad.
-/// `stop_requested` is looked at every few megabytes. Errors: not_found; parse of a file that never
-/// was one of ours; unsupported, of a data set that this build cannot read (a filter that it lacks,
-/// a later layout); wrong_state when it was stopped.
+/// `path`: a campaign's folder, its campaign file or a data set. Damage is a finding, not an error.
+/// `stop_requested` is checked every few megabytes. Errors: not_found; parse for a file that is not
+/// Weft's; unsupported for a data set that this build cannot read (a missing filter, a later
+/// layout); busy if another program has locked the file; wrong_state if stopped.
 Result<VerifyReport> verify(const std::filesystem::path& path,
                             const StopRequested& stop_requested = {});
 
-// What verify() found, as programs are told.
+// Results of verify() as JSON.
 
 /// {holds, certified, finished, blank, trials_planned, trials_complete, attempts, lost_samples,
 /// dataset_sha256, software_version, exports: [exports_json()'s], findings: [{where, what, hint}]}.

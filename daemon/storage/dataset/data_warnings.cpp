@@ -14,12 +14,12 @@ namespace {
 using classifier::AtLimit;
 using classifier::SignalState;
 
-constexpr std::size_t most_named = 5;  // recordings of a sentence, sentences of a text
+constexpr std::size_t most_named = 5;  // recordings per sentence, and sentences per text
 constexpr const char* clock_advice =
     ": a clock or a counter? It says when a recording was made; leave the column out";
-constexpr double away_from_rest = 0.1;  // of the range
+constexpr double away_from_rest = 0.1;  // as a share of the range
 
-/// "1, 3 to 5 and 9": numbers that follow each other are joined.
+/// "1, 3 to 5 and 9": consecutive numbers are joined.
 std::string format_names(const std::vector<std::string>& names) {
   const auto number = [](const std::string& name) {
     const bool digits = name.find_first_not_of("0123456789") == std::string::npos;
@@ -51,8 +51,8 @@ std::string format_recordings(const std::vector<std::size_t>& which,
          ")";
 }
 
-/// Whether a limit is that of the sensor: the signal's farthest value in any recording, and not
-/// where it rests.
+/// True if a limit is the sensor's: the signal's most extreme value in all recordings, and not its
+/// resting value.
 bool is_saturated(const CheckedSignal& signal, std::size_t recording, AtLimit SignalState::*limit,
                   double farthest) {
   const SignalState& state = signal.states[recording];
@@ -75,7 +75,7 @@ bool saturates(const CheckedSignal& signal, std::size_t recording) {
          is_saturated(signal, recording, &SignalState::low, low);
 }
 
-/// A clock is one in every recording.
+/// A clock must rise or fall in every recording.
 template <bool SignalState::*direction>
 bool is_clock(const CheckedSignal& signal, std::size_t /*recording*/) {
   return std::ranges::all_of(signal.states, direction);
@@ -98,7 +98,7 @@ bool is_too_small(const CheckedSignal& signal, std::size_t recording) {
   return !state.constant && state.deviation < signal.least_deviation;
 }
 
-/// Faults of most recordings first.
+/// Faults with the most recordings first.
 struct MostFirst {
   bool operator()(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) const {
     return a.size() != b.size() ? a.size() > b.size() : a < b;
@@ -108,8 +108,8 @@ struct MostFirst {
 struct Fault {
   const char* code;
   HasFault has;
-  const char* verb;   ///< behind "taxel 7"
-  const char* verbs;  ///< behind "taxels 7, 8"
+  const char* verb;   ///< after "taxel 7"
+  const char* verbs;  ///< after "taxels 7, 8"
   const char* advice;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// What makes the figures of a data set doubtful and is no error: signals that are constant,
-// saturated, a clock, or too small beside their level; names that look alike.
+// Warnings about a data set that is valid but doubtful: signals that are constant, saturated, a
+// clock, or too small for their level; names that look alike.
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -18,24 +18,25 @@ namespace weft::daemon {
 
 void to_json(nlohmann::json& out, const Warning& warning);
 
-/// One signal of all recordings, in their order.
+/// One signal in all recordings, in their order.
 struct CheckedSignal {
   std::string name;  ///< "7", "timestamp_ms"
   std::vector<classifier::SignalState> states;
-  /// Of each recording, where it is known: what a limit must differ from, as a taxel that is not
-  /// touched stays at its lowest value.
+  /// Resting value in each recording, if known. A limit counts as saturation only away from it,
+  /// because an untouched taxel stays at its lowest value.
   std::vector<std::optional<double>> rest = {};
   double least_deviation = 0.0;  ///< below it features are at their floor
 };
 
-/// Of the codes constant, saturated, only_rises, only_falls, few_digits and small_unit. `signal`
-/// and `recording`: what one of them is called ("taxel", "trial"). Signals that are alike in the
-/// same recordings share a sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv, c.csv)".
+/// Warnings with the codes constant, saturated, only_rises, only_falls, few_digits and small_unit.
+/// `signal` and `recording`: the nouns of the text ("taxel", "trial"). Signals with the same fault
+/// in the same recordings share a sentence: "taxel 7 is constant in 3 of 40 trials (a.csv, b.csv,
+/// c.csv)".
 std::vector<Warning> describe_signals(std::span<const CheckedSignal> signals,
                                       std::span<const std::string> recordings,
                                       std::string_view signal, std::string_view recording);
 
-/// Of the labels, then of the groups, of all trials or recordings: find_similar_names().
+/// find_similar_names() for the labels, then for the groups, of all trials or recordings.
 template <class Recordings>
 std::vector<Warning> find_similar_labels(const Recordings& recordings) {
   std::set<std::string> labels, groups;
@@ -45,10 +46,12 @@ std::vector<Warning> find_similar_labels(const Recordings& recordings) {
   return out;
 }
 
-/// Of the names, and of the motion of all complete trials, of one exploration where it is given.
+/// Warnings about the names, and about the motion of all complete trials (of one exploration, if
+/// given).
 std::vector<Warning> find_data_warnings(const Dataset& dataset, std::string_view exploration = {});
 
-/// A line "WARNING: ..." each; of many of one code the first few, and how many more there are.
+/// One line "WARNING: ..." each; for many warnings of one code, the first few and the number of the
+/// others.
 std::string warnings_text(std::span<const Warning> warnings);
 
 }  // namespace weft::daemon

@@ -115,33 +115,33 @@ void add_list(Sha256& hash, const std::vector<Number>& values) {
   hash.number(static_cast<std::uint64_t>(values.size())).numbers(std::span<const Number>(values));
 }
 
-/// A trial that is no part of a sweep has the digest that it had before there were any.
+/// Hashes nothing for a trial without a sweep, so that its digest equals that of earlier versions.
 void add_factors(Sha256& hash, const std::vector<double>& factors) {
   if (factors.empty()) return;
   hash.text("weft factors 1\n");
   add_list(hash, factors);
 }
 
-/// Likewise a trial of a set without group columns.
+/// Hashes nothing for a trial without group columns, for the same reason.
 void add_group_values(Sha256& hash, const std::vector<std::string>& values) {
   if (values.empty()) return;
   hash.text("weft group columns 1\n").number(static_cast<std::uint32_t>(values.size()));
   for (const std::string& value : values) hash.sized_text(value);
 }
 
-/// Likewise a trial whose place is not known.
+/// Hashes nothing for a trial without a known place, for the same reason.
 void add_place(Sha256& hash, const TrialPlace& place) {
   if (place == TrialPlace{}) return;
   hash.text("weft place 1\n").number(place.piece).number(place.mounting).number(place.patch);
 }
 
-/// Likewise a trial whose rest was not measured.
+/// Hashes nothing for a trial without a measured rest, for the same reason.
 void add_rest(Sha256& hash, const std::optional<RestForces>& rest) {
   if (!rest) return;
   hash.text("weft rest 1\n").number(rest->weight_n).number(rest->before_n).number(rest->after_n);
 }
 
-/// A trial without the stream has the digest that it had before there were such streams.
+/// Hashes nothing for a trial without the stream, for the same reason.
 void add_blocks(Sha256& hash, std::string_view heading, const BlockStream& stream) {
   if (stream.blocks() == 0) return;
   hash.text(heading);
@@ -288,7 +288,7 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
 }
 
 DatasetDigest compute_digest(const Dataset& dataset) {
-  return *compute_digest(dataset, {});  // nothing else stops it
+  return *compute_digest(dataset, {});  // without a stop request there is no error
 }
 
 DatasetHasher::DatasetHasher(const DatasetInfo& info, std::uint64_t trials) {
@@ -339,7 +339,7 @@ std::optional<std::vector<std::uint16_t>> as_u16(std::span<const double> counts)
   for (const double count : counts) {
     if (!(count >= 0.0 && count <= 65535.0)) return std::nullopt;
     const auto rounded = static_cast<std::uint16_t>(count);
-    // By bits, because -0.0 equals 0 and would not come back.
+    // Compares bits, because -0.0 equals 0 and would not be restored.
     if (std::bit_cast<std::uint64_t>(static_cast<double>(rounded)) !=
         std::bit_cast<std::uint64_t>(count))
       return std::nullopt;
@@ -364,7 +364,8 @@ Copies copies_among(const std::vector<std::string>& names,
 Copies copies_in(const Dataset& dataset) {
   std::vector<std::string> names, contents;
   for (const classifier::Trial& trial : dataset.trials) {
-    if (trial.taxels == 0) continue;  // times of phases are alike in all trials
+    if (trial.taxels == 0)
+      continue;  // without taxels only the phases are compared, and these are alike in all trials
     names.push_back(trial.file);
     contents.push_back(content_of(trial));
   }

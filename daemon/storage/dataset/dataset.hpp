@@ -1,5 +1,6 @@
 #pragma once
-// A data set in memory: the classifier's trials and, beside each, what the classifier must not see.
+// A data set in memory: the classifier's trials and, for each of them, the data that the classifier
+// must not use.
 
 #include <cstdint>
 #include <optional>
@@ -15,9 +16,9 @@
 
 namespace weft::daemon {
 
-/// How a trial ended. Only `complete` trials are for training; a `rejected` one came to its end
-/// with a bad record and was taken again. What is left of a slide that a live vote ended early is
-/// another thing than a whole one, and is nowhere mixed with them.
+/// How a trial ended. Only `complete` trials are for training. A `rejected` one ended with a bad
+/// record and was repeated. The shortened slide of an `ended_early` trial (ended by a live vote)
+/// differs from a complete one and is never mixed with them.
 enum class TrialOutcome : std::uint8_t {
   complete,
   stopped,
@@ -27,57 +28,57 @@ enum class TrialOutcome : std::uint8_t {
   rejected,
   ended_early
 };
-/// As the recipe wants it: nothing of it is to be done again.
+/// True if the trial is as the recipe requires and need not be repeated.
 bool is_done(TrialOutcome outcome);
 std::string_view to_string(TrialOutcome outcome);
 std::optional<TrialOutcome> trial_outcome_from(std::string_view word);
 
-/// What of its cloth a trial touched, each counted from 1 within its label; 0: not known.
+/// The part of the fabric that a trial touched, each counted from 1 within its label; 0: not known.
 struct TrialPlace {
   std::uint32_t piece = 0;
-  std::uint32_t mounting = 0;  ///< how often the cloth had been put on the plate
-  std::uint32_t patch = 0;     ///< where on it
+  std::uint32_t mounting = 0;  ///< number of times the fabric had been mounted
+  std::uint32_t patch = 0;     ///< place on the piece
   bool operator==(const TrialPlace&) const = default;
 };
 
-/// What is known of a trial before its first sample.
+/// Properties of a trial known before its first sample.
 struct TrialSpec {
-  std::uint32_t index = 0;    ///< place in the plan, from 0
-  std::uint32_t attempt = 0;  ///< 0, and one more for each time the same trial was run again
+  std::uint32_t index = 0;    ///< index in the plan, from 0
+  std::uint32_t attempt = 0;  ///< 0 for the first execution, plus 1 for each repeated attempt
   std::string label;          ///< fabric
   std::string group;          ///< see classifier::Trial
   std::string exploration;    ///< "M1", "M2"; empty for imported sets
   std::uint32_t repetition = 0;
-  std::uint64_t patch_seed = 0;  ///< simulated bench: of the touch
+  std::uint64_t patch_seed = 0;  ///< simulated bench: seed of the touched patch
   TrialPlace place = {};
-  std::vector<double> factors = {};  ///< SI, in the order of DatasetInfo::factors; none: no sweep
+  std::vector<double> factors = {};  ///< SI, in the order of DatasetInfo::factors; empty: no sweep
   std::vector<std::string> group_values = {};  ///< in the order of DatasetInfo::group_columns
 };
 
-/// Mean normal force while the probe rests on the cloth, which its weight should be [N].
+/// Mean normal force while the probe rests on the fabric; it should equal the probe's weight [N].
 struct RestForces {
   double weight_n = 0;
   double before_n = 0, after_n = 0;  ///< phases S and E; NaN: not measured
 };
 
-/// What is known after its last sample.
+/// Properties of a trial known after its last sample.
 struct TrialQuality {
-  std::optional<double> force_rms_error_n;  ///< phase M, measured against the set-point
+  std::optional<double> force_rms_error_n;  ///< phase M, relative to the set point [N]
   std::optional<double>
       force_in_band_fraction;  ///< share of phase M within the recipe's band, 0 to 1
   std::optional<RestForces> rest = {};
 };
 
-/// Wrench and stage values are kept as whole numbers of a quantum. Each quantum is no coarser than
-/// one count of the bench's devices (ATI Net F/T at 1e6 counts per N and N m; LTS150 2.44 nm;
-/// PRM1-Z8 9.1 urad), so no count is lost, files are half as large as with doubles, and digests
-/// need no float format. Given as quanta per unit because 1e6 is a double and 1e-6 is not.
+/// Wrench and stage values are stored as whole numbers of a quantum. No quantum is coarser than one
+/// count of the bench's devices (ATI Net F/T at 1e6 counts per N and N m; LTS150 2.44 nm; PRM1-Z8
+/// 9.1 urad). So no count is lost, files are half as large as with doubles, and digests need no
+/// float format. Constants are quanta per unit because 1e6 is exact as a double and 1e-6 is not.
 constexpr double force_quanta_per_n = 1e6;
 constexpr double torque_quanta_per_nm = 1e6;
 constexpr double position_quanta_per_m = 1e9;
 constexpr double angle_quanta_per_rad = 1e8;
 
-/// Six numbers a row (Fx Fy Fz [force quanta], Tx Ty Tz [torque quanta]), sensor frame, bias
+/// Six numbers per row (Fx Fy Fz [force quanta], Tx Ty Tz [torque quanta]), sensor frame, bias
 /// removed.
 struct WrenchStream {
   std::vector<std::int64_t> t_ns;    ///< [samples] host clock of the campaign
@@ -88,7 +89,7 @@ struct WrenchStream {
   bool operator==(const WrenchStream&) const = default;
 };
 
-/// One number per axis a row, in the order of DatasetInfo::axes.
+/// One number per axis and row, in the order of DatasetInfo::axes.
 struct StageStream {
   std::vector<std::int64_t> t_ns;    ///< [samples]
   std::vector<std::int32_t> quanta;  ///< [samples x axes]
@@ -96,39 +97,41 @@ struct StageStream {
   bool operator==(const StageStream&) const = default;
 };
 
-/// Vibrations, likewise in quanta: 1 um/s2 and 1 uPa, both finer than one count of their sensors.
+/// Vibrations are also stored in quanta: 1 um/s2 and 1 uPa, both finer than one count of their
+/// sensors.
 constexpr double acceleration_quanta_per_mps2 = 1e6;
 constexpr double sound_quanta_per_pa = 1e6;
 constexpr std::size_t acceleration_axes = 3;
 
-/// Readings of a fast sensor, block by block as they came: evenly spaced in a block by the sensor's
-/// clock, reading k taken k / rate_hz after device_us. Each block has as many readings as its
-/// BlockFormat says; an acceleration reading is three numbers, x y z.
+/// Readings of a fast sensor in blocks, as they arrived. Within a block they are evenly spaced by
+/// the sensor's clock: reading k was taken k / rate_hz after device_us. Each block has the number
+/// of readings in its BlockFormat; an acceleration reading is three numbers, x y z.
 struct BlockStream {
   std::vector<std::int64_t> t_ns;  ///< [blocks] arrival on the host clock, after the last reading
   std::vector<std::uint32_t> device_us;  ///< [blocks] sensor's clock at the first reading, wraps
-  std::vector<std::uint32_t> lost;       ///< [blocks] missing right before this one
-  std::vector<std::uint32_t> clipped;    ///< [blocks] values that stand at an end of the range
+                                         ///< around
+  std::vector<std::uint32_t> lost;       ///< [blocks] blocks missing directly before this one
+  std::vector<std::uint32_t> clipped;    ///< [blocks] values at a limit of the range
   std::vector<std::int32_t> quanta;      ///< [blocks x readings x axes]
   [[nodiscard]] std::size_t blocks() const { return t_ns.size(); }
   bool operator==(const BlockStream&) const = default;
 };
 
-/// The same for all trials of a data set. No readings: there is no such stream.
+/// The same for all trials of a data set. `readings` is 0 if there is no such stream.
 struct BlockFormat {
-  double rate_hz = 0;          ///< readings a second by the sensor's clock
+  double rate_hz = 0;          ///< readings per second by the sensor's clock
   std::uint32_t readings = 0;  ///< in each block
   bool operator==(const BlockFormat&) const = default;
 };
 
-/// Everything about one trial that is not in classifier::Trial.
+/// All data of one trial that is not in classifier::Trial.
 struct TrialRecord {
   TrialSpec spec;
   TrialOutcome outcome = TrialOutcome::complete;
   TrialQuality quality;
   std::uint32_t lost_samples = 0;  ///< taxel frames that never arrived
-  std::vector<std::int64_t> t_ns;  ///< [samples] host clock; imported sets: the file's own time
-  std::vector<std::uint32_t> device_us;  ///< [samples], or empty when the source has none
+  std::vector<std::int64_t> t_ns;  ///< [samples] host clock; imported sets: the file's own times
+  std::vector<std::uint32_t> device_us;  ///< [samples]; empty if the source has none
   WrenchStream wrench;                   ///< may be empty
   StageStream stages;                    ///< may be empty
   BlockStream acceleration, sound;       ///< may be empty
@@ -144,16 +147,16 @@ struct Axis {
   bool operator==(const Axis&) const = default;
 };
 
-/// A device as it identified itself. `identity_json`: serial, firmware, calibration, scale factors.
+/// The identification of a device. `identity_json`: serial, firmware, calibration, scale factors.
 struct DeviceInfo {
-  std::string name;  ///< its name in the rig file
+  std::string name;  ///< name in the rig file
   std::string driver;
   std::string identity_json;
   bool operator==(const DeviceInfo&) const = default;
 };
 
-/// Trials whose slides a live vote ended early. They are in no data set of whole slides: of such a
-/// cloth that has the ones left that the vote was unsure of.
+/// Trials with a slide that a live vote ended early. They are excluded from data sets of whole
+/// slides. The remaining slides of such a fabric are those in which the vote was uncertain.
 struct EndedEarly {
   std::string label;
   std::string exploration;
@@ -167,50 +170,52 @@ struct DatasetInfo {
   std::string source;       ///< "campaign", "manifest", "fabricslide", "icub20"
   std::string recipe_json;  ///< as written, empty for imported sets
   std::string rig_json;
-  std::string recipe_sha256;  ///< of recipe_json; Recorder::create fills it when empty
+  std::string recipe_sha256;  ///< digest of recipe_json; Recorder::create fills it when empty
   std::string rig_sha256;
-  std::uint64_t seed = 0;  ///< that was used, whatever recipe_json says
+  std::uint64_t seed = 0;  ///< the seed that was used, whatever recipe_json contains
   std::string software_version;
-  double taxel_rate_hz = 0;  ///< nominal; 0 means not known
+  double taxel_rate_hz = 0;  ///< nominal; 0: not known
   double wrench_rate_hz = 0;
   double stage_rate_hz = 0;
   BlockFormat acceleration, sound;
-  std::vector<Axis> axes;  ///< of every StageStream
+  std::vector<Axis> axes;  ///< axes of every StageStream
   std::vector<DeviceInfo> devices;
-  std::vector<std::string> factors;        ///< of a sweep: "force_n", "speed_mps"; as a rule none
-  std::vector<EndedEarly> ended_early;     ///< left out; by label, then exploration; as a rule none
-  std::vector<std::string> group_columns;  ///< that an import names besides, in byte order
+  std::vector<std::string> factors;        ///< factors of a sweep: "force_n", "speed_mps"; usually
+                                           ///< empty
+  std::vector<EndedEarly> ended_early;     ///< left out; sorted by label, then exploration; usually
+                                           ///< empty
+  std::vector<std::string> group_columns;  ///< further named columns of an import, in byte order
   bool operator==(const DatasetInfo&) const = default;
 };
 
 /// "Selected: 12 slides that a live vote ended early are left out (denim 5, satin 7). ...", or
-/// nothing.
+/// empty.
 std::string format_selection(const DatasetInfo& info);
 
-/// `trials` and `records` go together, index by index. Of a rig without taxels: Trial::taxels is 0,
-/// counts are empty, and Trial::phase is of the wrench's readings, which have the times t_ns.
+/// `trials` and `records` correspond index by index. For a rig without taxels, Trial::taxels is 0
+/// and the counts are empty; Trial::phase then belongs to the wrench readings, with the times t_ns.
 struct Dataset {
   DatasetInfo info;
   std::vector<classifier::Trial> trials;
   std::vector<TrialRecord> records;
-  std::vector<Warning> warnings = {};  ///< of an import; in no file and no digest
+  std::vector<Warning> warnings = {};  ///< from an import; not stored and in no digest
 };
 
-/// The first broken promise of `dataset`, if any: sizes that disagree, two trials of the same file
-/// name, NaN or infinity, mixed taxel counts. Everything that writes or hashes a data set asks
-/// first.
+/// The first violated invariant of `dataset`, if any: sizes that disagree, two trials of the same
+/// file name, NaN or infinity, mixed taxel counts. All code that writes or hashes a data set calls
+/// this first.
 Status check(const Dataset& dataset);
 
 /// SHA-256 of the content (docs/dataset.md, "Digest"): labels, outcomes, phases, counts, times,
-/// streams and the bench kind; no wall-clock time, software version or seed. Lower-case
+/// streams and the bench kind. Wall-clock time, software version and seed are excluded. Lower-case
 /// hexadecimal.
 struct DatasetDigest {
   std::string dataset_sha256;
   std::vector<std::string> trial_sha256;
 };
 DatasetDigest compute_digest(const Dataset& dataset);
-/// The same, which may be given up: hours of recording take seconds. `stop_requested` is looked at
-/// before each trial. Errors: wrong_state, when it was stopped.
+/// The same, but can be stopped: hours of recording take seconds. `stop_requested` is checked
+/// before each trial. Errors: wrong_state if stopped.
 Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested);
 std::string dataset_sha256(const Dataset& dataset);
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record);
@@ -218,32 +223,32 @@ std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& reco
 /// The explorations of the complete trials, in order of appearance; one empty name for imported
 /// sets.
 std::vector<std::string> list_explorations(const Dataset& dataset);
-/// The names in a sum of explorations: "M1" and "M2" of "M1+M2"; of nothing one that is empty.
-/// Errors: invalid_argument, for a name that is empty or there twice.
+/// The names in a sum of explorations: "M1" and "M2" of "M1+M2"; one empty name for an empty text.
+/// Errors: invalid_argument for an empty or repeated name.
 Result<std::vector<std::string>> explorations_in(std::string_view sum);
-/// The complete trials of one exploration (nothing: of all), in order, as the classifier takes
-/// them.
+/// The complete trials of one exploration (nothing: of all), in order, as classifier input.
 std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
                                                std::optional<std::string_view> exploration = {});
 
-// One recording under several names: where one copy trains, the other tests nothing.
+// Copies of one recording under several names: if one copy trains, testing the other proves
+// nothing.
 
-/// Names of recordings with the same samples, two or more each, in the order of the first.
+/// Names of recordings with the same samples, in groups of two or more, ordered by their first
+/// member.
 using Copies = std::vector<std::vector<std::string>>;
 
-/// By what each holds, `contents` beside `names`: equal text for equal samples.
+/// Finds copies by content: `contents[i]` belongs to `names[i]`; equal text means equal samples.
 Copies copies_among(const std::vector<std::string>& names,
                     const std::vector<std::string>& contents);
 
-/// Trials with the same counts and phases, whatever their times, labels and groups. None of a
-/// wrench alone.
+/// Trials with the same counts and phases, whatever their times, labels and groups. Trials with a
+/// wrench only are ignored.
 Copies copies_in(const Dataset& dataset);
 
-/// A line for people; nothing where there are none.
+/// One line for the user; empty without copies.
 std::string copies_text(const Copies& copies);
 
-/// The same values as 16-bit counts, or nothing when one of them is not a whole number from 0 to
-/// 65535.
+/// The values as 16-bit counts, or nothing if one of them is not a whole number from 0 to 65535.
 std::optional<std::vector<std::uint16_t>> as_u16(std::span<const double> counts);
 
 }  // namespace weft::daemon

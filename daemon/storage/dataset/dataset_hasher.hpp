@@ -1,5 +1,5 @@
 #pragma once
-// The digest of a data set whose trials come one after the other.
+// The digest of a data set, computed from one trial after the other.
 
 #include <cstdint>
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace weft::daemon {
 
-/// As compute_digest(), which has all of them in memory.
+/// Same digest as compute_digest(), which needs all trials in memory.
 class DatasetHasher {
  public:
-  /// `trials`: how many will be added.
+  /// `trials`: the number of trials to be added.
   DatasetHasher(const DatasetInfo& info, std::uint64_t trials);
-  /// The trial's own digest.
+  /// Returns the trial's own digest.
   std::string add(const classifier::Trial& trial, const TrialRecord& record);
-  /// Once, after the last.
+  /// Call once, after the last trial.
   std::string finish();
 
  private:

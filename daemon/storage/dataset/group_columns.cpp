@@ -16,7 +16,7 @@ bool can_be_stored(std::string_view text) {
          text.find('\0') == std::string_view::npos;
 }
 
-/// What every trial tells of its place; nothing where one does not.
+/// Adds one number of each trial as a column; nothing if a trial lacks it.
 template <class Number>
 void add_numbers(const Dataset& dataset, const char* name, Number number,
                  std::vector<GroupColumn>& out) {

@@ -15,9 +15,9 @@ namespace {
 
 /// Large enough for deflate to find repetitions, small enough for partial reads.
 constexpr std::size_t chunk_bytes = std::size_t{256} << 10;
-/// Finds most of what shuffled counts have to give already.
+/// Higher levels gain little on shuffled counts.
 constexpr int deflate_level = 1;
-/// Chunks that are packed at once: of a column of hours no second copy is in memory.
+/// Number of chunks packed at once, so that a long column is never copied as a whole.
 constexpr std::size_t packed_at_once = 64;
 
 Handle text_type(std::size_t bytes) {
@@ -28,15 +28,15 @@ Handle text_type(std::size_t bytes) {
   return type;
 }
 
-/// Rows of a chunk, then its columns.
+/// Rows and columns of a chunk.
 std::array<hsize_t, 2> chunk_size(hsize_t rows, hsize_t width, std::size_t item_bytes) {
   const hsize_t columns = std::max<hsize_t>(width, 1);
   const hsize_t fitting = std::max<hsize_t>(1, chunk_bytes / (columns * item_bytes));
   return {std::min(rows, fitting), columns};
 }
 
-/// Creation properties of a file (its root group), a group or a column: no time stamps, so that
-/// equal content makes equal bytes.
+/// Creation properties of a file (its root group), a group or a column. Without time stamps, equal
+/// content gives equal bytes.
 Handle timeless_properties(hid_t kind) {
   Handle properties(H5Pcreate(kind), H5Pclose);
   H5Pset_obj_track_times(properties.id(), 0);
@@ -53,7 +53,7 @@ Handle column_properties(hsize_t rows, hsize_t width, std::size_t item_bytes) {
   return properties;
 }
 
-/// Writes chunks that are packed already: the library would pack them one after the other.
+/// Writes chunks that are already packed: the library would pack them on one core.
 bool write_chunks(const Handle& column, ByteView rows, const std::array<hsize_t, 2>& size,
                   std::size_t item_bytes) {
   const std::size_t bytes = size[0] * size[1] * item_bytes;
@@ -70,11 +70,11 @@ bool write_chunks(const Handle& column, ByteView rows, const std::array<hsize_t,
   return true;
 }
 
-/// Deflate cannot shrink more than about 1032 to 1: a column that claims more than that of what is
-/// stored would only eat memory.
+/// Deflate cannot shrink by more than about 1032 to 1. A column that claims more is damaged and
+/// would only use up memory.
 constexpr std::uint64_t max_inflation = 1100;
 
-/// Without the padding that fixed-length strings carry.
+/// Removes the padding of fixed-length strings.
 std::string unpadded(std::string_view text) {
   return std::string(text.substr(0, text.find('\0')));
 }
@@ -84,20 +84,21 @@ Handle open_attribute(const Handle& file, const std::string& object, const std::
           H5Aclose};
 }
 
-/// One text of fixed length, at most `most_bytes`.
+/// True for one text of fixed length, at most `most_bytes`.
 bool is_text(const Handle& type, const Handle& space, std::size_t most_bytes) {
   return H5Tget_class(type.id()) == H5T_STRING && H5Tis_variable_str(type.id()) == 0 &&
          H5Tget_size(type.id()) <= most_bytes && H5Sget_simple_extent_npoints(space.id()) == 1;
 }
 
-/// A column of a file. Where it cannot be opened nothing more is called: HDF5 keeps the reason.
+/// A column of a file. If it cannot be opened, no further HDF5 function is called, so that HDF5
+/// keeps the cause.
 struct OpenColumn {
   OpenColumn(const Handle& file, const std::string& name)
       : handle(H5Dopen2(file.id(), name.c_str(), H5P_DEFAULT), H5Dclose),
         type(handle.ok() ? H5Dget_type(handle.id()) : -1, H5Tclose),
         space(handle.ok() ? H5Dget_space(handle.id()) : -1, H5Sclose) {}
 
-  /// The number of dimensions; fills `size` where these are one or two.
+  /// Returns the number of dimensions; fills `size` if it is one or two.
   int read_size(std::array<hsize_t, 2>& size) const {
     const int dimensions = H5Sget_simple_extent_ndims(space.id());
     if (dimensions == 1 || dimensions == 2)
@@ -108,7 +109,7 @@ struct OpenColumn {
   Handle handle, type, space;
 };
 
-/// A file system that knows no locks (some network shares) does not keep a file from being opened.
+/// Allows opening files on file systems without locks (some network shares).
 void allow_without_locks(const Handle& access) {
   H5Pset_file_locking(access.id(), true, true);
 }
@@ -128,7 +129,7 @@ Error in_use(const std::filesystem::path& path) {
 Writer Writer::create(const std::filesystem::path& path) {
   Writer writer;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  // The 1.10 layout carries checksums on its own structures; h5py 2.7 of 2017 and later read it.
+  // The 1.10 layout has checksums on its own structures; h5py 2.7 (2017) and later read it.
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   allow_without_locks(access);
   const Handle properties = timeless_properties(H5P_FILE_CREATE);

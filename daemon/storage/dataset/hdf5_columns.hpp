@@ -1,6 +1,6 @@
 #pragma once
-// HDF5 for data sets: handles that close themselves, the lock of the library, its errors as values,
-// and Writer and Reader of columns, attributes and documents.
+// HDF5 for data sets: handles that close themselves, the library's lock, its errors as values, and
+// Writer and Reader of columns, attributes and documents.
 
 #include <hdf5.h>
 
@@ -19,17 +19,18 @@
 
 namespace weft::daemon::hdf5 {
 
-// What the writer and the reader of a data set file agree on (docs/dataset.md, "HDF5 layout").
+// Constants shared by the writer and the reader of a data set file (docs/dataset.md, "HDF5
+// layout").
 
 constexpr const char* format_name = "weft-dataset";
 constexpr std::uint32_t format_version = 1;
 
 /// Longest text in a table column or attribute: names and labels, not documents.
 constexpr std::size_t max_text_bytes = 4096;
-/// Documents (recipe, rig, device identities) have a data set each.
+/// Documents (recipe, rig, device identities) are stored as one HDF5 data set each.
 constexpr std::size_t max_document_bytes = std::size_t{64} << 20;
 
-/// Owns one handle. Every HDF5 object type has a close function of its own.
+/// Owns one handle. Every HDF5 object type has its own close function.
 class Handle {
  public:
   using Close = herr_t (*)(hid_t);
@@ -48,7 +49,7 @@ class Handle {
 
   [[nodiscard]] bool ok() const { return id_ >= 0; }
   [[nodiscard]] hid_t id() const { return id_; }
-  /// False when closing failed: for a file, that not everything reached the disk.
+  /// False if closing failed: a file is then not completely on the disk.
   bool close() { return id_ < 0 || close_(std::exchange(id_, -1)) >= 0; }
 
  private:
@@ -56,21 +57,21 @@ class Handle {
   Close close_ = nullptr;
 };
 
-/// Reads and writes of a whole column: H5S_ALL, whose macro holds an old-style cast.
+/// H5S_ALL (reads or writes a whole column), without its macro, which contains an old-style cast.
 constexpr hid_t whole_column = 0;
 
-/// A library that was built without threads has global state: one thread at a time is in it.
-/// Debian's (1.10.8) was built with them (H5is_library_threadsafe) and would do without. Made
-/// before any handle, and gone after them.
+/// Lock of the HDF5 library: without thread support it has global state, so only one thread may use
+/// it. Debian's build (1.10.8) has thread support (H5is_library_threadsafe) and would not need the
+/// lock. Create it before any handle and destroy it after all of them.
 inline std::recursive_mutex& library() {
   static std::recursive_mutex one;
   return one;
 }
 
-/// Stops HDF5 from printing while in scope: failures are reported by Result. Other threads wait
-/// with their HDF5 work until it is gone. To be made before any other HDF5 call, because the
-/// library loses objects of damaged files and would complain of them when the process ends; handles
-/// here close themselves, so that it has nothing to tidy up then.
+/// Keeps HDF5 from printing while in scope: failures are reported by Result. Other threads wait
+/// with their HDF5 work until it is destroyed. Create it before any other HDF5 call: the library
+/// loses objects of damaged files and would complain about them at process exit. Handles here close
+/// themselves, so the library's exit handler is not needed.
 class QuietErrors {
  public:
   QuietErrors() : alone_(library()) {
@@ -99,7 +100,7 @@ inline std::string last_error() {
   return text;
 }
 
-/// The type of `Number` in memory.
+/// The HDF5 type of `Number` in memory.
 template <class Number>
 hid_t native_type() {
   if constexpr (std::is_same_v<Number, std::uint8_t>) {
@@ -120,7 +121,7 @@ hid_t native_type() {
   }
 }
 
-/// One value of every item.
+/// Collects one value of every item.
 template <class Item, class Value>
 auto gather(const std::vector<Item>& items, Value value) {
   std::vector<std::remove_cvref_t<std::invoke_result_t<Value, const Item&>>> column;
@@ -129,7 +130,7 @@ auto gather(const std::vector<Item>& items, Value value) {
   return column;
 }
 
-/// The lists of all items, one behind the other.
+/// Concatenates the lists of all items.
 template <class Item, class List>
 auto concatenate(const std::vector<Item>& items, List list) {
   std::remove_cvref_t<std::invoke_result_t<List, const Item&>> all;
@@ -144,12 +145,12 @@ auto concatenate(const std::vector<Item>& items, List list) {
 }
 
 /// A file or group being written. The first failure is kept and makes every later call a no-op, so
-/// that a sequence of writes is checked once, at its end.
+/// a sequence of writes is checked once, at its end.
 class Writer {
  public:
   static Writer create(const std::filesystem::path& path);
 
-  /// A group of this file; parents must exist. Names start with "/".
+  /// Creates a group; its parents must exist. Names start with "/".
   void group(const std::string& name);
   /// `object`: a group or column. Text is fixed-length UTF-8.
   void attribute(const std::string& object, const std::string& name, std::string_view text);
@@ -167,16 +168,16 @@ class Writer {
   }
   /// Fixed-length strings as wide as the longest, padded with zero bytes.
   void column(const std::string& name, const std::vector<std::string>& texts);
-  /// One long text.
+  /// Writes one long text.
   void document(const std::string& name, std::string_view text);
 
-  /// Closes the file. The first failure of all, if any.
+  /// Closes the file and returns the first failure, if any.
   Status close();
 
  private:
   Writer() = default;
   bool failed() const { return !status_.has_value(); }
-  /// Notes a failure unless `fine`.
+  /// Records a failure unless `fine`.
   bool require(bool fine, const char* what);
   void write_attribute(const std::string& object, const std::string& name, hid_t type,
                        const void* value);
@@ -188,20 +189,20 @@ class Writer {
 };
 
 /// A file being read. The first failure is kept and makes every later call return an empty value,
-/// so that a sequence of reads is checked once, with status(). Types and sizes are checked before
-/// memory is taken.
+/// so a sequence of reads is checked once, with status(). Types and sizes are checked before memory
+/// is allocated.
 class Reader {
  public:
   static constexpr const char* damaged_column = "the column is damaged";
 
-  /// Errors: not_found, parse (no HDF5 file), corrupt (cut short).
+  /// Errors: not_found, parse (not HDF5), corrupt (truncated), busy.
   static Result<Reader> open(const std::filesystem::path& path);
 
   std::string text_attribute(const std::string& object, const std::string& name);
   double real_attribute(const std::string& object, const std::string& name);
   std::uint64_t integer_attribute(const std::string& object, const std::string& name);
 
-  /// Numbers of exactly this type, or texts; `width` as for Writer::column.
+  /// Numbers of exactly this type, or texts; `width` as in Writer::column.
   template <class Value>
   std::vector<Value> column(const std::string& name, std::size_t width = 0) {
     if constexpr (std::is_same_v<Value, std::string>) {
@@ -219,18 +220,19 @@ class Reader {
   std::vector<std::string> texts(const std::string& name);
   std::string document(const std::string& name);
 
-  /// Whether the file has a group or column of this name; its parents must exist.
+  /// True if the file has a group or column of this name; its parents must exist.
   bool has(const std::string& name);
   bool has_attribute(const std::string& object, const std::string& name);
-  /// Whether a column holds whole numbers; and the second extent of a two-dimensional one.
+  /// is_integer(): true if a column holds whole numbers. text_width(): the second extent of a
+  /// two-dimensional column.
   bool is_integer(const std::string& name);
   std::size_t text_width(const std::string& name);
 
-  /// Whether these rows of a column can be read; of a column whose shape was checked.
+  /// True if these rows of a column can be read. The column's shape must have been checked.
   bool can_read(const std::string& name, std::uint64_t first, std::uint64_t rows);
   [[nodiscard]] std::uint64_t rows_of(const std::string& name);
 
-  /// Notes Errc::corrupt at `where` unless `fine`.
+  /// Records Errc::corrupt at `where` unless `fine`.
   bool require(bool fine, std::string_view where, std::string_view what);
   [[nodiscard]] const Status& status() const { return status_; }
 
@@ -240,7 +242,7 @@ class Reader {
     std::size_t items = 0;
     std::size_t item_bytes = 0;
   };
-  /// Notes Errc::unsupported where this build cannot unpack the column.
+  /// Records Errc::unsupported if this build cannot unpack the column.
   void require_filters(const Handle& column, const std::string& name);
   std::optional<Column> open_column(const std::string& name, H5T_class_t type_class,
                                     std::size_t width);

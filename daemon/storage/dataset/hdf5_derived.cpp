@@ -15,7 +15,7 @@ std::string family_of(const std::string& column) {
   return group == "acceleration" || group == "sound" ? group + "_blocks" : group;
 }
 
-/// `name`: a column that may be missing.
+/// `name`: a column that may be absent.
 template <class Number>
 void compare(Reader& in, const std::string& name, const std::vector<Number>& expected,
              const char* complaint) {
@@ -94,7 +94,8 @@ Error with_damaged_trials(Error error, const std::filesystem::path& file, const 
   const auto samples = in->column<std::uint64_t>("/trials/" + family_of(column) + "_samples");
   const std::uint64_t all = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
   if (samples.size() != dataset.trials.size() || all == 0) return error;
-  const std::uint64_t rows_per_sample = in->rows_of(column) / all;  // readings of a block
+  const std::uint64_t rows_per_sample = in->rows_of(column) / all;  // a block stream has several
+                                                                    // readings per sample
   std::vector<std::string> damaged;
   std::uint64_t first = 0;
   for (std::size_t i = 0; i < samples.size(); first += samples[i++] * rows_per_sample)

@@ -6,25 +6,25 @@
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
 
-// One thread at a time is in the HDF5 library; digests and the way to the disk, which take longest,
-// are no part of that.
+// Only one thread at a time uses the HDF5 library. Computing digests and syncing to the disk take
+// longest and need no lock.
 
 namespace weft::daemon {
 
-/// Writes beside `path` and renames on success: an older file survives every failure. Returns the
-/// digest that the file carries. Errors: check(dataset)'s, Errc::io; wrong_state, when it was
-/// stopped: `stop_requested` is looked at before each trial's digest and each group of columns.
+/// Writes to a temporary file beside `path` and renames it on success: an older file survives every
+/// failure. Returns the digest stored in the file. Errors: check(dataset)'s; io; wrong_state if
+/// stopped. `stop_requested` is checked before each trial's digest and each group of columns.
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
                                const StopRequested& stop_requested = {});
 
-/// The same of a data set whose digest is known.
+/// The same for a data set with a known digest.
 Status write_hdf5(const Dataset& dataset, const DatasetDigest& digest,
                   const std::filesystem::path& path, const StopRequested& stop_requested = {});
 
-/// Errors: not_found; parse (not HDF5, or not a Weft data set); unsupported (a later layout);
-/// corrupt (cut short, altered, or a digest that disagrees: names the trial). Without
-/// `verify_digest` neither digests nor /phases, which follows from what they cover, are compared.
-/// wrong_state, when it was stopped: `stop_requested` is looked at before each trial's digest.
+/// Errors: not_found; busy; parse (not HDF5, or not a Weft data set); unsupported (a later layout);
+/// corrupt (truncated, altered, or a digest that disagrees: names the trial); wrong_state if
+/// stopped. Without `verify_digest`, neither digests nor /phases are compared; /phases follows from
+/// data that the digests cover. `stop_requested` is checked before each trial's digest.
 Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest = true,
                           const StopRequested& stop_requested = {});
 

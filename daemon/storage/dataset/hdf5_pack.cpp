@@ -9,7 +9,7 @@
 namespace weft::daemon::hdf5 {
 namespace {
 
-/// The first bytes of all items, then the second ones, and so on.
+/// The first byte of all items, then the second byte, and so on.
 Bytes shuffled(ByteView items, std::size_t item_bytes) {
   Bytes out(items.size());
   auto to = out.begin();

@@ -1,6 +1,6 @@
 #pragma once
-// Chunks of a column, packed outside of the HDF5 library: on all cores, byte for byte as its own
-// filters shuffle and deflate pack them.
+// Packs the chunks of a column outside of the HDF5 library, on all cores. The bytes equal those of
+// the library's own shuffle and deflate filters.
 
 #include <cstddef>
 #include <span>
@@ -10,14 +10,14 @@
 
 namespace weft::daemon::hdf5 {
 
-/// How a column lies in its chunks.
+/// How a column is divided into chunks.
 struct ChunkLayout {
-  std::size_t chunk_bytes = 0;  ///< unpacked; a whole number of rows
-  std::size_t item_bytes = 0;   ///< of one number or text
+  std::size_t chunk_bytes = 0;  ///< unpacked; a multiple of the row size
+  std::size_t item_bytes = 0;   ///< size of one number or text
   int deflate_level = 0;
 };
 
-/// Each chunk of `column`, packed; the last is filled up with zero bytes. An empty one: zlib
+/// Each chunk of `column`, packed; the last one is padded with zero bytes. An empty chunk: zlib
 /// failed.
 std::vector<Bytes> pack_chunks(ByteView column, const ChunkLayout& layout);
 

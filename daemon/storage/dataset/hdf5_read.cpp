@@ -1,4 +1,4 @@
-// HDF5 file to Dataset. What the file says about itself is checked before it is used.
+// HDF5 file to Dataset. The file's own metadata is checked before use.
 #include <cmath>
 #include <functional>
 #include <new>
@@ -92,7 +92,7 @@ Status read_axes(Reader& in, DatasetInfo& info) {
   return in.status();
 }
 
-/// A column of the trial table; `place`: where the value of trial i belongs.
+/// A column of the trial table; `place`: destination of trial i's value.
 template <class Place>
 void read_trial_column(Reader& in, const std::string& name, std::size_t trials, Place place) {
   using Value = std::remove_cvref_t<std::invoke_result_t<Place, std::size_t>>;
@@ -101,7 +101,7 @@ void read_trial_column(Reader& in, const std::string& name, std::size_t trials, 
   for (std::size_t i = 0; i < trials; ++i) place(i) = std::move(column[i]);
 }
 
-/// Where the file has them, as the rests.
+/// Read if the file has them, like the rests.
 void read_places(Reader& in, std::vector<TrialRecord>& records) {
   if (!in.has("/trials/mounting")) return;
   const auto place = [&](const std::string& name, std::uint32_t TrialPlace::*member) {
@@ -174,7 +174,8 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
   return in.status();
 }
 
-/// Cuts a column of all trials, `width` numbers a row, into its trials; `list`: that of an item.
+/// Cuts a column of all trials, `width` numbers per row, into trials; `list`: destination in an
+/// item.
 template <class Number, class Item, class List>
 void split(const std::vector<Number>& all, const std::vector<std::uint64_t>& extents,
            std::size_t width, std::vector<Item>& items, List list) {
@@ -225,7 +226,7 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
   return {};
 }
 
-/// 0 where none were recorded: the rows then carry times and phases alone.
+/// 0 if no taxels were recorded: the rows then have times and phases only.
 std::size_t read_taxel_count(Reader& in) {
   if (!in.has("/taxel/counts")) return 0;
   const std::size_t taxels = in.text_width("/taxel/counts");
@@ -260,8 +261,8 @@ Status read_taxels(Reader& in, Dataset& dataset) {
   return {};
 }
 
-/// The times and quanta of one stream, whose rows have `row_values` numbers, `width` in the file.
-/// `family`: of its extents, which are returned.
+/// The times and quanta of one stream. A row has `row_values` numbers, and the file's column has
+/// `width`. `family`: family of the extents, which are returned.
 template <class StreamData>
 std::vector<std::uint64_t> read_stream(Reader& in, const std::string& group,
                                        const std::string& family, std::size_t row_values,
@@ -282,7 +283,7 @@ std::vector<std::uint64_t> read_stream(Reader& in, const std::string& group,
   return extents;
 }
 
-/// How the blocks of a stream are made, where the file has the stream.
+/// Format of the blocks, if the file has the stream.
 void read_block_format(Reader& in, const std::string& group, BlockFormat& format) {
   if (!in.has(group)) return;
   format.rate_hz = rate_of(in, group);
@@ -327,7 +328,7 @@ Status read_streams(Reader& in, Dataset& dataset) {
   return in.status();
 }
 
-/// What the file says of its own content.
+/// Digests and phase runs stored in the file.
 struct ReportedCounts {
   DatasetDigest digest;
   std::optional<hdf5::PhaseRuns> phases;
@@ -342,7 +343,7 @@ Status read_reported_counts(Reader& in, const Dataset& dataset, ReportedCounts& 
   return in.status();
 }
 
-/// Trial by trial first, so that the error can say which.
+/// Compares the trials first, so that the error can name one.
 Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
                       const StopRequested& stop_requested) {
   const auto compare = [](std::string where, std::string_view whose, const std::string& recorded,
@@ -364,7 +365,7 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
   return compare("dataset_sha256", "the data set", expected.dataset_sha256, got->dataset_sha256);
 }
 
-/// All that is done inside the library.
+/// All work inside the HDF5 library.
 Result<Dataset> read_columns(const std::filesystem::path& path, bool verify_digest,
                              ReportedCounts& reported) {
   const hdf5::QuietErrors quiet;
@@ -399,7 +400,7 @@ Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest,
   Status done = check(*dataset);
   if (!done) done.error().code = Errc::corrupt;
   if (done && verify_digest) done = verify_digests(reported.digest, *dataset, stop_requested);
-  // After the digests, which can say in which trial a phase was altered.
+  // After the digests, which can name the trial with an altered phase.
   if (done && reported.phases && *reported.phases != hdf5::phase_runs(*dataset))
     done = fail(
         {.code = Errc::corrupt, .where = "/phases", .what = "does not follow from /taxel/phase"});

@@ -40,7 +40,7 @@ void write_provenance(Writer& out, const DatasetInfo& info) {
   out.column("/provenance/device_identity_json", gather(info.devices, &DeviceInfo::identity_json));
 }
 
-/// A set of which nothing was left out for this reason has no group for it.
+/// Creates no group if no trial ended early.
 void write_selection(Writer& out, const DatasetInfo& info) {
   if (info.ended_early.empty()) return;
   out.group("/ended_early");
@@ -50,8 +50,7 @@ void write_selection(Writer& out, const DatasetInfo& info) {
   out.column("/ended_early/trials", gather(info.ended_early, &EndedEarly::trials));
 }
 
-/// The values of all trials one behind the other, as wide as there are factors. A set without a
-/// sweep has no group for it.
+/// Values of all trials, one column per factor. Without a sweep, no group is created.
 void write_factors(Writer& out, const Dataset& dataset) {
   if (dataset.info.factors.empty()) return;
   const auto values = concatenate(
@@ -70,7 +69,7 @@ void write_columns_of_groups(Writer& out, const Dataset& dataset) {
                           }));
 }
 
-/// Columns of their own, where the place of any trial is known.
+/// Writes separate columns if the place of any trial is known.
 void write_places(Writer& out, const std::vector<TrialRecord>& records) {
   const auto column = [&](const char* name, std::uint32_t TrialPlace::*member) {
     out.column(name, gather(records, [&](const TrialRecord& r) { return r.spec.place.*member; }));
@@ -82,7 +81,7 @@ void write_places(Writer& out, const std::vector<TrialRecord>& records) {
   column("/trials/patch", &TrialPlace::patch);
 }
 
-/// Columns of their own, where the rest of any trial was measured.
+/// Writes separate columns if the rest of any trial was measured.
 void write_rests(Writer& out, const std::vector<TrialRecord>& records) {
   const auto column = [&](const char* name, double RestForces::*member) {
     out.column(name, gather(records, [&](const TrialRecord& record) {
@@ -132,8 +131,8 @@ void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest&
   write_rests(out, records);
 }
 
-/// `name`_samples of every trial; trial i starts where the earlier ones end, in `name`_first.
-/// `list`: its rows, or one column of them.
+/// Writes `name`_samples and `name`_first of every trial; trials follow each other without gaps.
+/// `list`: the rows, or one column of them.
 template <class List>
 void write_extents(Writer& out, const Dataset& dataset, const std::string& name, List list) {
   const auto samples = gather(dataset.records, [&](const TrialRecord& record) {
@@ -143,7 +142,7 @@ void write_extents(Writer& out, const Dataset& dataset, const std::string& name,
   out.column("/trials/" + name + "_samples", samples);
 }
 
-/// The lists of all trials as one column; `unit`: its attribute, where it is given.
+/// The lists of all trials as one column; `unit`: its attribute, if given.
 template <class List>
 void write_lists(Writer& out, const Dataset& dataset, const std::string& name, List list,
                  std::string_view unit = {}, std::size_t width = 0) {
@@ -171,7 +170,7 @@ void write_taxels(Writer& out, const Dataset& dataset) {
   out.attribute("/taxel/phase", "meaning",
                 "ASCII: S rest, P pressure, M motion, E rest at the end, - transfer");
   write_lists(out, dataset, "/taxel/t_ns", &TrialRecord::t_ns, "ns");
-  // The device's clock is kept per trial: a set may join sources with and without one.
+  // The device's clock is stored per trial: a set may join sources with and without one.
   write_lists(out, dataset, "/taxel/device_us", &TrialRecord::device_us, "us");
   write_extents(out, dataset, "taxel", &TrialRecord::t_ns);
   write_extents(out, dataset, "device_us", &TrialRecord::device_us);
@@ -223,7 +222,7 @@ void write_stages(Writer& out, const Dataset& dataset) {
   write_extents(out, dataset, "stages", t_ns);
 }
 
-/// What differs between acceleration and sound.
+/// The differences between acceleration and sound.
 struct BlockLayout {
   std::string group;  ///< "/sound"
   BlockStream TrialRecord::*stream;
@@ -233,7 +232,7 @@ struct BlockLayout {
   double per_unit;
 };
 
-/// A set without the stream has no group for it.
+/// Creates no group for a set without the stream.
 void write_blocks(Writer& out, const Dataset& dataset, const BlockLayout& layout) {
   const BlockFormat& format = dataset.info.*layout.format;
   const std::string& group = layout.group;
@@ -264,7 +263,7 @@ void write_vibrations(Writer& out, const Dataset& dataset) {
                {"/sound", &TrialRecord::sound, &DatasetInfo::sound, 1, "Pa", sound_quanta_per_pa});
 }
 
-/// The file, whole and closed. Nothing of HDF5 is left open behind it.
+/// Writes and closes the whole file. No HDF5 handle stays open.
 Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
                      const std::filesystem::path& path, const StopRequested& stop_requested) {
   const hdf5::QuietErrors quiet;

@@ -26,7 +26,7 @@ Status read_stroke(const std::filesystem::path& path, bool is_rate_stated, class
   auto csv = CsvTable::open(path);
   if (!csv) return pass(std::move(csv).error());
   TrialColumns columns;
-  // The two proximity channels look past the cloth at the gripper: not tactile, and not used.
+  // The two proximity channels measure past the fabric to the gripper: not tactile, and not used.
   for (const std::string_view name : {"proximity1", "proximity2", "timestamp"}) {
     const auto column = csv->take_column(name);
     if (!column) return pass(column.error());
@@ -43,8 +43,8 @@ Status read_stroke(const std::filesystem::path& path, bool is_rate_stated, class
   return read_samples(*csv, columns, trial, record, warnings);
 }
 
-/// Grips of each fabric so far. Fabric and grip are one unattended run, so one mounting of the only
-/// piece there is.
+/// Grips of each fabric so far. Each pair of fabric and grip was one unattended run, so it is one
+/// mounting of the only piece.
 using Mountings = std::map<std::string, std::vector<std::string>>;
 
 std::uint32_t mounting_of(const std::string& fabric, const std::string& grip,
@@ -56,7 +56,7 @@ std::uint32_t mounting_of(const std::string& fabric, const std::string& grip,
   return index + 1;
 }
 
-/// Fabric, grip set-point, speed without its direction and repetition, from a name such as
+/// Parses fabric, grip set point, speed without direction, and repetition from a name such as
 /// `Denim_F120_V-10mmps_0.csv`.
 Status read_name(const std::string& name, FabricslideGroup group, Mountings& mountings,
                  classifier::Trial& trial, TrialRecord& record) {
@@ -79,7 +79,7 @@ Status read_name(const std::string& name, FabricslideGroup group, Mountings& mou
   return {};
 }
 
-/// In the order of their names, whatever the file system's is.
+/// Sorted by name, so that the order does not depend on the file system.
 Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem::path& folder,
                                                           const std::string& filter) {
   std::error_code error;
@@ -104,7 +104,7 @@ Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem:
   return files;
 }
 
-// A public set of slides over 20 materials, felt by the RoboSkin of an iCub.
+// A public set of slides over 20 materials, measured with the RoboSkin of an iCub.
 
 constexpr std::size_t triangle_taxels = 10;
 constexpr std::int64_t step_ns = 20'000'000;
@@ -136,7 +136,7 @@ struct Slide {
   TrialRecord record;
 };
 
-// The step of the current line, which belongs to `slide`.
+// Reads the step of the current line, which belongs to `slide`.
 Status read_step(const CsvTable& csv, const Columns& columns, Slide& slide) {
   const auto& [sample, label, fold, t] = columns.of;
   classifier::Trial& trial = slide.trial;
@@ -153,8 +153,8 @@ Status read_step(const CsvTable& csv, const Columns& columns, Slide& slide) {
   return {};
 }
 
-// See import.hpp. Ten values of frame t, triangle k, stand one behind the other, as filed in row
-// group % steps and column group / steps, where group = triangles t + k.
+// See import.hpp. The ten values of frame t, triangle k are contiguous. They are filed in row group
+// % steps and column group / steps, with group = triangles t + k.
 void put_in_order_of_time(classifier::Trial& trial) {
   std::vector<double> frames(trial.counts.size());
   for (std::size_t j = 0; j < trial.samples(); ++j)
@@ -167,7 +167,7 @@ void put_in_order_of_time(classifier::Trial& trial) {
   trial.counts = std::move(frames);
 }
 
-// The slide that the current line begins.
+// Starts the slide of the current line.
 Result<Slide> begun(const CsvTable& csv, const Columns& columns, std::set<std::string>& seen) {
   const auto& [sample, label, fold, t] = columns.of;
   const std::vector<std::string>& line = csv.fields();
@@ -185,7 +185,7 @@ Result<Slide> begun(const CsvTable& csv, const Columns& columns, std::set<std::s
   return out;
 }
 
-// A step that is missing would move all values behind it to other taxels.
+// A missing step would shift all later values to other taxels.
 Status check_steps(const CsvTable& csv, const std::vector<Slide>& slides, Icub20Order order) {
   if (order == Icub20Order::filed || slides.empty()) return {};
   const classifier::Trial& last = slides.back().trial;
@@ -216,7 +216,7 @@ Result<std::vector<Slide>> read_slides(CsvTable& csv, Icub20Order order) {
   return out;
 }
 
-// Of the file `trial.file`, added to the set.
+// Reads the file `trial.file` and adds it to the set.
 Status read_trial(Result<CsvTable> csv, classifier::Trial trial, TrialRecord record,
                   bool is_rate_stated, Dataset& dataset) {
   if (!csv) return pass(std::move(csv).error());
@@ -259,7 +259,7 @@ Result<Dataset> one_trial(const std::filesystem::path& name, Result<CsvTable> cs
   return dataset;
 }
 
-/// As printf's %.17g, which gives back the same double, but whatever the locale.
+/// Like printf's %.17g, which restores the same double, but independent of the locale.
 void append_number(std::string& text, double value) {
   std::array<char, 32> digits{};
   const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value,

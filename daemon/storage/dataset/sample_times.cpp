@@ -7,13 +7,13 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double tolerance = 0.01;       // of an interval
-constexpr std::size_t rest_share = 100;  // of so many intervals one may be another
+constexpr double tolerance = 0.01;       // as a share of an interval
+constexpr std::size_t rest_share = 100;  // one in this number of intervals may differ
 constexpr double pause_ns = 500e6;       // no adapter holds samples back for longer
 constexpr double pause_intervals = 5;
-constexpr double slow_ns = 5e6;  // no reader takes so long for each sample that waits
+constexpr double slow_ns = 5e6;  // no reader needs this long for each waiting sample
 
-/// 64 bits do not hold what lies between any two times.
+/// The difference of two times can exceed 64 bits.
 double since_ns(std::int64_t from_ns, std::int64_t to_ns) {
   return static_cast<double>(static_cast<long double>(to_ns) - static_cast<long double>(from_ns));
 }
@@ -30,8 +30,7 @@ std::vector<double> intervals_of(const std::vector<std::int64_t>& t_ns) {
   return out;
 }
 
-/// Whether the intervals after number `at` make up for it: samples that were held back come closer
-/// together.
+/// True if the intervals after number `at` are shorter: then samples were held back, not lost.
 bool is_made_up_for(const std::vector<double>& intervals_ns, std::size_t at, double usual_ns) {
   const auto held_back = static_cast<std::size_t>(intervals_ns[at] / usual_ns);
   const std::size_t end = std::min(at + 1 + held_back, intervals_ns.size());
@@ -40,8 +39,8 @@ bool is_made_up_for(const std::vector<double>& intervals_ns, std::size_t at, dou
   return ns < usual_ns * static_cast<double>(end - at - 1) / 2;
 }
 
-/// The step of the stamps' clock, which all intervals are whole multiples of. None where it is no
-/// finer than half of an interval: regular times are multiples of their period.
+/// The step of the stamps' clock: all intervals are multiples of it. 0 if it exceeds half of an
+/// interval, because regular times are multiples of their period.
 double stamp_step_ns(const std::vector<double>& intervals_ns, double usual_ns) {
   std::uint64_t common_ns = 0;
   for (const double ns : intervals_ns)

@@ -1,9 +1,10 @@
 #pragma once
-// The sampling rate that the times of samples tell.
+// The sampling rate, from the times of samples.
 //
-// Times are regular where each interval, pauses left out, is within 1 % of the usual one (and the
-// step of the stamps), but for one in a hundred: a lost or a late sample. A rate is never guessed
-// from others (batches of an adapter, a coarse clock, frames lost often): it is to be stated.
+// Times are regular if each interval, without pauses, is within 1 % of the usual one (plus the step
+// of the stamps). One in a hundred intervals may differ: a lost or late sample. No rate is guessed
+// from irregular times (batches of an adapter, a coarse clock, frequent losses): the user must
+// state it.
 
 #include <cstdint>
 #include <vector>
@@ -12,39 +13,40 @@
 
 namespace weft::daemon {
 
-/// Time that was sampled, and in how many intervals.
+/// Sampled time, and the number of its intervals.
 struct SampledTime {
   double ns = 0;
   double intervals = 0;
 
-  /// From sample to sample; 0 where the times do not tell.
+  /// Time between samples; 0 if the times do not determine it.
   [[nodiscard]] double period_s() const { return intervals > 0 ? ns / intervals / 1e9 : 0; }
   SampledTime& operator+=(const SampledTime& other);
 };
 
-/// Of one recording, its regular intervals alone; nothing where the times are not regular. A pause
-/// is longer than half a second and five usual intervals. What lies between pauses must last half a
-/// second on average, or be of 200 Hz or less: else it may be batches of a slow reader.
+/// The regular intervals of one recording; empty if the times are not regular. A pause is longer
+/// than half a second and five usual intervals. The spans between pauses must last half a second on
+/// average, unless the rate is 200 Hz or less; otherwise they may be batches of a slow reader.
 SampledTime sampled_time(const std::vector<std::int64_t>& t_ns);
 
-/// Samples that follow a pause, ascending: where at least half a second and five usual intervals
-/// went by; of regular times also where more than five usual intervals did, unless the samples
-/// after it come closer together, as those that an adapter held back do.
+/// Indices of samples after a pause, ascending. A pause lasts at least half a second and five usual
+/// intervals. With regular times, more than five usual intervals are sufficient, unless the
+/// following samples are closer together: an adapter then held them back.
 std::vector<std::size_t> samples_after_pause(const std::vector<std::int64_t>& t_ns);
 
-/// Times of trial `i` in phase M, which windows and the spectrum are of; of all its samples where
-/// it has fewer than two there. Phases before and after may be recorded at another rate.
+/// Times of trial `i` in phase M, which windows and the spectrum use; of all samples if phase M has
+/// fewer than two. Phases before and after may have another rate.
 std::vector<std::int64_t> motion_times(const Dataset& dataset, std::size_t i);
 
-/// By how much the rate of one recording may differ from that of others that it is compared with:
-/// beyond it features mean something else.
+/// Largest relative difference of the rates of compared recordings; beyond it features are not
+/// comparable.
 inline constexpr double rate_tolerance = 0.05;
 
-/// Whether a recording may be of this period [s]. True where its times tell nothing.
+/// True if the period of the recording can be `period_s` [s]; also if its times do not determine a
+/// period.
 bool can_have_period(const std::vector<std::int64_t>& t_ns, double period_s);
 
-/// The period that recordings have in common [s], each given by its times: their mean, each of the
-/// weight of its intervals. 0 where the times tell nothing.
+/// The common period of several recordings, each given by its times [s]: their mean, weighted by
+/// the number of intervals. 0 if the times do not determine it.
 double common_period_s(const std::vector<std::vector<std::int64_t>>& recordings);
 
 }  // namespace weft::daemon

@@ -36,13 +36,13 @@ struct ManifestColumns {
   std::optional<std::size_t> group;
   std::optional<std::size_t> piece, mounting, patch;
   std::optional<std::size_t> recording = {}, bench = {};
-  std::vector<std::size_t> rest = {};  // in the order of their names
+  std::vector<std::size_t> rest = {};  // sorted by name
 };
 
-/// Of a column that is no standard one: a name by which rows can be grouped.
+/// Checks the name of a column that is not a standard one; rows can be grouped by it.
 Status check_group_name(const CsvTable& manifest, const std::string& name,
                         const std::vector<std::string_view>& standard) {
-  // What --group and the file already mean by it.
+  // Names with another meaning in --group or in the file.
   constexpr std::array taken{"recorded", "exploration", "recording", "outcome"};
   if (is_invisible(name))
     return manifest.complaint("a column without a name", "a name for every column", {},
@@ -85,7 +85,7 @@ Result<ManifestColumns> read_columns(CsvTable& manifest, ManifestKind kind) {
   return out;
 }
 
-/// Counted from 1; 0 where there is no such column.
+/// A number from 1; 0 if there is no such column.
 Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::size_t> column) {
   if (!column) return 0U;
   const std::string& text = manifest.fields()[*column];
@@ -96,7 +96,8 @@ Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::si
   return out;
 }
 
-/// Of the manifest's current line; `bench`: as the lines before have it, or as stated.
+/// Reads the bench of the manifest's current line; `bench`: the bench of the earlier lines, or the
+/// stated one.
 Status read_bench(const CsvTable& manifest, std::optional<std::size_t> column,
                   std::optional<BenchKind>& bench) {
   if (!column) return {};
@@ -112,17 +113,17 @@ Status read_bench(const CsvTable& manifest, std::optional<std::size_t> column,
   return {};
 }
 
-/// One name for a file however it is written, links followed.
+/// The canonical path of a file, with links resolved.
 std::filesystem::path one_name(const std::filesystem::path& path) {
   std::error_code unseen;
   const auto canonical = std::filesystem::weakly_canonical(path, unseen);
   return unseen ? path.lexically_normal() : canonical;
 }
 
-/// Where each file is listed, by one_name().
+/// Place of each file's entry, by one_name().
 using SeenFiles = std::map<std::filesystem::path, std::string>;
 
-/// The manifest's current line.
+/// Reads the manifest's current line.
 Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns& columns,
                                  const std::filesystem::path& folder, SeenFiles& seen) {
   ManifestEntry out;
@@ -194,7 +195,7 @@ void RepeatedSamples::add(const CsvTable& csv, bool is_repeated) {
 }
 
 Status RepeatedSamples::check(bool is_rate_stated, std::vector<Warning>& warnings) const {
-  constexpr std::size_t tolerated_share = 100;  // of so many samples one
+  constexpr std::size_t tolerated_share = 100;  // one in this number of samples may be a repetition
   if (repeated_ == 0) return {};
   const std::string count = std::to_string(repeated_) + " of " + std::to_string(samples_);
   if (!is_rate_stated && repeated_ > samples_ / tolerated_share)

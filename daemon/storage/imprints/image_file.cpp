@@ -21,7 +21,7 @@ using classifier::imprint::Image;
 constexpr std::string_view map_blanks = " \t\r\n\v\f";
 constexpr std::size_t largest_map_value = 65535;
 
-// Words of a grey map's text part; a comment goes from # to the end of its line.
+// Tokens of a grey map's text part; a comment runs from # to the end of its line.
 class GreyMapTokens {
  public:
   explicit GreyMapTokens(std::string_view text) : text_(text) {}
@@ -35,22 +35,22 @@ class GreyMapTokens {
     at_ = static_cast<std::size_t>(stopped - text_.data());
     return out;
   }
-  /// Whether a white character follows the last number: of `127` a cut leaves `12`, a number too.
+  /// True if white space follows the last number. Without this check, `127` cut to `12` would pass.
   [[nodiscard]] bool is_ended() const {
     return at_ < text_.size() && map_blanks.find(text_[at_]) != std::string_view::npos;
   }
-  /// Whether nothing follows but comments.
+  /// True if only comments follow.
   [[nodiscard]] bool is_at_end() {
     skip();
     return at_ == text_.size();
   }
-  /// What follows the single white character behind the last number.
+  /// The text after the single white-space character behind the last number.
   [[nodiscard]] std::string_view rest() const {
     return at_ < text_.size() ? text_.substr(at_ + 1) : std::string_view{};
   }
 
  private:
-  // White characters and comments.
+  // Skips white space and comments.
   void skip() {
     for (;;) {
       at_ = std::min(text_.find_first_not_of(map_blanks, at_), text_.size());
@@ -60,7 +60,7 @@ class GreyMapTokens {
   }
 
   std::string_view text_;
-  std::size_t at_ = 2;  // behind the magic number
+  std::size_t at_ = 2;  // after the magic number
 };
 
 Status read_plain_map(const std::string& name, GreyMapTokens& words, std::size_t most, Image& out) {
@@ -114,7 +114,7 @@ struct ArrayHeader {
   std::size_t rows = 0, cols = 0;
 };
 
-/// What follows 'key': in the header's dictionary.
+/// The text after 'key': in the header's dictionary.
 std::optional<std::string_view> find_header_entry(std::string_view header, std::string_view key) {
   const std::size_t at = header.find("'" + std::string(key) + "'");
   if (at == std::string_view::npos) return std::nullopt;
@@ -228,7 +228,7 @@ constexpr std::array<ArrayType, 12> array_types{{
     {"f8", 8, read_numbers<std::uint64_t, double>},
 }};
 
-/// The values of an array whose file holds `bytes` of them.
+/// The values of an array from the `bytes` of its file.
 Result<std::vector<double>> read_values(const std::string& name, const ArrayHeader& header,
                                         std::string_view bytes) {
   const std::string_view kind = std::string_view(header.type).substr(header.type.empty() ? 0 : 1);
@@ -250,7 +250,7 @@ Result<std::vector<double>> read_values(const std::string& name, const ArrayHead
                  .got = std::to_string(bytes.size())});
   type->read(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), header.type.front() == '>',
              out);
-  // Of whole numbers beyond a double holds each second, fourth ... only.
+  // Beyond this, a double holds only every second, fourth ... whole number.
   constexpr double most_exact = 0x1p53;
   const auto far = std::ranges::find_if(out, [](double v) { return std::abs(v) >= most_exact; });
   if (kind.back() == '8' && kind.front() != 'f' && far != out.end())
@@ -267,8 +267,8 @@ bool is_zero_padded(std::string_view field) {
          field.find_first_not_of("0123456789") == field.npos;
 }
 
-/// Of the fields of a line, whether those that would be behind decimal commas, and whether those
-/// before, are whole numbers that begin with a needless 0.
+/// Detects decimal commas in lines with an even number of fields. `behind`, `before`: some whole
+/// number behind or before such a comma starts with a needless 0.
 struct ZeroPadding {
   bool behind = false, before = false;
   void add(const std::vector<std::string>& fields) {

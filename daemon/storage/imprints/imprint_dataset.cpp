@@ -23,7 +23,7 @@ using classifier::imprint::Imprint;
 using classifier::imprint::TaxelGrid;
 using nlohmann::json;
 
-/// What the scene `imprint` wrote down of its array, see imprint_scene.hpp.
+/// Reads the array that the scene `imprint` recorded, see imprint_scene.hpp.
 void read_scene(const std::string& text, TaxelGrid& grid) {
   const auto scene = nlohmann::json::parse(text, nullptr, false);
   if (!scene.is_object() || scene.value("scene", nlohmann::json()) != "imprint") return;
@@ -37,7 +37,7 @@ std::string format_size(std::size_t rows, std::size_t cols) {
   return std::to_string(rows) + " x " + std::to_string(cols) + " taxels";
 }
 
-// Imprints of a set are of one array.
+// All imprints of a set come from one array.
 Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t cols,
                   const std::string& file) {
   if (first.samples() == rows && first.taxels == cols) return {};
@@ -49,7 +49,7 @@ Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t 
                .hint = "Make a data set of the imprints of each array"});
 }
 
-/// A whole number as a device reports it; nothing for any other text.
+/// A whole number as a device reports it; nothing for other text.
 std::optional<std::size_t> number_of(const json& reported, const char* key) {
   constexpr std::size_t longest = 5;
   const auto found = reported.find(key);
@@ -72,7 +72,7 @@ std::optional<TaxelGrid> find_grid(const DeviceInfo& device, std::size_t taxels)
                    number_of(reported, "bits").value_or(0)};
 }
 
-/// Of each object; empty where the recipe has no classes, or there is none.
+/// Class of each object; empty if there is no recipe or it has no classes.
 Result<std::map<std::string, std::string>> classes_on_record(const DatasetInfo& info) {
   std::map<std::string, std::string> out;
   if (info.recipe_json.empty() || info.rig_json.empty()) return out;
@@ -104,7 +104,7 @@ Result<Image> make_image(const classifier::Trial& trial, const TaxelGrid& grid) 
   return image;
 }
 
-/// The first array of a device that has as many taxels as the trials; nothing of an empty set.
+/// The first device array with as many taxels as the trials; nothing for an empty set.
 std::optional<TaxelGrid> grid_of_scans(const Dataset& dataset) {
   if (dataset.trials.empty()) return std::nullopt;
   for (const DeviceInfo& device : dataset.info.devices)
@@ -112,8 +112,8 @@ std::optional<TaxelGrid> grid_of_scans(const Dataset& dataset) {
   return std::nullopt;
 }
 
-/// One of each complete trial, in order: its object is the trial's label (the fabric), its label
-/// the class that the recipe on record gives the object, or the object where the recipe has no
+/// One imprint per complete trial, in order. Its object is the trial's label (the fabric). Its
+/// label is the class of that object in the recorded recipe, or the object if the recipe has no
 /// classes.
 Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset, const TaxelGrid& grid) {
   const auto classes = classes_on_record(dataset.info);
@@ -131,13 +131,14 @@ Result<std::vector<Imprint>> imprints_of_scans(const Dataset& dataset, const Tax
   return out;
 }
 
-/// Which field of a table's line is what.
+/// Field numbers in a line of a table.
 struct TableColumns {
   std::size_t label = 0, group = 1;
   std::vector<std::size_t> values;  ///< row by row
 };
 
-/// Whether names that are one prefix and a number each do not count up: as text 10 comes before 2.
+/// True for names that share a prefix and have numbers that do not increase, as text sorts 10
+/// before 2.
 bool is_out_of_order(const std::vector<std::string>& header,
                      const std::vector<std::size_t>& columns) {
   std::string_view prefix;
@@ -157,8 +158,9 @@ bool is_out_of_order(const std::vector<std::string>& header,
   return out;
 }
 
-/// By the names of the heading, whose lines have `width` fields: `label`, `group` or else the first
-/// other column, and the values in the order of the rest. Without a heading by their place.
+/// With a heading, columns are found by name, and each line has `width` fields: `label`, then
+/// `group` or else the first other column, then the values in the remaining order. Without a
+/// heading, columns are found by position.
 Result<TableColumns> find_table_columns(CsvTable& csv, std::size_t width) {
   TableColumns out;
   const std::vector<std::string>& header = csv.header();
@@ -200,8 +202,7 @@ Status import_table_line(CsvTable& csv, const TableColumns& columns, std::size_t
   return {};
 }
 
-/// Whether values are n, n + 1, n + 2, ...: the numbers of columns, as a program writes that has no
-/// names for them.
+/// True for n, n + 1, n + 2, ...: column numbers, which programs write for columns without names.
 bool count_up(std::span<const double> values) {
   constexpr std::size_t fewest = 3;
   if (values.size() < fewest) return false;
@@ -210,9 +211,9 @@ bool count_up(std::span<const double> values) {
   return true;
 }
 
-/// A first row that is a heading by all but its names: its values count up, and no other row has
-/// its label. Refused where they count from 0, or on from the numbers of label and group, as
-/// programs number columns that have no names.
+/// Detects a first row that is a heading with numbers as names: its values count up, and no other
+/// row has its label. It is refused if the values start at 0 or continue the numbers of label and
+/// group, as programs number unnamed columns.
 Status check_first_row(const std::string& table, Dataset& dataset) {
   const classifier::Trial& first = dataset.trials.front();
   const auto is_alike = [&](const classifier::Trial& t) { return t.label == first.label; };
@@ -237,8 +238,8 @@ bool is_heading(std::span<const double> values) {
   return (values.front() == 0 || values.front() == 1) && count_up(values);
 }
 
-/// Of a matrix that looks like one with the numbers of its columns or rows, or like one column with
-/// decimal commas.
+/// Warns of a matrix that seems to contain the numbers of its columns or rows, or to be one column
+/// with decimal commas.
 void warn_of_odd_table(const Image& image, const std::string& file,
                        std::vector<Warning>& warnings) {
   std::vector<double> column;
@@ -290,7 +291,8 @@ Result<std::vector<Imprint>> extract_imprints(const Dataset& dataset) {
                  .got = dataset.info.source,
                  .hint = "weft dataset import --help"});
   if (const auto grid = grid_of_scans(dataset)) return imprints_of_scans(dataset, *grid);
-  // Objects may be numbered within their class: then a group's name alone is no object's.
+  // Objects may be numbered within their class; then a group's name alone does not identify an
+  // object.
   std::map<std::string, std::string> label_of;
   bool within_class = false;
   for (const classifier::Trial& trial : dataset.trials)

@@ -49,7 +49,7 @@ tl::unexpected<Error> cannot(const std::filesystem::path& folder, const char* wh
                .hint = "Record into a folder on a local disk, and copy the campaign afterwards"});
 }
 
-/// What the campaign file needs (SQLite's write-ahead log): locks of a range and shared memory.
+/// The campaign file needs range locks and shared memory (for SQLite's write-ahead log).
 Status check_shared_file(const std::filesystem::path& folder, int file) {
   constexpr off_t bytes = 4096;
   if (::ftruncate(file, bytes) != 0) return cannot(folder, "make a file longer");
@@ -65,8 +65,8 @@ Status check_shared_file(const std::filesystem::path& folder, int file) {
   return {};
 }
 
-/// Whether the file system can do all that recording and its end need: found out with a file of
-/// its own before anything moves, not after the last trial.
+/// Checks that the file system supports everything that recording needs. A temporary file tests
+/// this before the bench moves, not after the last trial.
 Status check_file_system(const std::filesystem::path& folder) {
   std::string name = (folder / ".weft-try-XXXXXX").string();
   const Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
@@ -81,8 +81,8 @@ Status check_file_system(const std::filesystem::path& folder) {
 
 }  // namespace
 
-// The folder itself: a lock on the campaign file would be SQLite's, and one on a file of our own
-// would stay behind.
+// Locks the folder itself: locks on the campaign file belong to SQLite, and a lock file would be
+// left behind.
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return io_error(folder, "cannot open the folder", system_error());
@@ -130,7 +130,7 @@ Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign) {
   std::filesystem::path name = name_aside(campaign);
   if (name.empty()) return name;
   {
-    // One file, so that it goes or stays as a whole.
+    // Folds the log into the file, so that the rename moves everything or nothing.
     auto file = sqlite::Database::open(campaign, sqlite::Mode::read_write);
     if (!file) return pass(file.error());
     if (Status one = file->execute("PRAGMA journal_mode=DELETE"); !one)
@@ -146,7 +146,7 @@ std::uint64_t forecast_bytes(const RecordingForecast& forecast) {
   const auto bytes_per_s = [](double rate_hz, Stream stream, std::size_t width) {
     return rate_hz * static_cast<double>(row_bytes(stream, width));
   };
-  // Four bytes a value; a fifth for the heads of blocks.
+  // Four bytes per value; 20 % for the block headers.
   const double vibration_bytes_per_s =
       1.2 * 4 *
       (static_cast<double>(acceleration_axes) * forecast.acceleration_rate_hz +
@@ -156,8 +156,8 @@ std::uint64_t forecast_bytes(const RecordingForecast& forecast) {
       (bytes_per_s(forecast.taxel_rate_hz, Stream::taxel, forecast.taxels) +
        bytes_per_s(forecast.wrench_rate_hz, Stream::wrench, 6) +
        bytes_per_s(forecast.stage_rate_hz, Stream::stages, forecast.axes) + vibration_bytes_per_s);
-  // The HDF5 file is never larger than the samples; a tenth for catalogue, page slack and journal;
-  // the write-ahead log is folded in every 32 MB but grows while a reader holds it back.
+  // The HDF5 file is never larger than the samples. Add 10 % for catalogue, page slack and journal.
+  // The write-ahead log is folded every 32 MB but grows while a reader blocks the folding.
   constexpr double fixed_bytes = 64e6;
   return static_cast<std::uint64_t>(std::ceil(2.1 * sample_bytes + fixed_bytes));
 }

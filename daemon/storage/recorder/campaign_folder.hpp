@@ -1,5 +1,6 @@
 #pragma once
-// The folder of a campaign: which run may work in it, and what becomes of a file that is replaced.
+// The folder of a campaign: the lock for the run that works in it, and the renaming of replaced
+// files.
 
 #include <cstdint>
 #include <filesystem>
@@ -8,10 +9,11 @@
 
 namespace weft::daemon {
 
-/// Held by at most one run at a time on this machine; a process that dies lets go of it.
+/// Held by at most one run at a time on this machine; released when the process dies.
 class FolderLock {
  public:
-  /// Errors: io; wrong_state, when another run works in the folder.
+  /// Errors: io; unsupported if the file system cannot lock; busy if another run works in the
+  /// folder.
   static Result<FolderLock> take(const std::filesystem::path& folder);
   FolderLock(FolderLock&& other) noexcept;
   FolderLock& operator=(FolderLock&&) = delete;
@@ -22,15 +24,16 @@ class FolderLock {
   int descriptor_;
 };
 
-/// Makes the folder and takes it; refuses one that cannot be written to, lacks room for `bytes`, or
-/// lies on a file system that cannot lock, sync or map files (unsupported).
+/// Creates the folder and locks it. Refuses a folder that cannot be written to or has less than
+/// `bytes` of free space (no_space). Also refuses a file system that cannot lock, sync or map files
+/// (unsupported).
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes);
 
-/// What a file is called once another takes its place in the folder ("campaign.aside-1.sqlite");
-/// empty where there is none. Nothing that was recorded is ever removed.
+/// The new name of a file that another file replaces in the folder ("campaign.aside-1.sqlite");
+/// empty if there is no such file. Recorded data is never removed.
 std::filesystem::path name_aside(const std::filesystem::path& file);
-/// Renames a campaign file so, its log folded in, and returns the name. Errors: io, those of
-/// SQLite.
+/// Folds the log into the campaign file, renames the file with name_aside(), and returns the new
+/// name. Errors: io, those of SQLite.
 Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign);
 
 }  // namespace weft::daemon

@@ -5,7 +5,7 @@
 namespace weft::daemon {
 namespace {
 
-/// Whether a line of the journal says that the bench's clock went another way.
+/// True if a journal entry shows that the bench clock was disturbed.
 bool disturbs(const JournalEntry& entry) {
   if (entry.kind == "resumed")
     return entry.payload_json.find("\"plays_again\":true") == std::string::npos;
@@ -44,7 +44,7 @@ std::uint32_t CampaignHistory::rejected_of(std::uint32_t index) const {
 std::uint32_t CampaignHistory::first_left(bool carries_on) const {
   if (attempts.empty()) return 0;
   const PastAttempt& last = attempts.back();
-  // In a campaign that has come to its end before its last trial, the trial that failed ended it.
+  // In a campaign that ended before its last trial, the failed trial caused that end.
   const bool let_be = carries_on && last.outcome == TrialOutcome::failed &&
                       (!progress.finished || last.index + 1 == progress.planned);
   const bool done = last.outcome && is_done(*last.outcome);
@@ -119,7 +119,7 @@ void ReplayVerifier::on_rows(Stream stream, ByteView rows) {
 }
 
 Status ReplayVerifier::end(TrialOutcome outcome) {
-  // Somebody ends the run while the past is played: that is no part of it.
+  // A user ended the run during the replay; that end is not part of the record.
   if (outcome == TrialOutcome::aborted || outcome == TrialOutcome::stopped) return {};
   Attempts& of_trial = trials_[index_];
   if (of_trial.played >= of_trial.on_record.size() ||

@@ -1,5 +1,5 @@
 #pragma once
-// What a campaign file tells whoever goes on with it.
+// State of a campaign file, needed to resume it.
 
 #include <array>
 #include <filesystem>
@@ -15,9 +15,9 @@
 namespace weft::daemon {
 
 struct PastAttempt {
-  std::int64_t id = 0;  ///< of its row
+  std::int64_t id = 0;  ///< id of its row
   std::uint32_t index = 0, attempt = 0;
-  std::optional<TrialOutcome> outcome;  ///< nothing: the process died under it
+  std::optional<TrialOutcome> outcome;  ///< nothing: the process died during the attempt
 };
 
 struct CampaignHistory {
@@ -25,46 +25,47 @@ struct CampaignHistory {
   std::size_t taxels = 0;
   CampaignProgress progress;
   std::vector<PastAttempt> attempts;  ///< in order of time
-  /// The bench's clock ran differently than in a run that nobody touched: a pause, or a resume that
-  /// did not play the past again.
+  /// The bench clock differs from that of an undisturbed run: there was a pause, a fault injection,
+  /// or a resume without replay.
   bool disturbed = false;
 
   [[nodiscard]] std::size_t count_of(TrialOutcome outcome) const;
   [[nodiscard]] std::size_t complete() const;  ///< see is_done()
   [[nodiscard]] std::size_t ended_early() const { return count_of(TrialOutcome::ended_early); }
-  /// Takes of all trials, or of one, that were bad and taken again.
+  /// Rejected attempts of all trials, or of one.
   [[nodiscard]] std::size_t rejected() const { return count_of(TrialOutcome::rejected); }
   [[nodiscard]] std::uint32_t rejected_of(std::uint32_t index) const;
-  /// The trial to go on with; `planned` when there is none left. `carries_on`: a trial that failed
-  /// is not run again.
+  /// The trial to resume with; `planned` if none is left. `carries_on`: a failed trial is not
+  /// repeated.
   [[nodiscard]] std::uint32_t first_left(bool carries_on) const;
-  /// The number of the next attempt at each trial that was begun.
+  /// Number of the next attempt, for each trial that was begun.
   [[nodiscard]] std::map<std::uint32_t, std::uint32_t> next_attempts() const;
 };
 
 /// Errors: load_campaign()'s.
 Result<CampaignHistory> load_history(const std::filesystem::path& path);
 
-/// The past of a simulated campaign played again: each trial is compared with what was recorded.
+/// Replay of a simulated campaign: compares each trial with the record.
 class ReplayVerifier {
  public:
-  /// Until trial `first_live` begins, its rejected takes left out: they are of the past.
+  /// Covers the trials before `first_live` and all rejected attempts, including those of
+  /// `first_live`.
   static Result<ReplayVerifier> open(const std::filesystem::path& path,
                                      const CampaignHistory& history, std::uint32_t first_live);
 
-  /// Whether the next take of the trial is of the past.
+  /// True if the next attempt at the trial is on record.
   [[nodiscard]] bool covers(std::uint32_t index) const;
-  /// Whether every take of the past has been played.
+  /// True if every recorded attempt has been replayed.
   [[nodiscard]] bool whole() const { return played_ == attempts_; }
   void begin(std::uint32_t index);
   void on_rows(Stream stream, ByteView rows);
-  /// Errors: wrong_state, naming trial and stream, when this is not what was recorded.
+  /// Errors: wrong_state with trial and stream if the replay differs from the record.
   Status end(TrialOutcome outcome);
 
  private:
   explicit ReplayVerifier(sqlite::Database database) : database_(std::move(database)) {}
 
-  /// Takes of one trial that a run which nobody kills has too.
+  /// Attempts at one trial that an uninterrupted run also makes.
   struct Attempts {
     std::vector<PastAttempt> on_record;
     std::size_t played = 0;

@@ -1,5 +1,5 @@
-// Campaign file to Dataset. The file may come from a killed process or a failing disk: nothing in
-// it is believed before it has been checked.
+// Campaign file to Dataset. The file may come from a killed process or a failing disk, so all
+// content is checked before use.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -53,7 +53,7 @@ Result<bool> is_discarded(sqlite::Database& database) {
   return lines->value_or(0) > 0;
 }
 
-/// Streams of blocks, where the file has any.
+/// Streams of blocks, if the file has any.
 Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
   const auto tables = database.integer(has_table_sql, "block_stream");
   if (!tables) return pass(tables.error());
@@ -79,7 +79,7 @@ std::uint64_t unsigned_of(const std::string& text) {
   return value;
 }
 
-/// The campaign's only row and its axes and devices. Returns the number of taxels.
+/// The single row of table campaign, with axes and devices. Returns the number of taxels.
 Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   auto query = database.prepare(
       "SELECT bench_kind, name, source, recipe_json, recipe_sha256, rig_json, rig_sha256, seed, "
@@ -130,7 +130,7 @@ std::optional<double> real_or_nothing(const sqlite::Statement& query, int column
   return query.real(column);
 }
 
-/// Names of a sweep's factors, where the file has any.
+/// Names of a sweep's factors, if the file has any.
 Status read_factor_names(sqlite::Database& database, DatasetInfo& info) {
   const auto tables = database.integer(has_table_sql, "factor");
   if (!tables) return pass(tables.error());
@@ -139,7 +139,7 @@ Status read_factor_names(sqlite::Database& database, DatasetInfo& info) {
                        [&](const sqlite::Statement& row) { info.factors.push_back(row.text(0)); });
 }
 
-/// Of every trial by its id; empty in a file without a sweep.
+/// Factor values by trial id; empty without a sweep.
 Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::Database& database,
                                                                        const DatasetInfo& info) {
   std::map<std::int64_t, std::vector<double>> out;
@@ -151,8 +151,8 @@ Result<std::map<std::int64_t, std::vector<double>>> read_factor_values(sqlite::D
   return out;
 }
 
-/// A table with a row for each trial, by the trial's id; empty in a file from before there was one.
-/// `sql`: its rows, the trial first.
+/// Reads a table with one row per trial, by trial id; empty if an older file lacks the table.
+/// `sql`: selects its rows, with the trial in the first column.
 template <class Value>
 Result<std::map<std::int64_t, Value>> read_by_trial(sqlite::Database& database, const char* table,
                                                     const char* sql,
@@ -178,8 +178,7 @@ RestForces rest_of(const sqlite::Statement& row) {
           real_or_nothing(row, 3).value_or(unknown)};
 }
 
-/// Unique within a campaign, and says what it is: "0007-Denim-M1-r03", with "-a1" for a second
-/// attempt.
+/// Unique within a campaign and readable: "0007-Denim-M1-r03", with "-a1" for a second attempt.
 std::string trial_name(const TrialSpec& spec) {
   const auto padded = [](std::uint32_t number, std::size_t width) {
     const std::string digits = std::to_string(number);
@@ -192,7 +191,7 @@ std::string trial_name(const TrialSpec& spec) {
   return name;
 }
 
-/// A row of the trial table, without samples. A trial that was never ended was interrupted.
+/// One row of the trial table, without samples. A trial without an end was interrupted.
 Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
   TrialRecord record;
   record.spec.index = static_cast<std::uint32_t>(query.integer(1));
@@ -297,12 +296,12 @@ class ChunkReader {
   Widths widths_;
 };
 
-/// Every attempt, or the complete ones alone.
+/// Selects all attempts, or the complete ones only.
 struct WantedTrials : AttemptSelection {
   bool all_outcomes = true;
 };
 
-/// Samples of the attempt, or how many taxel frames were lost.
+/// Reads the samples of the attempt, or only the number of lost taxel frames.
 Status read_samples(sqlite::Database& database, const WantedTrials& wanted, std::int64_t id,
                     ChunkReader& chunks, classifier::Trial& trial, TrialRecord& record) {
   if (wanted.has_samples) return chunks.read(id, trial, record);

@@ -12,34 +12,34 @@
 namespace weft::daemon {
 namespace {
 
-/// Write-ahead log: readers are never blocked and a killed process leaves whole transactions.
-/// NORMAL: an operating system that goes down may take the latest commits with it. A bench in real
-/// time, whose trials do not come again, has sync_commits().
+/// Write-ahead log: readers are never blocked, and a killed process leaves complete transactions.
+/// NORMAL: a crash of the operating system may lose the latest commits. A real-time bench cannot
+/// repeat its trials, so it uses sync_commits().
 constexpr const char* connection_sql =
     "PRAGMA page_size=16384; PRAGMA synchronous=NORMAL; PRAGMA foreign_keys=ON";
 constexpr const char* log_sql = "PRAGMA journal_mode=WAL";
 
-/// How long a statement waits for those who look at the file at that moment: who opens it first, or
-/// while it is made, holds it for the moment of that. Where the file is made or reopened nothing
-/// moves yet; later the writer's own thread waits.
+/// Time a statement waits for brief readers: the first opener of a file, also during its creation,
+/// locks it for a moment. The bench does not move while the file is created or reopened; later only
+/// the writer's thread waits.
 constexpr std::chrono::milliseconds read_timeout{2'000};
 
-/// How long the recording waits for another program that has locked the file: samples wait in
-/// memory meanwhile (WriterThread::most_waiting), or the time of a simulated bench stands still.
+/// Time the recording waits for another program that has locked the file. Meanwhile samples wait in
+/// memory (WriterThread::most_waiting), or the clock of a simulated bench stops.
 constexpr std::chrono::milliseconds lock_patience{30'000};
 
-/// How long the end of a campaign waits for those who have the file open, and for those who are in
-/// the middle of reading it.
+/// Time the end of a campaign waits for programs that have the file open, and for those that are
+/// reading it.
 constexpr std::chrono::milliseconds for_closing{500};
 constexpr std::chrono::milliseconds for_reading{30'000};
 
-/// Folded in when it is 32 MiB long.
+/// The log is folded when it reaches 32 MiB.
 constexpr int most_log_pages = 2000;
 
 constexpr const char* log_expected_sql = "INSERT OR REPLACE INTO log_expected VALUES (1, 1)";
-/// The first thing in a log.
+/// The first change in a new log.
 constexpr const char* log_there_sql = "INSERT OR REPLACE INTO log_expected VALUES (1, 0)";
-/// It may have been killed before that.
+/// A killed process may not have written that change.
 constexpr const char* log_there_again_sql = "UPDATE log_expected SET expected = 0 WHERE expected";
 
 Status make_tables(sqlite::Database& database) {
@@ -62,7 +62,7 @@ Status write_header(sqlite::Database& database, const CampaignHeader& header) {
       to_string(info.kind), info.name, info.source, info.recipe_json,
       digest(info.recipe_sha256, info.recipe_json), info.rig_json,
       digest(info.rig_sha256, info.rig_json),
-      std::to_string(info.seed),  // as text: SQLite has no unsigned 64 bit
+      std::to_string(info.seed),  // as text: SQLite has no unsigned 64-bit integer
       info.software_version, header.taxels, info.taxel_rate_hz, info.wrench_rate_hz,
       info.stage_rate_hz, header.trials_planned, header.created_utc_ns);
 }
@@ -93,7 +93,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
   database->wait_for_others(read_timeout);
   Status done = database->execute(connection_sql);
   if (done) done = database->execute(log_sql);
-  // One transaction: a file that a kill left behind has all of this or nothing at all.
+  // One transaction: after a kill the file has all of this or none of it.
   if (done) done = database->execute("BEGIN");
   if (done) done = make_tables(*database);
   if (done) done = write_header(*database, header);
@@ -112,8 +112,8 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::create(const std::filesy
 }
 
 Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesystem::path& path) {
-  // Asked before SQLite makes a log of its own. The file's header says too little: who reads it at
-  // its end leaves it expecting a log, and certified.
+  // Checked before SQLite creates its own log. The file's header is not sufficient: a reader that
+  // is open at the end of a campaign leaves a certified file that still expects a log.
   const bool killed = has_log(path);
   auto database = sqlite::Database::open(path, sqlite::Mode::read_write);
   if (!database) return pass(std::move(database).error());
@@ -126,8 +126,7 @@ Result<std::unique_ptr<CampaignWriter>> CampaignWriter::reopen(const std::filesy
   return writer;
 }
 
-// A look that is over in a moment is waited for. Takes the lock that begin_writing() needs, and
-// lets go of it.
+// Waits for brief readers. Takes the lock that begin_writing() needs, and releases it.
 Status CampaignWriter::require_no_reader() {
   if (can_write_) return {};
   Status done = database_.execute("BEGIN EXCLUSIVE");
@@ -191,7 +190,7 @@ void CampaignWriter::wait_for_locks(std::function<void(std::string)> on_wait) {
 }
 
 void CampaignWriter::sync_commits() {
-  if (!commit()) return;  // told by the next call, as of every call that fails
+  if (!commit()) return;  // the next call returns this error, as after every failed call
   static_cast<void>(guard(database_.execute("PRAGMA synchronous=FULL")));
 }
 
@@ -285,8 +284,8 @@ Status CampaignWriter::commit() {
   return log_pages_ < most_log_pages ? Status{} : fold_log();
 }
 
-// The log stays as long as it was until its first page is written again, so that a kill at any
-// moment leaves a log beside a file that expects one.
+// The log file keeps its length until its first page is rewritten. So a kill at any moment leaves a
+// log beside a file that expects one.
 Status CampaignWriter::fold_log() {
   Status done = guard(database_.execute(log_expected_sql));
   if (done) done = guard(database_.execute("PRAGMA wal_checkpoint(PASSIVE)"));
@@ -302,8 +301,8 @@ Status CampaignWriter::finish() {
   return done;
 }
 
-// Without its log the file is one piece that can be copied and read from a read-only place.
-// Somebody who has the file open keeps it from being without one; an empty log does then.
+// Without its log the campaign is one file that can be copied and read from a read-only place. If
+// another process has the file open, the log cannot be removed; it is truncated instead.
 Status CampaignWriter::one_piece() {
   database_.wait_for_others(for_closing);
   if (database_.execute("PRAGMA journal_mode=DELETE")) return {};

@@ -1,5 +1,5 @@
 #pragma once
-// The SQL side of a recorder: one open campaign file, written row by row in one transaction at a
+// The SQL part of a recorder: one open campaign file, written row by row in one transaction at a
 // time. Used by one thread at a time.
 
 #include <filesystem>
@@ -25,7 +25,7 @@ struct ChunkRecord {
   ByteView bytes;
 };
 
-/// What the rows of a stream of blocks are.
+/// Format of the rows in a stream of blocks.
 struct BlockStreamRecord {
   std::int64_t stream = 0;
   BlockFormat format;
@@ -41,36 +41,39 @@ class CampaignWriter {
   static Result<std::unique_ptr<CampaignWriter>> create(const std::filesystem::path& path,
                                                         const CampaignHeader& header);
 
-  /// Goes on with a file that create() made. The log that a killed host left is this one's at once;
-  /// a file without one, or with an empty one, keeps every byte until begin_writing().
+  /// Resumes writing to a file that create() made. If a killed process left a log, the writer takes
+  /// it over at once. Otherwise (no log, or an empty one) the file is unchanged until
+  /// begin_writing().
   static Result<std::unique_ptr<CampaignWriter>> reopen(const std::filesystem::path& path);
 
-  /// Refuses a file that somebody reads without a pause; changes nothing.
+  /// Fails with busy if another program reads the file without a pause; changes nothing.
   Status require_no_reader();
-  /// Done by the first call that writes, where it was not done before: from here on the file has a
-  /// write-ahead log, and expects one.
+  /// Called by the first call that writes, unless it was called before. From then on the file has a
+  /// write-ahead log and expects one.
   Status begin_writing();
 
-  /// From here on a statement waits half a minute for another program that has locked the file, and
-  /// after a second calls `on_wait`, on the writing thread, with a sentence that names the program.
+  /// From now on a statement waits up to 30 s for another program that has locked the file. After 1
+  /// s it calls `on_wait`, on the writing thread, with a sentence that names the program.
   void wait_for_locks(std::function<void(std::string)> on_wait);
-  /// From here on a commit is on the disk when it returns, and a power cut takes none of it.
+  /// From now on a commit is on the disk when it returns, so a power failure does not lose it.
   void sync_commits();
 
   Status device(const DeviceInfo& device);
-  /// The run goes on: what was under way when it ended is marked as interrupted, and kept.
+  /// Marks unfinished attempts as interrupted (their samples are kept) and the campaign as not
+  /// finished, and journals the resume.
   Status resumed(TimePoint now, std::string_view payload_json);
-  /// Nobody goes on with the run: likewise, and the line says why.
+  /// Marks unfinished attempts as interrupted and journals the reason, for a run that is not
+  /// resumed.
   Status left_behind(TimePoint now, std::string_view kind, std::string_view payload_json);
-  Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< and commits
+  Status begin_trial(const TrialSpec& spec, TimePoint now);  ///< also commits
   /// Before the first chunk of a stream of blocks.
   Status block_stream(const BlockStreamRecord& stream);
   Status chunk(const ChunkRecord& chunk);
   Status end_trial(TrialOutcome outcome, const TrialQuality& quality, TimePoint now);
   Status journal(TimePoint now, std::string_view kind, std::string_view payload_json);
   Status commit();
-  /// Commits, marks the campaign finished and folds the write-ahead log into the one file. Waits
-  /// for those who read it; wrong_state, after half a minute of that.
+  /// Commits, marks the campaign finished and folds the write-ahead log into the file. Waits for
+  /// readers. Errors: wrong_state if they still read after 30 s.
   Status finish();
 
  private:
@@ -78,9 +81,9 @@ class CampaignWriter {
   Status prepare();
   Status begin();
   Status one_piece();
-  /// What is committed goes from the log into the file.
+  /// Moves committed pages from the log into the file.
   Status fold_log();
-  /// Keeps the first failure of the file.
+  /// Stores the first failure.
   Status guard(Status status);
   Status place(const TrialPlace& place);
   Status rest(const RestForces& rest);
@@ -88,7 +91,7 @@ class CampaignWriter {
   sqlite::Database database_;
   sqlite::Statement insert_trial_, update_trial_, insert_chunk_, insert_journal_, insert_device_;
   int log_pages_ = 0;       ///< after the last commit
-  std::int64_t trial_ = 0;  ///< row of the trial that began last
+  std::int64_t trial_ = 0;  ///< row of the trial that was begun last
   bool can_write_ = false;
   bool in_transaction_ = false;
   std::optional<Error> failure_;

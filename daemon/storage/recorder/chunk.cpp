@@ -16,7 +16,8 @@ class RowWriter {
   template <class Int>
   RowWriter& put(Int value) {
     const auto bits = static_cast<std::make_unsigned_t<Int>>(value);
-    std::uint8_t* const to = at_;  // no member: a byte may be any object's, and would be read again
+    std::uint8_t* const to = at_;  // a local copy: a byte may alias any object, so a member would
+                                   // be reloaded
     for (std::size_t i = 0; i < sizeof(Int); ++i)
       to[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(bits) >> (8 * i));
     at_ = to + sizeof(Int);
@@ -27,14 +28,14 @@ class RowWriter {
   std::uint8_t* at_;
 };
 
-/// std::round() of what the result can hold, without its call: half away from zero.
+/// Same result as std::round() for values in range, but inlined: half away from zero.
 std::int32_t nearest(double quanta) {
   const auto whole = static_cast<std::int32_t>(quanta);
   const double rest = quanta - whole;
   return whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0);
 }
 
-/// `what`: one of the values, for the error.
+/// `what`: name of one value, for the error.
 Status put_quanta(RowWriter& out, std::span<const double> values, double per_unit,
                   const char* what) {
   constexpr double limit = std::numeric_limits<std::int32_t>::max();
@@ -121,7 +122,8 @@ bool decode_taxels(ByteView rows, classifier::Trial& trial, TrialRecord& record)
   while (in.remaining() > 0) {
     const auto t_ns = in.read<std::int64_t>();
     const auto device_us = in.read<std::uint32_t>();
-    in.take(4);  // proximity and ambient light: kept in the campaign file, not used by classifiers
+    in.take(4);  // proximity and ambient light: stored in the campaign file, not used by
+                 // classifiers
     const auto phase = phase_from_char(static_cast<char>(in.read<std::uint8_t>()));
     if (!phase.has_value()) return false;
     LittleReader counts(in.take(2 * trial.taxels));
@@ -139,7 +141,7 @@ void decode_wrench(ByteView rows, WrenchStream& stream) {
   LittleReader in(rows);
   while (in.remaining() > 0) {
     stream.t_ns.push_back(in.read<std::int64_t>());
-    in.take(5);  // status word and validity: kept in the campaign file
+    in.take(5);  // status word and validity: stored in the campaign file only
     for (int k = 0; k < 6; ++k) stream.quanta.push_back(in.read<std::int32_t>());
   }
 }

@@ -16,8 +16,8 @@ enum class Stream : std::uint8_t { taxel = 0, wrench = 1, stages = 2, accelerati
 constexpr std::size_t stream_count = 5;
 std::string_view to_string(Stream stream);
 
-/// Bytes of one row; `width` is the number of taxels, of axes or of values in a block, and ignored
-/// for the wrench.
+/// Bytes of one row. `width`: number of taxels, of axes or of values in a block; ignored for the
+/// wrench.
 constexpr std::size_t row_bytes(Stream stream, std::size_t width) {
   switch (stream) {
     case Stream::taxel:
@@ -33,20 +33,19 @@ constexpr std::size_t row_bytes(Stream stream, std::size_t width) {
   return 8 + 4 * width;
 }
 
-/// A run of rows with consecutive sequence numbers. A gap, or a number that repeats, starts a new
-/// chunk.
+/// Rows with consecutive sequence numbers. A gap or a repeated number starts a new chunk.
 class ChunkBuffer {
  public:
   ChunkBuffer(Stream stream, std::size_t width, std::size_t capacity_rows);
 
   [[nodiscard]] bool empty() const { return rows_ == 0; }
   [[nodiscard]] bool full() const { return rows_ == capacity_rows_; }
-  /// False when a row with these numbers would break the run.
+  /// False if a row with these numbers would not be consecutive.
   [[nodiscard]] bool continues(std::uint32_t sequence, std::uint32_t lost) const {
     return empty() || (lost == 0 && sequence == first_sequence_ + rows_);
   }
 
-  /// The space of the next row, to be filled entirely and then pushed. Not full.
+  /// Space for the next row: fill it completely, then call push(). The buffer must not be full.
   std::span<std::uint8_t> slot();
   void push(std::uint32_t sequence, std::uint32_t lost, TimePoint host);
   void clear() { rows_ = 0; }
@@ -64,7 +63,7 @@ class ChunkBuffer {
   std::size_t width_;
   std::size_t row_bytes_;
   std::uint32_t capacity_rows_;
-  Bytes bytes_;  ///< sized once
+  Bytes bytes_;  ///< allocated once
   std::uint32_t rows_ = 0;
   std::uint32_t first_sequence_ = 0;
   std::uint32_t lost_before_ = 0;
@@ -73,12 +72,12 @@ class ChunkBuffer {
 
 void encode_taxel(std::span<std::uint8_t> row, TimePoint host, const TaxelSample& sample,
                   Phase phase);
-/// Errc::range for a value that the quantum cannot hold (NaN included).
+/// Errors: range for a value that the quantum cannot represent (NaN included).
 Status encode_wrench(std::span<std::uint8_t> row, TimePoint host, const WrenchSample& sample);
 Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<const double> positions,
                      std::span<const Axis> axes);
 
-/// One block of a vibration: a row, whatever its number of readings.
+/// One block of a vibration sensor; it is one row, whatever its number of readings.
 struct BlockRow {
   std::uint32_t device_us = 0;
   std::uint32_t clipped = 0;
@@ -88,11 +87,11 @@ struct BlockRow {
 Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block);
 
 /// Appends rows of one chunk to a trial. `width` as above; `rows` holds whole rows. Taxel rows of
-/// Phase::none (approach and retreat) are left out. False when a phase byte is unknown.
+/// Phase::none (approach and retract) are left out. False if a phase byte is unknown.
 bool decode_taxels(ByteView rows, classifier::Trial& trial, TrialRecord& record);
 void decode_wrench(ByteView rows, WrenchStream& stream);
 void decode_stages(ByteView rows, std::size_t axes, StageStream& stream);
-/// `lost_before`: of the chunk, and so of its first row.
+/// `lost_before`: samples lost before the chunk, so before its first row.
 void decode_blocks(ByteView rows, std::size_t values, std::uint32_t lost_before,
                    BlockStream& stream);
 

@@ -18,21 +18,21 @@ constexpr std::size_t header_bytes = 32;
 constexpr std::size_t frame_header_bytes = 24;
 constexpr std::size_t summed_of_header = 24;
 constexpr std::size_t summed_of_frame_header = 8;
-constexpr std::uint32_t magic = 0x377F0682;  // its last bit: the sums take big-endian words
+constexpr std::uint32_t magic = 0x377F0682;  // lowest bit set: the checksums use big-endian words
 constexpr std::uint32_t log_version = 3007000;
 
-/// Unsigned, most significant byte first, as all numbers of the log are.
+/// Unsigned, most significant byte first, like all numbers of the log.
 std::uint32_t number_at(ByteView bytes, std::size_t at) {
   return std::uint32_t{bytes[at]} << 24 | std::uint32_t{bytes[at + 1]} << 16 |
          std::uint32_t{bytes[at + 2]} << 8 | std::uint32_t{bytes[at + 3]};
 }
 
-/// The log's two cumulative sums.
+/// The log's two cumulative checksums.
 struct Sums {
   std::uint32_t first = 0, second = 0;
   bool operator==(const Sums&) const = default;
 
-  /// `bytes`: a multiple of eight.
+  /// `bytes`: length is a multiple of eight.
   [[nodiscard]] Sums over(ByteView bytes, bool big_endian) const {
     Sums sums = *this;
     for (std::size_t at = 0; at + 8 <= bytes.size(); at += 8) {
@@ -72,15 +72,16 @@ std::optional<LogHeader> header_from(ByteView bytes) {
   return header;
 }
 
-/// A log is begun anew, from its first byte, when all of it is in the file: the new header's first
-/// half over the old one's counts one checkpoint more than its sums say.
+/// SQLite restarts a log at its first byte once all of it is in the file. A kill can leave the
+/// first half of the new header over the old one. Its checkpoint count is then one too high for the
+/// old checksums; this restores the old header.
 std::optional<LogHeader> header_before_restart(Bytes bytes) {
   constexpr std::size_t last_of_count = 15;
   if (bytes[last_of_count]-- == 0) return std::nullopt;
   return header_from(bytes);
 }
 
-/// One frame: a page and what the log says of it.
+/// One frame: a page and its frame header.
 class LogFrame {
  public:
   explicit LogFrame(const LogHeader& header)
@@ -94,11 +95,11 @@ class LogFrame {
   [[nodiscard]] std::size_t bytes() const { return bytes_.size(); }
   [[nodiscard]] std::uint64_t page() const { return number_at(bytes_, 0); }
   [[nodiscard]] ByteView content() const { return ByteView(bytes_).subspan(frame_header_bytes); }
-  /// Whether it is of this log, and not left of one before it.
+  /// True if the frame belongs to this log and is not left from an earlier one.
   [[nodiscard]] bool is_own() const {
     return header_.salts == std::array{number_at(bytes_, 8), number_at(bytes_, 12)};
   }
-  /// The last one of a transaction tells the file's size after it.
+  /// The last frame of a transaction stores the size of the file after it.
   [[nodiscard]] bool commits() const { return is_own() && number_at(bytes_, 4) != 0; }
   [[nodiscard]] Sums stored_sums() const { return Sums::at(bytes_, 16); }
   [[nodiscard]] Sums sums(const Sums& before) const {
@@ -116,10 +117,10 @@ struct WalkedLog {
   std::optional<LogFrame> last_commit;
 };
 
-// Behind a damaged frame each frame is still to be told by the sums that the one before it carries,
-// the next one also by those that the damaged one should have carried. Only a process that had
-// committed it left such a frame that commits: what a killed one had begun does not, and its rest
-// may lie behind what was appended later.
+// Frames after a damaged one can still be recognised by the checksums stored in the frame before
+// them. For the frame directly after the damage, the checksums that the damaged frame should have
+// stored also count. Only a committed transaction leaves such a commit frame. A killed process
+// leaves frames without one, and they may lie behind frames that were appended later.
 WalkedLog walk(std::istream& in, const LogHeader& header) {
   WalkedLog out;
   LogState& state = out.state;
@@ -146,7 +147,7 @@ WalkedLog walk(std::istream& in, const LogHeader& header) {
   return out;
 }
 
-/// The file has the page as the log does.
+/// True if the file has the same content in this page as the log.
 bool has_page_of(const fs::path& database, const LogFrame& frame) {
   const ByteView content = frame.content();
   Bytes page(content.size());
@@ -208,7 +209,7 @@ Result<bool> expects_log(const fs::path& path) {
   if (!database) return pass(database.error());
   const auto known = database->integer(has_table_sql, "log_expected");
   if (!known) return pass(known.error());
-  if (!*known) return false;  // from before there was the table
+  if (!*known) return false;  // the file is older than the table
   const auto expected = database->integer("SELECT expected FROM log_expected");
   if (!expected) return pass(expected.error());
   return expected->value_or(0) != 0;
@@ -234,7 +235,7 @@ Status check_wal(const std::filesystem::path& campaign) {
                  .where = where + ": byte " + std::to_string(log->damage->at),
                  .what = format_damage(*log->damage),
                  .hint = hint_of(*log)});
-  const auto expected = expects_log(campaign);  // what keeps it from being read is told elsewhere
+  const auto expected = expects_log(campaign);  // other read errors are reported elsewhere
   if (!expected || !*expected || log->bytes > 0) return {};
   return fail(
       {.code = Errc::corrupt,

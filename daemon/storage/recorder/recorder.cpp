@@ -15,10 +15,10 @@ namespace {
 
 /// Rows per stream before a chunk is closed: 82 s at 100 Hz, a whole trial in most recipes.
 constexpr std::size_t chunk_rows = 8192;
-/// Of blocks: 20 s at 50 a second.
+/// Rows per stream of blocks: 20 s at 50 per second.
 constexpr std::size_t chunk_blocks = 1024;
 
-/// How a stream of blocks is stored.
+/// Storage format of a stream of blocks.
 struct BlockKind {
   Stream stream;
   std::size_t axes;
@@ -58,25 +58,26 @@ struct Recorder::Impl {
   std::unique_ptr<CampaignWriter> writer;
   std::filesystem::path folder;
   std::vector<Axis> axes;
-  /// By Stream; those of blocks get their size with their first block.
+  /// By Stream; the buffers for blocks get their size with the first block.
   std::array<ChunkBuffer, stream_count> buffers;
   std::array<std::int64_t, stream_count> next_chunk_number{};
   std::array<double, stream_count> block_rate_hz{};
   bool trial_open = false;
   bool finished = false;
-  std::optional<Error> failure;  ///< the first; ends all recording
+  std::optional<Error> failure;  ///< the first one; ends all recording
   std::optional<std::chrono::nanoseconds> last_commit;
-  std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< of a file that was gone on with
+  std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< of a resumed file
   Continuation continuation;
-  std::optional<ReplayVerifier> verifier;  ///< while the past is played
-  bool resumed = true;                     ///< false: the file still says that the run has ended
+  std::optional<ReplayVerifier> verifier;  ///< set during the replay
+  bool resumed = true;                     ///< false: the file still records the end of the run
   std::atomic<std::int64_t> commit_lag_ns{-1};  ///< longest since commit_lag(); -1: no commit
   std::atomic<bool> has_notice{false};
   std::mutex notice_mutex;
   std::string notice;
-  std::unique_ptr<WriterThread> thread;  ///< gone before the writer; none: all is written at once
+  std::unique_ptr<WriterThread> thread;  ///< destroyed before the writer; null: writes are done
+                                         ///< immediately
 
-  /// Locks of others are waited for, and reported by take_notice().
+  /// Waits for locks of other programs; take_notice() reports them.
   void wait_for_locks() {
     writer->wait_for_locks([this](std::string text) {
       const std::lock_guard lock(notice_mutex);
@@ -85,19 +86,19 @@ struct Recorder::Impl {
     });
   }
   Status ready(bool in_trial);
-  /// Does it with the writer now, or hands it to the thread. Keeps the first failure.
+  /// Runs the job on the writer now, or queues it for the thread. Keeps the first failure.
   template <class Job>
   Status write(Job job);
   /// write() of a job that commits, timed for commit_lag().
   template <class Job>
   Status write_commit(Job job);
-  /// Nothing is written while the past is played, and nothing before the file says that it goes on.
+  /// Nothing is written during the replay, nor before the file records the resume.
   Status resume_recording(TimePoint now);
   Status write_chunk(ChunkBuffer& buffer);
   Status write_chunks();
 
   ChunkBuffer& buffer(Stream stream) { return buffers[static_cast<std::size_t>(stream)]; }
-  /// A row of this stamp, which `encode` puts into the buffer's slot.
+  /// Adds a row with this stamp; `encode` fills the buffer's slot.
   template <class Encode>
   Status add(Stream stream, const Stamp& stamp, Encode encode);
   Status begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz);
@@ -129,15 +130,16 @@ Status Recorder::Impl::write_commit(Job job) {
   return write([this, begun = steady_wall_now(), job = std::move(job)](CampaignWriter& w) {
     Status done = job(w);
     const std::int64_t lag_ns = (steady_wall_now() - begun).count();
-    commit_lag_ns = std::max(commit_lag_ns.load(), lag_ns);  // jobs run one after the other
+    commit_lag_ns = std::max(commit_lag_ns.load(), lag_ns);  // jobs run one after the other, so
+                                                             // this needs no exchange
     return done;
   });
 }
 
 Status Recorder::Impl::resume_recording(TimePoint now) {
   if (resumed) return {};
-  // Here, not on a thread of the writer: nothing moves yet, and the end is forgotten only of a file
-  // that can be written.
+  // Runs here and not on the writer's thread: the bench does not move yet. The recorded end is
+  // cleared only if the file can be written.
   Status ok = writer->require_no_reader();
   if (ok && continuation.before_writing) ok = continuation.before_writing();
   if (ok) ok = writer->begin_writing();
@@ -211,7 +213,7 @@ Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, d
                                  static_cast<std::int64_t>(kind.axes),
                                  kind.unit,
                                  kind.quanta_per_unit};
-  if (!verifier)  // else it is on record
+  if (!verifier)  // otherwise it is on record already
     if (auto done = write([record](CampaignWriter& w) { return w.block_stream(record); }); !done)
       return done;
   block_rate_hz[static_cast<std::size_t>(kind.stream)] = rate_hz;
@@ -388,7 +390,7 @@ Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view 
 
 Status Recorder::commit_if_due(std::chrono::nanoseconds steady_wall) {
   if (!impl_->last_commit) impl_->last_commit = steady_wall;
-  // A thread needs some of the budget for itself.
+  // The thread needs part of the budget.
   const auto budget = impl_->thread ? commit_budget / 2 : commit_budget;
   if (steady_wall - *impl_->last_commit < budget) {
     if (impl_->failure) return tl::unexpected<Error>(*impl_->failure);

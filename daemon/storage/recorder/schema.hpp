@@ -3,7 +3,7 @@
 
 namespace weft::daemon {
 
-/// Marks the file as Weft's in its header: "WEFT" in ASCII.
+/// Identifies a Weft file in the SQLite header: "WEFT" in ASCII.
 constexpr int campaign_application_id = 0x57454654;
 constexpr int campaign_schema_version = 1;
 
@@ -46,16 +46,16 @@ CREATE TABLE journal (
 ) STRICT;
 )sql";
 
-/// 1 in the file itself while a log belongs to it, 0 in that log: a file that has lost its log says
-/// so. One row; files from before there was this table have none.
+/// 1 in the file itself while a log belongs to it, 0 in that log. So a file that has lost its log
+/// can be recognised. One row; older files lack the table.
 constexpr const char* log_expected_schema_sql = R"sql(
 CREATE TABLE IF NOT EXISTS log_expected (
   id INTEGER PRIMARY KEY CHECK (id = 1), expected INTEGER NOT NULL
 ) STRICT;
 )sql";
 
-/// Made with the campaign of a sweep: a file without one is as it was before there were any. The
-/// values are SI, as the factors' names say.
+/// Created only for a sweep; other files stay identical to those of earlier versions. Values are
+/// SI, as the factor names state.
 constexpr const char* factor_schema_sql = R"sql(
 CREATE TABLE factor (position INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE) STRICT;
 CREATE TABLE trial_factor (
@@ -66,7 +66,7 @@ CREATE TABLE trial_factor (
 constexpr const char* has_table_sql =
     "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?";
 
-/// Made with the first trial whose place is known: likewise.
+/// Created with the first trial that has a known place.
 constexpr const char* place_schema_sql = R"sql(
 CREATE TABLE IF NOT EXISTS trial_place (
   trial INTEGER PRIMARY KEY REFERENCES trial (id),
@@ -74,7 +74,7 @@ CREATE TABLE IF NOT EXISTS trial_place (
 ) STRICT;
 )sql";
 
-/// Made with the first trial whose rest was measured: likewise.
+/// Created with the first trial that has a measured rest.
 constexpr const char* rest_schema_sql = R"sql(
 CREATE TABLE IF NOT EXISTS trial_rest (
   trial INTEGER PRIMARY KEY REFERENCES trial (id), weight_n REAL NOT NULL,
@@ -82,8 +82,8 @@ CREATE TABLE IF NOT EXISTS trial_rest (
 ) STRICT;
 )sql";
 
-/// Made with the first block of a campaign: a file without vibrations is as it was before there
-/// were any.
+/// Created with the first block; files without vibrations stay identical to those of earlier
+/// versions.
 constexpr const char* block_stream_schema_sql = R"sql(
 CREATE TABLE IF NOT EXISTS block_stream (
   stream INTEGER PRIMARY KEY, rate_hz REAL NOT NULL, readings INTEGER NOT NULL,

@@ -28,7 +28,8 @@ Errc code_of(int sqlite_code) {
   }
 }
 
-/// Who has locked the file, for people; empty for another fault, or without a known holder.
+/// Programs that have locked the file, for the error text; empty for another error or without a
+/// known holder.
 std::string holders_of(int sqlite_code, const FilePath& file) {
   if (!file || code_of(sqlite_code) != Errc::busy) return {};
   return file_holders({*file, *file + "-wal", *file + "-shm"});
@@ -55,7 +56,7 @@ tl::unexpected<Error> database_error(sqlite3* database, const FilePath& file, st
                .hint = hint_for(code)});
 }
 
-/// SQLite removes a log whose file is empty, and reading is enough for that.
+/// SQLite deletes a log if its file is empty, even when only reading.
 bool is_orphan(const std::filesystem::path& path) {
   std::error_code none;
   const std::uintmax_t bytes = std::filesystem::file_size(path, none);
@@ -67,7 +68,7 @@ bool is_there(const std::filesystem::path& path) {
   return std::filesystem::exists(path, none);
 }
 
-/// The file says that a log belongs to it, and there is none, nor anything to be taken back.
+/// True if the file header expects a log, but neither a log nor a rollback journal exists.
 bool lacks_log(const std::filesystem::path& path) {
   constexpr std::size_t read_version_at = 19;
   constexpr std::uint8_t write_ahead = 2;
@@ -77,7 +78,8 @@ bool lacks_log(const std::filesystem::path& path) {
   return file && file->fill(0, begin) && begin[read_version_at] == write_ahead;
 }
 
-/// Makes SQLite leave the folder as it is: it would put an empty log beside a file that lacks one.
+/// URI that makes SQLite leave the folder unchanged: otherwise it would create an empty log beside
+/// a file that lacks one.
 std::string untouched_uri(const std::filesystem::path& path) {
   std::string uri = "file:";
   for (const char c : path.string()) {
@@ -90,8 +92,8 @@ std::string untouched_uri(const std::filesystem::path& path) {
   return uri + "?immutable=1";
 }
 
-/// A process died while it changed the file's kind of journal: nobody can read before the change is
-/// taken back, and that is a write.
+/// True if a process died while it changed the journal mode of the file: the change must be rolled
+/// back before any read, which is a write.
 bool needs_rollback(sqlite3* database) {
   return sqlite3_exec(database, "PRAGMA schema_version", nullptr, nullptr, nullptr) != SQLITE_OK &&
          sqlite3_extended_errcode(database) == SQLITE_READONLY_ROLLBACK;
@@ -209,7 +211,7 @@ void Database::wait_for_others(std::chrono::milliseconds longest, WaitCallback o
   sqlite3_busy_handler(raw_.get(), &Wait::on_busy, wait_.get());
 }
 
-// SQLite counts the calls of one wait from 0.
+// SQLite passes the number of calls in this wait, from 0.
 int Database::Wait::on_busy(void* self, int call) {
   constexpr std::chrono::milliseconds first{2}, most{50};
   auto& wait = *static_cast<Wait*>(self);
@@ -230,7 +232,7 @@ sqlite3_file* Database::file() const {
 }
 
 bool Database::has_moved() const {
-  int moved = 0;  // stays so in memory
+  int moved = 0;  // stays 0 for a database in memory
   sqlite3_file_control(raw_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
   return moved != 0;
 }

@@ -21,10 +21,11 @@ namespace weft::daemon::sqlite {
 
 enum class Mode { read_only, read_write, create };
 
-/// Whose errors these are, for people.
+/// Path of the file, for error messages.
 using FilePath = std::shared_ptr<const std::string>;
 
-/// A prepared statement. Bound text and blobs must outlive the next run() or step().
+/// A prepared statement. Bound text and blobs must stay valid until the next run() or step() has
+/// finished.
 class Statement {
  public:
   Statement() = default;
@@ -38,14 +39,14 @@ class Statement {
   Statement& bind(int index, Int value) {
     return bind(index, static_cast<std::int64_t>(value));
   }
-  /// Nothing is NULL.
+  /// An empty optional is NULL.
   template <class Value>
   Statement& bind(int index, const std::optional<Value>& value) {
     if (value) return bind(index, *value);
     bind_result_ |= sqlite3_bind_null(raw_.get(), index);
     return *this;
   }
-  /// All parameters, from the first on.
+  /// Binds all parameters, starting with the first.
   template <class... Values>
   Statement& bind_all(const Values&... values) {
     int index = 0;
@@ -53,16 +54,16 @@ class Statement {
     return *this;
   }
 
-  /// For statements that return no row: executes and makes ready for the next bindings.
+  /// For statements that return no row: executes, then resets for the next bindings.
   Status run();
-  /// bind_all() and run(): these values need not live longer.
+  /// bind_all() and run(); the values need not outlive the call.
   template <class First, class... Values>
   Status run(const First& first, const Values&... values) {
     return bind_all(first, values...).run();
   }
-  /// True while there is a row to read. The statement is reset at the end and on failure.
+  /// True if a row is available. The statement is reset at the end and on failure.
   Result<bool> step();
-  /// Gives the statement to `take`, which returns a Status or nothing, at each row that is left.
+  /// Calls `take` with the statement for each remaining row; `take` returns a Status or nothing.
   template <class Take>
   Status each(Take take) {
     auto row = step();
@@ -96,17 +97,18 @@ class Statement {
 /// An open database file, used by one thread at a time.
 class Database {
  public:
-  /// A file that a kill left in the middle of a change is first put back as it was, also to be
-  /// read. Errors: io, parse; wrong_state, where another process has it; corrupt, where there is a
-  /// write-ahead log but no file for it.
+  /// Opens a file. If a process was killed during a change, the change is rolled back first, even
+  /// for reading. Errors: io, no_space, parse, busy if another process has locked the file; corrupt
+  /// if a write-ahead log exists without its file.
   static Result<Database> open(const std::filesystem::path& path, Mode mode);
-  /// Without its log, to be read: takes no lock and leaves the folder as it is. Errors: io.
+  /// Opens a file for reading without its log: takes no lock and leaves the folder unchanged.
+  /// Errors: io.
   static Result<Database> open_untouched(const std::filesystem::path& path);
 
-  /// Runs statements that return nothing of interest.
+  /// Runs statements without results.
   Status execute(const char* sql);
   Result<Statement> prepare(std::string_view sql);
-  /// Prepares `sql` and gives its rows to `take`, as Statement::each().
+  /// Prepares `sql` and passes its rows to `take`, see Statement::each().
   template <class Take>
   Status each(std::string_view sql, Take take) {
     auto query = prepare(sql);
@@ -120,25 +122,27 @@ class Database {
     if (!statement) return pass(std::move(statement).error());
     return statement->run(values...);
   }
-  /// The first column of the first row, with the only parameter `text` where there is one; nothing
-  /// where there is no row.
+  /// The first column of the first row, with `text` as the only parameter, if any; nothing without
+  /// a row.
   Result<std::optional<std::int64_t>> integer(std::string_view sql, std::string_view text = {});
-  /// Writes into `pages`, after each commit, how many pages the write-ahead log has; from now on
-  /// the caller folds it in.
+  /// After each commit, stores the number of pages in the write-ahead log in `pages`. From now on
+  /// the caller must fold the log.
   void count_log_pages(int* pages);
-  /// Called on the waiting thread, once in a wait, after `report_after`: how long it has waited.
+  /// Called on the waiting thread, once per wait, after `report_after`; `waited`: time waited so
+  /// far.
   using WaitCallback = std::function<void(std::chrono::milliseconds waited)>;
   static constexpr std::chrono::milliseconds report_after{1'000};
-  /// From now on a statement waits so long for others to be done with the file.
+  /// From now on a statement waits up to `longest` for other users of the file.
   void wait_for_others(std::chrono::milliseconds longest, WaitCallback on_wait = {});
-  /// The file beneath; of the database as long as it is open. Nothing: none.
+  /// The underlying file, valid while the database is open; null if there is none.
   [[nodiscard]] sqlite3_file* file() const;
-  /// The name that it was opened by is another file's by now, or nobody's: what is written is lost
-  /// with the process.
+  /// True if the name of the open file belongs to another file or was removed: anything written is
+  /// then lost when the process ends.
   [[nodiscard]] bool has_moved() const;
-  /// A statement that writes into a file that stays open for long. Errors: io, if it has moved.
+  /// For a statement that writes to a file that stays open for long. Errors: io if the file has
+  /// moved.
   Result<Statement> prepare_to_write(std::string_view sql);
-  /// As it was opened.
+  /// The path, as it was opened.
   [[nodiscard]] std::string name() const { return file_ ? *file_ : ""; }
   [[nodiscard]] std::int64_t last_row_id() const { return sqlite3_last_insert_rowid(raw_.get()); }
 
@@ -148,36 +152,36 @@ class Database {
   };
   static Result<Database> open_named(const std::filesystem::path& path, const std::string& name,
                                      int flags);
-  /// Of others that have the file locked; its place is SQLite's to keep.
+  /// State of a wait for other users of the file; SQLite keeps a pointer to it.
   struct Wait {
     static int on_busy(void* self, int call);
     std::chrono::milliseconds longest{}, waited{};
     WaitCallback on_wait;
   };
-  std::unique_ptr<Wait> wait_;  ///< outlives the connection
+  std::unique_ptr<Wait> wait_;  ///< must outlive the connection
   std::unique_ptr<sqlite3, Close> raw_;
   FilePath file_;
 };
 
-/// Reads through SQLite's own files: POSIX takes all of a process's locks on a file away when it
-/// closes any descriptor of it, and without its lock a writer's log is deleted under it by the next
+/// Reads a file through SQLite's own descriptors. POSIX drops all locks of a process on a file when
+/// it closes any descriptor of that file. Without its lock, a writer's log is deleted by the next
 /// program that closes the file (SQLite, "How To Corrupt An SQLite Database File", 2.2). The file
 /// need not be a database. Takes no lock, changes nothing.
 class RawFile {
  public:
-  /// Errors: io, also where there is no file.
+  /// Errors: io, also if there is no file.
   static Result<RawFile> open(const std::filesystem::path& path);
 
-  /// Fills `to` from byte `at` on, zeros behind the end. Returns how many of the bytes the file
-  /// has. Errors: io.
+  /// Fills `to` from byte `at` on, with zeros after the end of the file. Returns the number of
+  /// bytes the file has there. Errors: io.
   [[nodiscard]] Result<std::size_t> read(std::uint64_t at, std::span<std::uint8_t> to) const;
-  /// True where the file has all of them.
+  /// True if the file has all of the bytes.
   [[nodiscard]] bool fill(std::uint64_t at, std::span<std::uint8_t> to) const;
 
  private:
   RawFile(Database database, sqlite3_file* file) : database_(std::move(database)), file_(file) {}
   Database database_;
-  sqlite3_file* file_;  ///< the database's
+  sqlite3_file* file_;  ///< owned by the database
 };
 
 }  // namespace weft::daemon::sqlite

@@ -18,8 +18,8 @@ namespace {
 using classifier::vibro::Channel;
 using classifier::vibro::Recording;
 
-constexpr double usual_hz = 20;                             // below it nothing vibrates
-constexpr std::size_t most_samples = std::size_t{1} << 24;  // a line
+constexpr double usual_hz = 20;                             // lower rates contain no vibration
+constexpr std::size_t most_samples = std::size_t{1} << 24;  // per line
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> out;
@@ -35,27 +35,27 @@ Status check_folder(const std::filesystem::path& folder) {
   return fail({.code = Errc::not_found, .where = folder, .what = "no such folder"});
 }
 
-// What the times of a table tell of its rate.
+// The rate of a table, from its times.
 struct TimedRate {
   double measured_hz = 0.0;
-  double written_hz = 0.0;    // with as many digits as mean something
-  double tolerance_hz = 0.0;  // by which `measured_hz` may be off
+  double written_hz = 0.0;    // rounded to its significant digits
+  double tolerance_hz = 0.0;  // largest error of `measured_hz`
 };
 
-// Where the most time went by from one sample to the next.
+// The longest interval between two samples, and its place.
 struct LongestInterval {
   double s = 0.0;
   std::string where;
 };
 
-// Few decimals of the times tell the rate to a hundredth, a slow one to four digits.
+// Times have few decimals: the rate is significant to 0.01 Hz, and a slow one to four digits.
 TimedRate timed_rate(double rate_hz, double tolerance_hz) {
   const double grain = rate_hz >= 1 ? 0.01 : std::pow(10.0, std::floor(std::log10(rate_hz)) - 3);
   return {rate_hz, std::round(rate_hz / grain) * grain, tolerance_hz};
 }
 
-// The rate of times that are even but for how they are written: both ends may be off by as much as
-// the worst time between them, over all of the duration. No sample may be missing.
+// The rate of evenly spaced times that were rounded when written. Each end may be off by the
+// largest rounding error in between, over the whole duration. No sample may be missing.
 Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInterval& longest) {
   const double duration_s = times.back() - times.front();
   const double step_s = duration_s / static_cast<double>(times.size() - 1);
@@ -74,14 +74,14 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
 }
 
-// Whether a time lies before those of many samples. Of samples that were read late some few are out
-// of order.
+// True if a time is earlier than many samples before it. A few samples that were read late may be
+// out of order.
 bool runs_backwards(const std::vector<double>& times, double t_s) {
   constexpr std::size_t most_out_of_order = 8;
   return times.size() > most_out_of_order && t_s < times[times.size() - 1 - most_out_of_order];
 }
 
-// Where samples are missing between two that follow each other, at the stated rate.
+// Gaps between consecutive samples, at the stated rate.
 std::vector<classifier::vibro::Gap> find_pauses(const std::vector<double>& times, double rate_hz) {
   std::vector<std::int64_t> t_ns;
   for (const double s : times) t_ns.push_back(std::llround(1e9 * (s - times.front())));
@@ -93,12 +93,12 @@ std::vector<classifier::vibro::Gap> find_pauses(const std::vector<double>& times
   return out;
 }
 
-// The tables with the same columns of one set are of one rate where their times do not tell
-// otherwise: that of the first, or, where a table knows better, of the one whose times tell it
-// best.
+// Tables of one set with the same columns share one rate, unless their times show another. It is
+// the first table's rate, or that of the table with the most precise times if one contradicts the
+// first.
 class TableRates {
  public:
-  /// `first_channel`, `channels`: of the recording, which the table has.
+  /// `first_channel`, `channels`: the channels of the recording that come from the table.
   void add(std::size_t recording, std::size_t first_channel, std::size_t channels,
            const TimedRate& own) {
     tables_.push_back({recording, first_channel, channels, own});
@@ -138,7 +138,7 @@ class TableRates {
   std::vector<Table> tables_;
 };
 
-// Evenly sampled columns beside a column of times; the rate of its channels is settled later.
+// Evenly sampled columns beside a column of times; TableRates sets the rate of the channels later.
 Result<TimedRate> read_table(const std::filesystem::path& path, const std::string& time,
                              double stated_hz, Recording& out, std::vector<Warning>& warnings) {
   auto csv = CsvTable::open(path);
@@ -211,7 +211,7 @@ std::string texture_name(std::size_t number) {
   return std::string("texture") + (number < 10 ? "0" : "") + std::to_string(number);
 }
 
-// One channel of every texture; where there is no sound track, nothing.
+// One channel of every texture; empty for a texture without a sound track.
 Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::path& folder,
                                                         const std::string& name, Channel& channel) {
   constexpr std::size_t textures = 12;
@@ -253,10 +253,10 @@ Result<RecordingSet> finished(RecordingSet set, const std::filesystem::path& fro
 
 namespace {
 
-// A file of a manifest, alone. The rate of a table is that of its times.
+// One file of a manifest. The rate of a table is computed from its times.
 struct OneFile {
   Recording recording;
-  std::optional<TimedRate> rate = {};  // of a table
+  std::optional<TimedRate> rate = {};  // only for a table
 };
 
 Result<OneFile> read_file(const ManifestEntry& entry, double stated_hz,
@@ -284,7 +284,7 @@ tl::unexpected<Error> not_of_one(const ManifestEntry& entry, const std::string& 
                .hint = "Files with one name under `recording` were recorded at the same time"});
 }
 
-// The channels of another file beside those of a recording: both begin at the same instant.
+// Adds the channels of another file to a recording; both start at the same instant.
 Status join(const ManifestEntry& entry, Recording file, Recording& whole) {
   if (file.label != whole.label)
     return not_of_one(entry, "another label than the recording's other file", whole.label,
@@ -307,7 +307,7 @@ Status join(const ManifestEntry& entry, Recording file, Recording& whole) {
   return {};
 }
 
-// The place of the recording that a file is a part of; that of a new one where there is none yet.
+// Index of the recording that a file belongs to; the next index for a new recording.
 std::size_t place_of(const ManifestEntry& entry, std::map<std::string, std::size_t>& places,
                      std::size_t recordings) {
   return entry.recording.empty() ? recordings
@@ -322,7 +322,7 @@ Result<RecordingSet> import_recordings(const std::filesystem::path& path, double
   if (!manifest) return pass(manifest.error());
   RecordingSet set{path.stem().string(), "recordings", manifest->bench, {}};
   set.group_columns = manifest->group_columns;
-  std::map<std::string, TableRates> rates;  // by the first column
+  std::map<std::string, TableRates> rates;  // by the name of the first channel
   std::map<std::string, std::size_t> places;
   for (const ManifestEntry& entry : manifest->entries) {
     auto file = read_file(entry, rate_hz, set.warnings);

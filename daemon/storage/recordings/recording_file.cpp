@@ -42,7 +42,7 @@ void write_samples(hdf5::Writer& out, const RecordingSet& set, std::size_t chann
   out.column(column_of(channel, "samples"), hdf5::concatenate(set.recordings, samples));
 }
 
-/// A set without gaps has no group for them.
+/// A set without gaps has no HDF5 group for them.
 void write_gaps(hdf5::Writer& out, const RecordingSet& set) {
   std::vector<std::uint64_t> recording;
   std::vector<Gap> gaps;

@@ -58,7 +58,7 @@ struct Span {
   std::int64_t from_ns = 0, to_ns = 0;
 };
 
-// Where phase M lies on the host clock; nothing without one.
+// The span of phase M on the host clock; nothing without a phase M.
 std::optional<Span> find_motion(const classifier::Trial& trial, const TrialRecord& record) {
   std::optional<Span> out;
   for (std::size_t i = 0; i < trial.samples(); ++i) {
@@ -69,7 +69,7 @@ std::optional<Span> find_motion(const classifier::Trial& trial, const TrialRecor
   return out;
 }
 
-/// Where another phase lies within the motion, in seconds after `begin_ns`.
+/// Spans of other phases within the motion [s after `begin_ns`].
 std::vector<classifier::vibro::Gap> find_gaps(const classifier::Trial& trial,
                                               const TrialRecord& record, std::int64_t begin_ns) {
   std::vector<classifier::vibro::Gap> out;
@@ -92,7 +92,8 @@ tl::unexpected<Error> lost_blocks(std::int64_t at_ns) {
                .got = "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock"});
 }
 
-// Samples of the blocks that lie in M whole, an array per axis, and where the first one begins.
+// Samples of the blocks that lie wholly in M, one array per axis. Returns the start of the first
+// block.
 Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& format,
                                  std::size_t axes, double per_unit, Span motion,
                                  std::vector<std::vector<double>>& out) {
@@ -100,7 +101,7 @@ Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& f
   out.resize(first_channel + axes);
   const auto block_ns =
       static_cast<std::int64_t>(1e9 * static_cast<double>(format.readings) / format.rate_hz);
-  // Blocks are stamped as they arrive: half of one is what that may be late.
+  // Blocks are stamped on arrival, so a stamp may be late by up to half a block.
   const std::int64_t tolerance_ns = block_ns / 2;
   bool begun = false;
   std::int64_t begin_ns = 0, end_ns = 0;
@@ -121,8 +122,8 @@ Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& f
   return begin_ns;
 }
 
-// Streams have blocks of different length: all channels begin where the last of them does, which
-// is returned.
+// Blocks of different streams have different lengths: all channels are cut to the latest start,
+// which is returned.
 std::int64_t align(const std::vector<std::int64_t>& begin_ns, const std::vector<Channel>& channels,
                    std::vector<std::vector<double>>& samples) {
   const std::int64_t common_ns = std::ranges::max(begin_ns);
@@ -180,7 +181,7 @@ std::string recordings_sha256(const RecordingSet& set) {
       hash.number(static_cast<std::uint64_t>(r.samples[c].size()));
       hash.numbers(std::span<const double>(r.samples[c]));
     }
-    for (const classifier::vibro::Gap& gap : r.gaps) {  // of most recordings none
+    for (const classifier::vibro::Gap& gap : r.gaps) {  // usually none
       hash.number(gap.from_s);
       hash.number(gap.to_s);
     }
@@ -207,7 +208,7 @@ Copies copies_in(const RecordingSet& set) {
 }
 
 std::vector<Warning> find_data_warnings(const RecordingSet& set) {
-  // Of noise the power in a bin of a frame is about 1000 times the mean square; the floor,
+  // The power of noise in one bin of a frame is about 1000 times its mean square; the floor,
   // librosa's amin, is 1e-10.
   constexpr double least_deviation = 1e-6;
   std::vector<CheckedSignal> signals;
@@ -247,7 +248,7 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
     const auto motion = find_motion(trial, record);
     if (!motion) return fail({.where = trial.file, .what = "a trial without phase M"});
-    std::vector<std::int64_t> begin_ns;  // of each channel
+    std::vector<std::int64_t> begin_ns;  // per channel
     const auto read = [&](const BlockStream& stream, const BlockFormat& format, std::size_t axes,
                           double per_unit) -> Status {
       if (format.readings == 0) return {};

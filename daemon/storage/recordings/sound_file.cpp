@@ -21,12 +21,12 @@ namespace {
 
 enum class ByteOrder { little, big };
 
-/// Where the samples of a file begin, and how long its header says that they are [bytes].
+/// Start of the samples in a file, and their length according to the header [bytes].
 struct SampleChunk {
   std::uintmax_t begin = 0, bytes = 0;
 };
 
-/// The fields of a sound file's header, by their place.
+/// Reads fields of a sound file's header by their offset.
 class SoundHeader {
  public:
   explicit SoundHeader(const std::filesystem::path& path) : in_(path, std::ios::binary) {}
@@ -57,13 +57,13 @@ class SoundHeader {
   std::ifstream in_;
 };
 
-// Chunk by chunk: a name, a length, and so many bytes, an even number of them. RF64 has the length
-// of its samples in `ds64`, after that of the file.
+// A chunk is a name, a length and that number of bytes, padded to an even number. RF64 stores the
+// length of its samples in `ds64`, after the length of the file.
 std::optional<SampleChunk> find_samples(SoundHeader& header, std::string_view chunk,
                                         ByteOrder order) {
   constexpr std::uintmax_t first_chunk = 12, chunk_head = 8, in_ds64 = 0xffffffff;
   std::optional<std::uintmax_t> long_bytes;
-  constexpr int most_chunks = 1000;  // of a file of zeros each eight bytes would be one
+  constexpr int most_chunks = 1000;  // in a file of zeros every eight bytes would be a chunk
   std::uintmax_t at = first_chunk;
   for (int chunks = 0; chunks < most_chunks; ++chunks) {
     const std::string name = header.name(at);
@@ -99,14 +99,14 @@ tl::unexpected<Error> broken(const std::filesystem::path& path, Errc code, std::
                .hint = std::move(hint)});
 }
 
-// What arecord and SoX write into a pipe (0x7ffff000, 0x7fffff00, 0x80000000, of AIFF 0x7f000000,
-// each a few bytes more), and all bits set.
+// False for lengths that arecord and SoX write into a pipe (0x7ffff000, 0x7fffff00, 0x80000000, for
+// AIFF 0x7f000000, each a few bytes more), and for all bits set.
 bool writer_knew(std::uintmax_t bytes) {
   return bytes < 0x7f000000 || bytes > 0xffffffff;
 }
 
-// Whether a WAV, AIFF or AU file has all samples that its header promises. The count of the whole
-// file is often wrong, and chunks behind the samples do not matter.
+// Checks that a WAV, AIFF or AU file has all samples that its header announces. The length of the
+// whole file is often wrong, and chunks after the samples do not matter.
 Status check_length(const std::filesystem::path& path) {
   SoundHeader header(path);
   const auto samples = samples_of(header);
@@ -124,8 +124,9 @@ Status check_length(const std::filesystem::path& path) {
                 std::to_string(samples->begin + samples->bytes) + " bytes", std::to_string(bytes));
 }
 
-// libsndfile, loaded at the first sound file: with its codecs it is 0.8 MB, which a daemon that
-// reads none need not hold. Functions by their names in its header; all null where it is missing.
+// libsndfile, loaded with the first sound file: with its codecs it takes 0.8 MB, which a daemon
+// without sound files saves. Members are named as in its header; all null if the library is
+// missing.
 struct SndfileLibrary {
   decltype(&::sf_open) open = nullptr;
   decltype(&::sf_close) close = nullptr;
@@ -157,7 +158,7 @@ Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
   std::error_code unread;
   if (!std::filesystem::is_regular_file(path, unread))
     return broken(path, Errc::not_found, "no such sound file", {}, unread ? unread.message() : "");
-  // libsndfile takes what there is of a file that was cut.
+  // libsndfile reads a truncated file without an error.
   if (auto whole = check_length(path); !whole) return pass(whole.error());
   if (sndfile.open == nullptr)
     return broken(path, Errc::unsupported, "libsndfile cannot be loaded", "libsndfile.so.1", {},
