@@ -26,7 +26,7 @@ bool out_of_plan(const CampaignSummary& summary) {
          summary.outcome != recipes::Outcome::interrupted;
 }
 
-/// Somebody ended it before its plan was done: the last order that does so counts.
+/// Applies an order that ended the run before its plan was complete; the last such order counts.
 void apply_journal_order(const JournalEntry& entry, recipes::Outcome& outcome) {
   if (entry.kind == "stop_requested") outcome = recipes::Outcome::aborted;
   if (entry.kind != "order") return;
@@ -36,8 +36,8 @@ void apply_journal_order(const JournalEntry& entry, recipes::Outcome& outcome) {
   if (order == "abort" || order == "halt") outcome = recipes::Outcome::aborted;
 }
 
-/// What the journal tells: who ended it, how it was simulated, and how long it took on the bench's
-/// clock.
+/// Reads from the journal how the run was ended, how it was simulated, and its duration on the
+/// bench clock.
 Status add_journal(const fs::path& campaign, CampaignSummary& summary) {
   const auto journal = load_journal(campaign);
   if (!journal) return pass(journal.error());
@@ -78,7 +78,7 @@ Result<std::vector<CampaignBeside>> evaluated_beside(const ReportOptions& option
   return out;
 }
 
-/// `can_measure`: there are slides to be told apart. None, and why, where the classifier refuses.
+/// `can_measure`: the slides can be classified. Empty, with a note, if the classifier refuses.
 std::vector<Headline> headlines_of(const Dataset& dataset, bool can_measure,
                                    const ReportOptions& options) {
   if (options.handover != nullptr) return handover_headlines(*options.handover, dataset);
@@ -95,8 +95,8 @@ std::string_view text_of(const std::vector<HandoverText>& files, const std::stri
   return found == files.end() ? std::string_view() : std::string_view(found->text);
 }
 
-/// Adds what the hand-over has of confusions; its pages of imprints, and of sound and vibration.
-/// The report stands without them.
+/// Adds the handover's confusion matrices and its pages of imprints, or of sound and vibration. The
+/// report also works without them.
 std::vector<Document> add_handover(const std::vector<HandoverText>& files,
                                    std::vector<Headline>& headlines) {
   if (const auto text = text_of(files, evaluation_file_name); !text.empty())
@@ -121,12 +121,12 @@ EvaluateOptions evaluate_options(const ReportOptions& options) {
   out.repeats = options.repeats;
   out.threads = options.threads;
   out.stop = options.stop;
-  if (!options.beside.empty()) out.best_splits = 3;  // about 3 s a row of the demo on two cores
+  if (!options.beside.empty()) out.best_splits = 3;  // about 3 s per row of the demo on two cores
   return out;
 }
 
-/// What a live vote has left says nothing of all slides. Imprints have rules of their own: the
-/// hand-over's. So has a sweep: its cells are weighed against each other, see weft design analyse.
+/// False for three kinds of data. Slides left by a live vote do not represent all slides. Imprints
+/// have their own rules, in the handover. In a sweep cells are compared, see `weft design analyse`.
 bool splits_at_random(const Dataset& dataset) {
   return dataset.info.ended_early.empty() && !holds_imprints(dataset) &&
          dataset.info.factors.empty();

@@ -1,6 +1,6 @@
 #pragma once
-// The report of a campaign that is over, from its data set and its folder, as text: used by
-// `weft run`, `weft report` and the daemon.
+// The report of a finished campaign as text, from its data set and its folder. Used by `weft run`,
+// `weft report` and the daemon.
 
 #include <cstddef>
 #include <filesystem>
@@ -18,43 +18,45 @@
 namespace weft::daemon {
 
 struct ReportOptions {
-  std::size_t repeats = 30;                ///< random splits, beside the headline
+  std::size_t repeats = 30;                ///< random splits, in addition to the headline
   std::size_t threads = 0;                 ///< 0: one per core
-  const VerifyReport* verified = nullptr;  ///< of a report that is made afterwards
+  const VerifyReport* verified = nullptr;  ///< for a report made after the run
   Blocks tradeoff = {}, fidelity = {};     ///< sections
-  /// Of the campaign: its headline is this one's; nullptr: measured for the report.
+  /// Handover of the campaign, for the headline; nullptr: the headline is measured for the report.
   const HandoverResult* handover = nullptr;
-  /// Of that hand-over: evaluation.json and the records of its pages, for confusion matrices and
-  /// for what was learnt from imprints, or from sound and vibration.
+  /// Files of that handover: evaluation.json and the records of its pages. They give the confusion
+  /// matrices and the results from imprints, or from sound and vibration.
   std::vector<HandoverText> handover_files = {};
-  /// Folders of campaigns that differ in what a repetition is: rows beside this one's.
+  /// Folders of campaigns that differ in what a repetition is: additional rows of the table.
   std::vector<std::filesystem::path> beside = {};
   std::function<std::vector<AuditHeadline>()> audit = {};  ///< empty: left out
   EvaluationSink progress = {};
-  std::function<void(const std::string&)> note = {};  ///< a sentence about another step
+  std::function<void(const std::string&)> note = {};  ///< called with a sentence about each other
+                                                      ///< step
   StopRequested stop = {};
 };
 
 struct CampaignReport {
   std::string html, json;  ///< the two documents
   std::string summary;     ///< for a terminal
-  /// Why there are no accuracies: a campaign of one fabric, for example, has nothing to tell apart.
+  /// Reason for missing accuracies: a campaign of one fabric, for example, cannot be classified.
   std::optional<Error> not_classified;
-  bool selected = false;  ///< not classified, for a live vote has chosen what is left
+  bool selected = false;  ///< not classified, because a live vote selected the remaining slides
 };
 
-/// Classifies the data over random splits, unless slides of it ended early or it holds imprints or
-/// a sweep, and makes both documents. Errors: a run and a data set of different benches; those of
-/// campaigns beside it; wrong_state, when it was stopped.
+/// Makes both documents. Classifies the data over random splits, unless some slides ended early, or
+/// the data holds imprints or a sweep. Errors: a run and a data set of different benches; those of
+/// campaigns beside it; wrong_state if stopped.
 Result<CampaignReport> make_report(const CampaignSummary& summary, const Dataset& dataset,
                                    const ReportOptions& options);
 
-/// Of the files. Whether somebody cleaned up and how the rig was left is not in them. `dataset`: of
-/// the folder. Errors: those of its campaign file.
+/// From the files only: the clean-up and the state of the rig are not recorded there. `dataset`:
+/// the folder's. Errors: those of its campaign file.
 Result<CampaignSummary> load_summary(const std::filesystem::path& folder,
                                      const VerifyReport& verified, const Dataset& dataset);
 
-/// Those files of the campaign in `folder`; what cannot be read is left out.
+/// The files for ReportOptions::handover_files of the campaign in `folder`; unreadable files are
+/// left out.
 std::vector<HandoverText> load_handover_files(const std::filesystem::path& folder);
 
 /// report.html and report.json of the folder's campaign. Errors: verify()'s, load_summary()'s,
@@ -64,7 +66,7 @@ Result<std::vector<HandoverText>> report_texts(const std::filesystem::path& fold
                                                const HandoverResult& handover,
                                                ReportOptions options);
 
-/// "2 threads, Linux 6.1 x86_64, compiler 12.2.0": for figures of speed.
+/// "2 threads, Linux 6.1 x86_64, compiler 12.2.0": printed beside speed results.
 std::string machine_text();
 
 }  // namespace weft::daemon

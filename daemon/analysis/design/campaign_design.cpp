@@ -15,7 +15,7 @@ namespace {
 using nlohmann::ordered_json;
 namespace design = classifier::design;
 
-// of each point and draw a training for every repetition left out; docs/design.md says so
+// each point and each draw needs one training per repetition left out (docs/design.md)
 constexpr std::size_t reported_points = 5, reported_draws = 1;
 
 Result<DesignParts> sweep_parts(const Dataset& dataset) {
@@ -58,13 +58,14 @@ Result<RepetitionStudy> run_study(const Dataset& dataset, const std::string& exp
                          std::move(*curve), *forecast};
 }
 
-/// Sorts as the number does.
+/// Zero-padded, so that text sorts like the number.
 std::string padded(std::size_t number) {
   const std::string digits = std::to_string(number);
   return std::string(10 - std::min<std::size_t>(10, digits.size()), '0') + digits;
 }
 
-/// Numbers and names say nothing of each other, so one kind serves all rows.
+/// Repetition numbers, or the groups' names. They cannot be matched with each other, so one kind is
+/// used for all rows.
 std::vector<std::string> recorded_repetitions(const classifier::FeatureMatrix& matrix,
                                               const Dataset& dataset) {
   std::map<std::string_view, std::uint32_t> of_file;

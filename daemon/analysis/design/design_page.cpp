@@ -18,12 +18,12 @@ namespace weft::daemon {
 namespace {
 
 struct GridCell {
-  double value = 0;    ///< decides the shade
-  std::string words;   ///< written in the cell
-  std::string second;  ///< and beneath it: the interval
+  double value = 0;    ///< determines the shade
+  std::string words;   ///< text in the cell
+  std::string second;  ///< text below it: the interval
 };
 
-/// The darker the larger, from the least to the greatest value.
+/// Larger values are darker, from the least to the greatest value.
 double shade_of(double value, double least, double most) {
   constexpr double lightest = 0.1, darkest = 0.95;
   return most > least ? lightest + (darkest - lightest) * (value - least) / (most - least)
@@ -32,7 +32,7 @@ double shade_of(double value, double least, double most) {
 
 constexpr std::size_t most_maps = 12;
 
-/// The factors that have several values, by their place in SweepAnalysis::factors.
+/// Factors with several values, as indices of SweepAnalysis::factors.
 std::vector<std::size_t> varied(const SweepAnalysis& a) {
   std::vector<std::size_t> out;
   for (std::size_t f = 0; f < a.factors.size(); ++f) {
@@ -54,7 +54,7 @@ std::size_t find_place(const std::vector<double>& values, double value) {
   return static_cast<std::size_t>(std::ranges::find(values, value) - values.begin());
 }
 
-/// Cells of one map: those that agree in all factors but its two.
+/// Cells of one map: they agree in all factors except its two.
 struct Slice {
   std::string words;
   std::vector<std::size_t> cells;
@@ -80,7 +80,7 @@ std::vector<Slice> slices(const SweepAnalysis& a, const std::vector<std::size_t>
   return list;
 }
 
-/// What a map shows of a cell.
+/// A quantity that a map shows for each cell.
 struct Quantity {
   std::string short_title;
   const char* title;
@@ -118,7 +118,7 @@ const std::array<Quantity, 4> quantities{
      {"saturated", "share of values at an end of the taxels' range", saturated_of, true},
      {"seconds", "seconds on record per trial, median", seconds_of, true}}};
 
-/// Rows from below: as on an axis.
+/// Rows start at the bottom, like an axis.
 chart::Cells map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary,
                     const Slice& slice, const Quantity& quantity) {
   const std::size_t y_factor = vary.empty() ? 0 : vary[0];
@@ -151,7 +151,7 @@ chart::Cells map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary
   return out;
 }
 
-/// The cells with the best value; none where no value is a number.
+/// The cells with the best value; empty if no value is a number.
 std::vector<std::size_t> best_cells(const SweepAnalysis& a, const Quantity& quantity) {
   std::vector<std::size_t> best;
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
@@ -241,7 +241,7 @@ Blocks simulated_note(BenchKind kind) {
       "need not be best on cloth.");
 }
 
-/// Each cell that is left out, and why.
+/// Each cell that is left out, with the reason.
 Blocks left_out_list(const SweepAnalysis& a) {
   std::istringstream lines(format_left_out(a));
   Blocks out;

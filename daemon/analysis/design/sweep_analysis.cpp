@@ -15,7 +15,7 @@ namespace {
 
 namespace design = classifier::design;
 
-constexpr double lowest_count = 0, highest_count = 65535;  // ends of the array's range
+constexpr double lowest_count = 0, highest_count = 65535;  // limits of the array's range [count]
 constexpr std::size_t interval_resamples = 1000;
 
 CellValue mean_of_trials(const std::vector<double>& values, std::uint64_t seed) {
@@ -23,7 +23,7 @@ CellValue mean_of_trials(const std::vector<double>& values, std::uint64_t seed) 
           design::mean_interval(values, interval_resamples, seed)};
 }
 
-/// What is worked out of one cell by itself.
+/// Results of one cell by itself.
 struct CellOutcome {
   SweepCell cell;
   design::WeighedCell weighed;
@@ -78,7 +78,7 @@ std::vector<FactorShare> surest_values(const SweepAnalysis& analysis) {
   return out;
 }
 
-/// The cells that can be compared; the others are told of in `left_out`.
+/// The comparable cells; the others are added to `left_out`.
 std::vector<std::size_t> comparable(const std::vector<CellTrials>& cells,
                                     const std::vector<CellOutcome>& outcomes,
                                     std::vector<LeftOutCell>& left_out) {
@@ -116,7 +116,7 @@ Result<SweepAnalysis> analyse(const std::string& exploration, const std::vector<
     return fail({.code = Errc::invalid_argument,
                  .where = exploration,
                  .what = "no cell can be analysed; of the first: " + out.left_out.front().why});
-  std::set<std::string> fabrics, replicates;  // alike in all cells
+  std::set<std::string> fabrics, replicates;  // equal in all cells
   for (const classifier::Trial& trial : cells[comparable_cells.front()].trials) {
     fabrics.insert(trial.label);
     replicates.insert(trial.group);
@@ -163,7 +163,7 @@ constexpr std::array shown{
     Shown{"force_n", "force [N]", " N", 1}, Shown{"speed_mps", "speed [mm/s]", " mm/s", 1e3},
     Shown{"press_s", "press [s]", " s", 1}, Shown{"stroke_m", "stroke [mm]", " mm", 1e3}};
 
-/// A factor that a later version knows is shown as it is.
+/// A factor of a later version is shown by its name, without a unit.
 Shown shown_as(std::string_view factor) {
   for (const Shown& one : shown)
     if (one.name == factor) return one;
@@ -193,7 +193,7 @@ std::string format_seconds(const SweepAnalysis& a, std::size_t cell) {
   return fixed(a.cells[cell].seconds.value, 1) + " s";
 }
 
-/// Why this cell and no other: separability, then time, then signal over noise.
+/// Reason for the chosen cell: separability, then time, then signal-to-noise ratio.
 std::string format_rule(const SweepAnalysis& a) {
   const auto& c = a.choice;
   const std::string best = c.chosen == c.most_separable

@@ -40,7 +40,7 @@ Status check_sweep(const DatasetInfo& info) {
                .hint = "recipes/README.md says how to sweep"});
 }
 
-/// Sensors that differ answer differently, whatever the cell.
+/// Different sensors respond differently, so their cells cannot be combined.
 Status check_alike(const DatasetInfo& first, const DatasetInfo& info) {
   if (info.kind != first.kind)
     return apart("simulated and real data are never mixed", info,
@@ -85,17 +85,17 @@ double swept_seconds(const TrialRecord& record) {
   return static_cast<double>(record.t_ns.back() - record.t_ns.front()) / ns_per_s;
 }
 
-/// By the names of the cells' explorations, which two spellings of a value share.
+/// Cells by their exploration's name; two spellings of a value share one.
 using ByName = std::map<std::string, CellTrials>;
 
-/// Adds the cells that a data set plans, and its complete trials to them.
+/// Adds the cells that a data set plans, with its complete trials.
 Status add_cells(const Dataset& dataset, std::size_t number, std::map<std::string, ByName>& all) {
   const auto plan = swept_plan(dataset.info);
   if (!plan) return pass(plan.error());
   std::map<std::string, CellTrials*> cells;
   for (std::size_t e = 0; e < plan->explorations.size(); ++e) {
     const recipes::Exploration& exploration = plan->explorations[e];
-    // each of the recipe's explorations has one after the other all cells
+    // each of the recipe's explorations is followed by all its cells
     const std::string& base = plan->sweep->explorations[e / plan->sweep->cells.size()];
     CellTrials& cell = all[base][exploration.name];
     cell.factors = exploration.factors;
@@ -122,7 +122,7 @@ Status add_cells(const Dataset& dataset, std::size_t number, std::map<std::strin
 }
 
 struct Shape {
-  std::map<std::string, std::size_t> trials;  ///< of each fabric
+  std::map<std::string, std::size_t> trials;  ///< per fabric
   std::size_t replicates = 0;
   auto operator<=>(const Shape&) const = default;
   [[nodiscard]] std::size_t all() const {

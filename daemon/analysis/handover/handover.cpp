@@ -26,7 +26,7 @@ fs::path campaign_in(const fs::path& folder) {
   return folder / campaign_file_name;
 }
 
-/// The recipe on record against the rig on record.
+/// Checks the recorded recipe against the recorded rig.
 Result<recipes::Plan> load_plan(const fs::path& folder) {
   const auto header = load_header(campaign_in(folder));
   if (!header) return pass(header.error());
@@ -41,7 +41,8 @@ Result<recipes::Plan> load_plan(const fs::path& folder) {
                        recipes::to_string(report.problems.front())});
 }
 
-/// What is partial never goes into training: every planned trial is done, by the certificate.
+/// The certificate of a campaign with all planned trials done. Partial data is never used for
+/// training.
 Result<Certificate> complete_certificate(const fs::path& folder) {
   const auto read = read_certificate(folder);
   if (!read) return pass(read.error());
@@ -65,7 +66,7 @@ Result<Certificate> complete_certificate(const fs::path& folder) {
   return **read;
 }
 
-/// The complete trials, when they are those of the certificate.
+/// The complete trials, if they agree with the certificate.
 Result<Dataset> certified_data(const fs::path& folder, const Certificate& certificate,
                                const StopRequested& stop) {
   auto data = load_campaign(campaign_in(folder), {.stop_requested = stop});
@@ -80,7 +81,7 @@ Result<Dataset> certified_data(const fs::path& folder, const Certificate& certif
                .hint = "weft verify tells what differs"});
 }
 
-/// The wall time that the recipe gives, and the caller's own stop.
+/// The recipe's time limit and the caller's stop.
 class TimeLimit {
  public:
   TimeLimit(const HandoverHooks& hooks, double at_most_s)
@@ -88,7 +89,7 @@ class TimeLimit {
 
   [[nodiscard]] bool is_over() const { return now() - began_s_ > at_most_s_; }
   [[nodiscard]] bool stops() const { return (hooks_->stop && hooks_->stop()) || is_over(); }
-  /// In place of "stopped", which is all that those who were stopped know.
+  /// Replaces the general "stopped" error by the actual cause.
   [[nodiscard]] Error limited(Error error) const {
     if (hooks_->stop && hooks_->stop())
       return {.code = Errc::wrong_state, .what = "the hand-over was stopped before its end"};
@@ -109,7 +110,7 @@ class TimeLimit {
   double at_most_s_, began_s_;
 };
 
-/// Everything of it but the files.
+/// The handover without writing its files.
 class HandoverJob {
  public:
   HandoverJob(const Dataset& data, std::string dataset_sha256, const recipes::Plan& plan,
@@ -230,8 +231,8 @@ std::vector<HandoverText> records_of(const ordered_json& evaluation,
   return out;
 }
 
-/// The accuracies that are shown of the campaign, and its report, which has the same. A report that
-/// cannot be made costs nothing that was learnt: "report_error" says why there is none.
+/// Adds the reported accuracies and the campaign's report, which uses the same ones. A failed
+/// report does not fail the handover: "report_error" has the reason.
 Status add_report(const Dataset& data, const HandoverHooks& hooks, ordered_json& evaluation,
                   std::vector<HandoverText>& texts) {
   const auto stopped = [&hooks] { return hooks.stop && hooks.stop(); };
@@ -248,7 +249,7 @@ Status add_report(const Dataset& data, const HandoverHooks& hooks, ordered_json&
     return {};
   }
   for (HandoverText& file : *report) {
-    // An exploration's page may have its name.
+    // An exploration's page may have the same name.
     std::erase_if(texts, [&](const HandoverText& other) { return other.name == file.name; });
     texts.push_back(std::move(file));
   }

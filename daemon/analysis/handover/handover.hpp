@@ -1,8 +1,8 @@
 #pragma once
-// A complete campaign goes to the classifier as its recipe says: a model of each exploration (none
-// of sound and vibration), and an evaluation by models that never saw the repetitions they are
-// asked about. Only what the
-// campaign's certificate says was recorded takes part. See daemon/analysis/handover/README.md.
+// Runs the handover of a complete campaign, as its recipe requests. It trains one model per
+// exploration (none for sound and vibration) and evaluates it with models that have not seen the
+// tested repetitions. Only data that agrees with the campaign's certificate is used. See
+// daemon/analysis/handover/README.md.
 
 #include <filesystem>
 #include <functional>
@@ -17,32 +17,33 @@
 
 namespace weft::daemon {
 
-/// How a caller follows a hand-over and ends it. Each may be left empty.
+/// Progress and stop of a handover. Each member may be empty.
 struct HandoverHooks {
   EvaluationSink progress;
-  StopRequested stop;  ///< asked often, on several threads; what was done so far is thrown away
+  StopRequested stop;  ///< called often, on several threads; when stopped, results so far are
+                       ///< discarded
   classifier::SecondsNow seconds_now =
-      {};                   ///< without it no time is measured, and none is too long
+      {};                   ///< without it no time is measured, and the time limit does not apply
   std::size_t threads = 0;  ///< 0: one per core; models do not depend on it
-  /// Further files of the hand-over, of the data set, what was reached and the records so far
-  /// (evaluation.json and those of pages). Its error is told in evaluation.json and costs nothing
-  /// else; the recipe's time limit does not hold for it. The last argument is `stop`.
+  /// Makes further files of the handover from the data set, the results and the records so far
+  /// (evaluation.json and those of pages). An error is recorded in evaluation.json and does not
+  /// fail the handover. The recipe's time limit does not apply. The last argument is `stop`.
   std::function<Result<std::vector<HandoverText>>(const Dataset&, const HandoverResult&,
                                                   std::vector<HandoverText> records,
                                                   const StopRequested& stop)>
       report = {};
 };
 
-/// What the recipe of the campaign in `folder` says of it, as recorded, whatever has become of the
-/// recipe's file since; nothing where it says nothing. Errors: load_header()'s, not a usable
-/// recipe.
+/// The handover settings in the recorded recipe of the campaign in `folder`, whatever the recipe's
+/// file contains now; nothing if it has none. Errors: load_header()'s; an unusable recipe.
 Result<std::optional<recipes::Handover>> load_handover_spec(const std::filesystem::path& folder);
 
-/// Trains, evaluates and writes `folder`/handover, whole or not at all. One that is there, whole
-/// and of this data set, is given back and nothing is done; another one is set aside.
-/// Errors: wrong_state, when the campaign is not complete, another process works in the folder, or
-/// it was stopped; timeout, past the recipe's `at_most_s`; corrupt, when the campaign is not what
-/// its certificate says; not_found, when the recipe has none; the classifier's and the disk's.
+/// Trains, evaluates and writes `folder`/handover, completely or not at all. An existing handover
+/// that is intact and of this data set is returned unchanged; any other is set aside. Errors:
+/// wrong_state if the campaign is not complete, or when stopped; busy if another process works in
+/// the folder; timeout after the recipe's `at_most_s`; corrupt if the campaign disagrees with its
+/// certificate; not_found if the recipe requests no handover; those of the classifier and of
+/// writing files.
 Result<HandoverResult> run_handover(const std::filesystem::path& folder,
                                     const HandoverHooks& hooks);
 

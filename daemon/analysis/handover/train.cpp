@@ -26,17 +26,17 @@ using nlohmann::ordered_json;
 constexpr const char* model_name = "imprints";
 constexpr classifier::Learner imprint_learner = classifier::Learner::best;
 
-/// A learner of all rows of a matrix, and what others like it reached that lacked some of them.
+/// A learner trained on all rows of a matrix, and the evaluation of models that lacked some rows.
 struct EvaluatedModel {
   classifier::Evaluation evaluation;
   classifier::TrainedLearner learner;
   std::optional<classifier::VotePostprocessing>
-      postprocessing;  ///< nothing where no fold could be made
+      postprocessing;  ///< nothing if no fold could be made
   classifier::FoldReport folds;
   classifier::Recipe recipe;
-  double train_s = 0;  ///< of the model, measured
+  double train_s = 0;  ///< training time of the model, measured [s]
 };
-/// What to learn from, and what each split leaves out, in words.
+/// Training data, and a description of what each split leaves out.
 struct TrainingTask {
   std::string name;
   classifier::FeatureMatrix matrix;
@@ -45,7 +45,7 @@ struct TrainingTask {
   std::string left_out;
 };
 
-/// `announce` is told of both parts: "M1: 5 trainings, each without one group of repetitions".
+/// Calls `announce` before both parts: "M1: 5 trainings, each without one group of repetitions".
 /// Errors: the classifier's.
 Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::Learner learner,
                                           const classifier::TrainOptions& options,
@@ -73,7 +73,7 @@ Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::
       std::move(chosen->recipe),  train_s};
 }
 
-/// How it was trained, for the model's provenance.
+/// Description of the training, for the model's provenance.
 std::string format_training(std::string_view learner, const classifier::TrainOptions& options,
                             std::size_t labels, const classifier::FoldReport& folds) {
   return "by the recipe's hand_over: learner " + std::string(learner) + ", seed " +
@@ -84,8 +84,7 @@ std::string format_training(std::string_view learner, const classifier::TrainOpt
          std::string(to_string(classifier::resolved(options.tie, labels)));
 }
 
-/// What an evaluation says, for evaluation.json: evaluation_json() with the share of all answers
-/// and the calibration.
+/// An evaluation for evaluation.json: evaluation_json() plus pooled accuracy and calibration.
 ordered_json evaluated_json(const classifier::Evaluation& evaluation) {
   ordered_json out = evaluation_json(evaluation);
   out["pooled_accuracy"] = evaluation.confusion.accuracy();
@@ -157,7 +156,7 @@ Result<ImprintTrainingResult> train_imprints(
   const ci::FeaturePlan plan;
   auto matrix = ci::build_matrix(*imprints, ci::with_maps(plan), options.threads);
   if (!matrix) return pass(matrix.error());
-  // The recipe was refused unless each class has other objects to learn from.
+  // The recipe check requires that each class keeps two imprints when any object is left out.
   auto splits = classifier::leave_one_group_out(matrix->groups, matrix->labels);
   if (!splits) return pass(splits.error());
   auto candidates = ci::feature_set_candidates(*matrix, plan, options.cap);
@@ -191,7 +190,7 @@ ordered_json training_json(const ImprintTrainingResult& training_result) {
   return out;
 }
 
-// The model as a file, and the lines of evaluation.json about it.
+// Adds the model file and its entries in evaluation.json.
 Status add_model(const ImprintTrainingResult& training_result, ordered_json& evaluation,
                  std::vector<HandoverText>& texts) {
   std::ostringstream model;

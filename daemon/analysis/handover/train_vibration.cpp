@@ -17,11 +17,11 @@ namespace {
 
 namespace vibro = classifier::vibro;
 
-constexpr double longest_window_s = 2;  // the paper went on with it
+constexpr double longest_window_s = 2;  // the window with which the paper continued [s]
 constexpr double window_step_s = 1;
-constexpr std::size_t windows_of_a_texture = 100;  // the paper's
+constexpr std::size_t windows_of_a_texture = 100;  // as in the paper
 constexpr std::size_t fewest_at_random = 10;
-constexpr std::size_t random_splits = 5;     // fewer tell next to nothing of their spread
+constexpr std::size_t random_splits = 5;     // fewer show almost nothing of the spread
 constexpr std::size_t tradeoff_windows = 2;  // 1 s and 2 s
 constexpr std::size_t timed_windows = 31;
 
@@ -164,7 +164,7 @@ Blocks vibration_method(const RecordingSet& set, const VibrationTrainingResult& 
       "How the windows were made and asked about.", bench_badge(set.kind));
 }
 
-// Both protocols of "every": pictures, tables, and what the paper had.
+// Both protocols of "every": pictures, tables, and the paper's results.
 Result<Blocks> compared_learners(const RecordingSet& set, const VibroTradeoff& tradeoff) {
   TradeoffReport report;
   report.measure = "macro F-score";

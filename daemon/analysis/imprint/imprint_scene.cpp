@@ -25,7 +25,7 @@ struct ObjectPress {
   [[nodiscard]] double force_n() const { return heavy ? sim::heavy_press_n : sim::light_press_n; }
 };
 
-/// One object on the array at one level of fidelity.
+/// One object on the array at one fidelity level.
 class PressedObject {
  public:
   static Result<PressedObject> make(const sim::ObjectSpec& object, sim::Level level) {

@@ -1,5 +1,5 @@
 #pragma once
-// The scene `imprint`: Ellis' twelve objects pressed on the simulated array, lightly and heavily
+// The scene `imprint`: Ellis' twelve objects, pressed lightly and heavily on the simulated array
 // (Ellis 1986, section 3.1).
 
 #include <cstdint>
@@ -12,21 +12,21 @@ namespace weft::daemon {
 
 struct ImprintSceneOptions {
   sim::Level level = sim::Level::z_plus;    ///< z or z_plus
-  std::size_t side = sim::calibrated_side;  ///< taxels of the part that is read, 1 to 128
+  std::size_t side = sim::calibrated_side;  ///< side of the read part, 1 to 128 [taxels]
   std::uint64_t seed = 1;
-  std::size_t presses = 1;  ///< of each object with each force
+  std::size_t presses = 1;  ///< per object and force
   sim::TaxelParams taxels = {};
 };
 
-/// A hand overshoots before it holds still: by up to so much of the force [E]. The cover lets go
-/// late, so that a reading remembers it.
+/// Largest overshoot of a hand before it holds still, as a share of the force [E]. The cover has
+/// hysteresis, so the overshoot affects the reading.
 constexpr double largest_overshoot = 0.3;
 
-/// PLANE1-light, PLANE1-heavy and so on, 12 x 2 x presses imprints: label is the class, group the
-/// object. Every press is laid on anew on the whole array of 128 x 128 taxels over 36 mm (choice
-/// E7), held after an overshoot, and read by a part of it that lies anywhere. The set says that it
-/// is simulated; its scene stands in rig_json. Errors: unsupported for another level, range for a
-/// side or no press, and those of the plant.
+/// PLANE1-light, PLANE1-heavy and so on, 12 x 2 x presses imprints; label: the class, group: the
+/// object. Every press has a new position on the whole array of 128 x 128 taxels over 36 mm (choice
+/// E7). It is held after an overshoot, and a part of the array at a random place is read. The set
+/// is marked as simulated; the scene is stored in rig_json. Errors: unsupported for another level;
+/// range for `side` or `presses`; those of the plant.
 Result<Dataset> simulate_imprints(const ImprintSceneOptions& options);
 
 }  // namespace weft::daemon

@@ -54,7 +54,8 @@ Result<std::vector<PreparedSet>> prepare_sets(std::span<const ci::Imprint> impri
   return out;
 }
 
-// Why `experiment` has no meaning on these imprints, or nothing; how many it asks about.
+// Returns the reason why `experiment` cannot be run on these imprints, or nothing; `requested`:
+// number of imprints that it tests.
 Result<std::optional<std::string>> why_not_runnable(ci::Experiment experiment,
                                                     const std::vector<std::string>& labels,
                                                     const std::vector<std::string>& objects,
@@ -65,14 +66,14 @@ Result<std::optional<std::string>> why_not_runnable(ci::Experiment experiment,
   for (const auto& aside : *rounds) requested += aside.size();
   const bool of_objects =
       experiment == ci::Experiment::object_of_all || experiment == ci::Experiment::object_of_class;
-  // Setting such objects aside is setting imprints aside.
+  // Otherwise leaving out an object equals leaving out an imprint.
   if (of_objects && !pressed_twice) return "no object was pressed twice";
   if (const auto ok = ci::check_rounds(*rounds, labels); !ok)
     return ok.error().where + ": " + ok.error().what;
   return std::nullopt;
 }
 
-// Notes classes, objects and the experiments that have a meaning, of which there must be one.
+// Records classes, objects and the experiments that can be run; there must be at least one.
 Status choose_experiments(std::span<const ci::Imprint> imprints,
                           std::vector<ci::Experiment>& experiments, ImprintTables& out) {
   std::vector<std::string> labels, objects;
@@ -110,7 +111,8 @@ Status unless_stopped(const TableOptions& options) {
 }
 
 Status measure_convergence(const TableOptions& options, PreparedSet& one) {
-  constexpr std::size_t most_counted = 100;  // a training that fails goes 1000 times over the data
+  constexpr std::size_t most_counted = 100;  // a training without convergence makes 1000 passes
+                                             // over the data
   const auto on_failure =
       one.matrix.size() <= most_counted ? ci::OnFailure::count : ci::OnFailure::stop;
   for (const classifier::Learner rule : convergence_rules) {
@@ -124,7 +126,7 @@ Status measure_convergence(const TableOptions& options, PreparedSet& one) {
 
 Status measure_set(const TableOptions& options, PreparedSet& one) {
   const ci::Classes classes = ci::find_classes(one.matrix.labels);
-  // A hull of thousands of corners is walked for seconds; beyond that the answer stays open.
+  // A hull with thousands of corners takes seconds; above this limit separability stays undecided.
   const auto hull =
       classifier::separability(one.matrix.values, classes.of_row, classes.names.size(), 3000);
   if (!hull) return pass(hull.error());
@@ -142,7 +144,7 @@ Status measure_set(const TableOptions& options, PreparedSet& one) {
   return {};
 }
 
-/// One scale for all, from the least to the largest value.
+/// One scale for all pictures, from the least to the largest value.
 chart::Maps draw_imprints(std::span<const ci::Imprint> imprints) {
   constexpr std::size_t most = 42;
   std::map<std::string, const ci::Imprint*> first_of;
@@ -175,7 +177,7 @@ constexpr std::array<EllisRow, 4> ellis_rows{{{ci::Experiment::one_of_all, 18, 1
                                               {ci::Experiment::one_of_class, 19, 20, 20, 21},
                                               {ci::Experiment::object_of_class, 17, 18, 21, 22}}};
 
-// What the paper says of convergence in 1/N (section 3.4.6); nothing where it converged always.
+// The paper's statements on convergence in 1/N (section 3.4.6); nothing if it always converged.
 std::optional<PaperEntry> entry_of_convergence(const FeatureSet& set) {
   using enum PaperEntry::Convergence;
   if (set.sigmas.empty()) return PaperEntry{set.laws == ci::LawsSize::three ? never : erratic, 0};
@@ -196,7 +198,7 @@ std::optional<PaperEntry> paper_entry(ci::Experiment experiment, const FeatureSe
   const bool full = set.form == ci::Form::full;
   if (*at == all[5]) return PaperEntry{always, full ? row.full_13 : row.brief_13};
   if (*at == all[6]) return PaperEntry{always, full ? row.full_124 : row.brief_124};
-  // Single scales and 1 & 2 were not printed again for 1/CLASS and 2/CLASS.
+  // Single scales and 1 & 2 were not printed for 1/CLASS and 2/CLASS.
   if (experiment == ci::Experiment::one_of_all || experiment == ci::Experiment::object_of_all)
     return PaperEntry{never, 0};
   return std::nullopt;

@@ -15,7 +15,7 @@ constexpr std::string_view ellis_citation =
     "Ellis: A Multiple-Scale Measure of Static Tactile Texture, 1986";
 using nlohmann::ordered_json;
 
-// Of experiments that never ask about some imprints.
+// Names the experiments that do not test all imprints.
 std::string format_requested(const ImprintTables& tables) {
   std::string out;
   for (std::size_t e = 0; e < tables.requested.size(); ++e)
@@ -105,7 +105,7 @@ std::vector<std::string> rules_head(const ImprintTables& tables, std::string fir
   return out;
 }
 
-// Both forms of the features and Laws' energies.
+// Both forms of the features, and Laws' energies.
 Blocks experiment_table(const ImprintTables& tables, std::size_t experiment) {
   std::vector<std::string> head = rules_head(tables, "scales [taxels]");
   head.insert(head.begin() + 1, "features a scale");
@@ -124,7 +124,7 @@ Blocks experiment_table(const ImprintTables& tables, std::size_t experiment) {
                 bench_badge(tables.bench));
 }
 
-// Section 3.4.6: which features at which scales let a perceptron converge in 1/N.
+// Section 3.4.6: features and scales with which a perceptron converges in 1/N.
 Blocks convergence_table(const ImprintTables& tables) {
   std::vector<std::string> head{"features", "scales [taxels]",
                                 "<span class=\"paper\">paper</span>"};
@@ -149,7 +149,7 @@ Blocks convergence_table(const ImprintTables& tables) {
       bench_badge(tables.bench));
 }
 
-// Section 3.4.5: which imprints are taken for what.
+// Section 3.4.5: misclassified imprints and their predicted classes.
 Blocks misclassified_table(const ImprintTables& tables) {
   constexpr std::size_t most_rows = 50;
   const std::vector<Misclassified> all = list_misclassified(tables);
@@ -188,7 +188,7 @@ std::string thumbnails_caption(const ImprintTables& tables) {
          ", its class below; one scale for all, darker where pressed more.";
 }
 
-/// Answers in 1/N by class, over all features and rules that converged.
+/// Predictions in 1/N by class, over all features and rules that converged.
 Blocks confusion_section(const ImprintTables& tables) {
   const auto& experiments = tables.options.experiments;
   const auto at = std::ranges::find(experiments, ci::Experiment::one_of_all);

@@ -1,5 +1,5 @@
 #pragma once
-// Cells of tables of accuracies, as markup.
+// Cells of accuracy tables, as HTML.
 
 #include <string>
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace weft::daemon {
 
-/// Per cent, below it the interval.
+/// Accuracy in per cent, with the interval below it.
 std::string interval_html(const classifier::Scores& scores);
-/// The same of one of the results, or a dash.
+/// The same for one of the results, or a dash.
 std::string accuracy_html(const std::vector<ReductionResult>& results,
                           classifier::Reduction reduction);
-/// What the paper printed; negative: nothing.
+/// A value printed in the paper; empty if negative.
 std::string printed_share_html(double share);
 
 }  // namespace weft::daemon

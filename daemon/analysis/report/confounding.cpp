@@ -12,7 +12,8 @@
 namespace weft::daemon {
 namespace {
 
-using Mounting = std::pair<std::string_view, std::uint32_t>;  // label, and number within it
+using Mounting = std::pair<std::string_view, std::uint32_t>;  // label, and number of the mounting
+                                                              // within it
 
 std::map<std::string_view, Mounting> mountings_by_file(const Dataset& dataset) {
   std::map<std::string_view, Mounting> out;
@@ -21,7 +22,7 @@ std::map<std::string_view, Mounting> mountings_by_file(const Dataset& dataset) {
   return out;
 }
 
-/// Of each row; empty where one is not known.
+/// Mounting of each row; empty if one is not known.
 std::vector<Mounting> mountings_of(const Dataset& dataset, std::span<const std::string> files) {
   const auto by_file = mountings_by_file(dataset);
   std::vector<Mounting> out;

@@ -1,5 +1,5 @@
 #pragma once
-// Whether an accuracy may be that of the mountings in the place of the labels.
+// Checks whether an accuracy may reflect mountings instead of labels.
 
 #include <span>
 #include <string>
@@ -10,11 +10,12 @@
 
 namespace weft::daemon {
 
-/// A mounting is of one label (they are counted within it, docs/dataset.md). Where one has trials
-/// in both parts of a split, whatever tells mountings apart tells labels apart: where the cloth
-/// lay, how it was turned, which pads it pressed. `files` names the trial of each row, or a window
-/// of it. False where a trial's mounting is not known: nothing can be said then. True says nothing
-/// of how much it matters, and false nothing of what all mountings of a label have in common.
+/// True if a mounting has trials in both parts of a split. Each mounting has one label (mountings
+/// are counted within it, docs/dataset.md). Then anything that distinguishes mountings also
+/// distinguishes labels: place and orientation of the fabric, the taxels pressed. `files` names the
+/// trial of each row, or a window of it. False also if the mounting of a trial is not known, which
+/// gives no information. True does not show the size of the effect. False does not exclude effects
+/// common to all mountings of a label.
 bool shares_mountings(const Dataset& dataset, std::span<const std::string> files,
                       std::span<const classifier::Split> splits);
 

@@ -16,15 +16,17 @@ namespace {
 using classifier::Reduction;
 
 constexpr std::array reductions = {Reduction::pvalue, Reduction::pca, Reduction::all};
-constexpr std::size_t label_permutations = 8;  // one alone is off chance by a point or two
-constexpr std::size_t best_permutations = 1;   // costs as much as two or three splits of it
-constexpr std::size_t timed_trials = 32;       // enough for a mean, few enough to cost nothing
+constexpr std::size_t label_permutations = 8;  // a single permutation deviates from chance by one
+                                               // or two per cent
+constexpr std::size_t best_permutations = 1;   // costs as much as two or three splits with
+                                               // Learner::best
+constexpr std::size_t timed_trials = 32;       // enough for a mean, at negligible cost
 
 std::size_t steps_per_exploration(const EvaluateOptions& options) {
   return 2 + reductions.size() + (options.best_splits > 0 ? 1 : 0);
 }
 
-// Spread over the campaign, so that every kind of cloth is among them.
+// The timed trials are spread over the campaign, to include every fabric.
 Result<double> time_features(const std::vector<classifier::Trial>& trials,
                              const classifier::SecondsNow& seconds_now) {
   if (!seconds_now) return 0.0;
@@ -65,7 +67,7 @@ Result<BestResult> evaluate_best(const classifier::FeatureMatrix& matrix,
   return BestResult{std::move(*evaluation), permuted->mean};
 }
 
-/// Every reduction on `splits`, without the levels of the trials' motion.
+/// Every reduction on `splits`, with the motion levels of the trials removed.
 Result<std::vector<ReductionResult>> evaluate_without_level(
     std::vector<classifier::Trial> trials, std::span<const classifier::Split> splits,
     const EvaluateOptions& options) {
@@ -83,7 +85,7 @@ Result<std::vector<ReductionResult>> evaluate_without_level(
   return out;
 }
 
-// The steps of one exploration, each announced before it starts.
+// Runs the steps for one exploration; each is announced before it starts.
 Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
                                                const std::string& exploration,
                                                const EvaluateOptions& options,

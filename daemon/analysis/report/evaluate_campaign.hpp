@@ -1,5 +1,5 @@
 #pragma once
-// The classification of a campaign: each exploration, each way of reducing the features.
+// The classification of a campaign: each exploration with each reduction of the features.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,23 +18,22 @@ namespace weft::daemon {
 struct EvaluateOptions {
   double train_fraction = 0.4;  ///< paper, section IV-B
   std::size_t repeats = 30;     ///< random splits; the paper averages over 30 trials
-  std::uint64_t seed = 1;       ///< of splits and folds
-  std::size_t threads = 0;      ///< 0: one per core; the figures do not depend on it
-  /// The trials' groups are left out in turn, in the place of random splits.
+  std::uint64_t seed = 1;       ///< seed of splits and folds
+  std::size_t threads = 0;      ///< 0: one per core; results do not depend on it
+  /// Leaves out the trials' groups in turn, instead of using random splits.
   bool leave_groups_out = false;
-  /// Of the splits so many, at most, are tried without levels too where label and mounting are
-  /// confounded.
+  /// If label and mounting are confounded: number of splits that are also tried without levels.
   std::size_t level_splits = 10;
-  /// Of the splits so many, at most, are tried with Learner::best too, which trains some hundred
-  /// times as long; 0: none.
+  /// Number of splits that are also tried with Learner::best, which trains about a hundred times as
+  /// long; 0: none.
   std::size_t best_splits = 0;
-  std::function<bool()> stop = {};  ///< asked often, on several threads
+  std::function<bool()> stop = {};  ///< called often, on several threads
 };
 
-/// What a choice by cross-validation comes to.
+/// Result of the learner chosen by cross-validation.
 struct BestResult {
   classifier::Scores scores;     ///< on the first splits
-  double permuted_accuracy = 0;  ///< labels in random order
+  double permuted_accuracy = 0;  ///< with shuffled labels
 };
 
 struct ReductionResult {
@@ -44,32 +43,34 @@ struct ReductionResult {
 
 struct ExplorationResult {
   std::string exploration;  ///< "M1"
-  std::size_t trials = 0;   ///< complete ones, all of which were used
+  std::size_t trials = 0;   ///< complete ones; all are used
   std::size_t features = 0;
-  std::size_t threads = 0;  ///< that trained; features and test are timed on one
-  /// Mean over a sample of the trials, one at a time on one thread [s].
+  std::size_t threads = 0;  ///< training threads; features and tests are timed on one thread
+  /// Mean over a sample of the trials, computed one at a time on one thread [s].
   double feature_s_per_sample = 0;
-  /// p-value method with labels in random order, mean over several permutations with a split each:
-  /// what chance looks like.
+  /// Accuracy of the p-value method with shuffled labels: the chance level. Mean over several
+  /// permutations with one split each.
   double permuted_accuracy = 0;
   std::vector<ReductionResult> reductions;  ///< pvalue, pca, all
-  bool confounded = false;                  ///< label and mounting, see shares_mountings()
-  /// The same on the first splits, each pad's mean of phase M subtracted; empty: not confounded.
+  bool confounded = false;                  ///< label and mounting are confounded, see
+                                            ///< shares_mountings()
+  /// The same reductions on the first splits, with each taxel's mean of phase M subtracted; empty:
+  /// not confounded.
   std::vector<ReductionResult> level_removed;
-  std::optional<BestResult> best;  ///< where it was asked for
+  std::optional<BestResult> best;  ///< only if requested
 
-  /// nullptr when it was not evaluated.
+  /// nullptr if this reduction was not evaluated.
   [[nodiscard]] const classifier::Evaluation* find(classifier::Reduction reduction) const;
 };
 
-/// nullptr when it is not among them.
+/// nullptr if there is no such result.
 const classifier::Evaluation* find(const std::vector<ReductionResult>& results,
                                    classifier::Reduction reduction);
 
 /// How the intervals were computed, for the reader of a report.
 std::string interval_methods(const std::vector<ExplorationResult>& results);
 
-/// Told before each step.
+/// Passed to the sink before each step.
 struct EvaluationProgress {
   std::size_t step = 0;
   std::size_t steps = 0;
@@ -77,31 +78,31 @@ struct EvaluationProgress {
 };
 using EvaluationSink = std::function<void(const EvaluationProgress&)>;
 
-/// What is new in a test trial.
+/// How a test trial differs from the training trials.
 enum class Repeated : std::uint8_t {
-  unknown,   ///< the data set does not say
-  touch,     ///< nothing else: path, mounting and piece are those of training trials
-  patch,     ///< the place on the mounted piece
-  mounting,  ///< and how it was mounted
-  piece      ///< and the piece
+  unknown,   ///< not recorded in the data set
+  touch,     ///< another touch only: path, mounting and piece are those of training trials
+  patch,     ///< another patch of the mounted piece
+  mounting,  ///< another mounting as well
+  piece      ///< another piece as well
 };
-/// By what the data set says of its trials.
+/// Determined from the recorded places of the trials.
 Repeated repeated_in(const Dataset& dataset);
 /// "another touch of the same path", for a table and a sentence.
 std::string_view to_string(Repeated repeated);
 
-/// A campaign beside another one, which differs from it in what a repetition is.
+/// A campaign for comparison; it differs in what a repetition is.
 struct CampaignBeside {
   std::string name;
   Repeated repeated = Repeated::unknown;
   std::size_t trials = 0;
   std::vector<ExplorationResult> results;
 };
-/// Several pieces, else several mountings, are left out in turn. Errors: evaluate_campaign()'s.
+/// Leaves out several pieces, or else several mountings, in turn. Errors: evaluate_campaign()'s.
 Result<CampaignBeside> evaluate_beside(Dataset dataset, EvaluateOptions options,
                                        const EvaluationSink& progress = {});
 
-/// Tells `sink`, which may be empty, of each step before it starts.
+/// Calls `sink`, which may be empty, before each step.
 struct StepAnnouncer {
   EvaluationSink sink;
   EvaluationProgress progress = {};
@@ -112,8 +113,8 @@ struct StepAnnouncer {
   }
 };
 
-/// Explorations in order of their first trial; only complete trials take part. Refuses what the
-/// classifier refuses (a label with one trial, a single label), a data set without complete trials.
+/// Explorations in order of their first trial; only complete trials are used. Errors: a data set
+/// without complete trials; those of the classifier (a label with one trial, a single label).
 Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
                                                          const EvaluateOptions& options,
                                                          const classifier::SecondsNow& seconds_now,

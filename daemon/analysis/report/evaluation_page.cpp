@@ -153,7 +153,7 @@ Blocks confusion_part(const EvaluationPage& page) {
   return side_by_side(std::move(out));
 }
 
-/// The accuracy of each learner in a line.
+/// One line with the accuracy of each learner.
 Blocks accuracy_lines(const EvaluationPage& page) {
   Blocks out;
   for (const EvaluatedLearner& learner : page.learners) {
@@ -184,7 +184,8 @@ chart::Series curve_of(const std::vector<CurvePoint>& curve, std::size_t k) {
   return out;
 }
 
-/// Answers of each probability as bars, in the same panel below the diagonal.
+/// Reliability diagram; bars below the diagonal in the same panel show the number of answers per
+/// bin.
 chart::Panel reliability_panel(const EvaluatedLearner& learner) {
   const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
   chart::Panel out{learner.name,

@@ -1,6 +1,6 @@
 #pragma once
-// What `weft fabric evaluate` found, as one page: Tables II to IV, probabilities, curves, groups
-// left out.
+// The results of `weft fabric evaluate` as one page: Tables II to IV, probabilities, learning
+// curves, groups left out.
 
 #include <cstddef>
 #include <optional>
@@ -20,23 +20,24 @@ struct CurveValue {
   std::string learner;
   double accuracy = 0.0;
   double deviation = 0.0;     ///< over the draws
-  classifier::Interval ci95;  ///< over the splits, each with the mean of its draws
+  classifier::Interval ci95;  ///< over the splits, using each split's mean over its draws
 };
 struct CurvePoint {
-  std::size_t trials = 0;  ///< of each label, at most
+  std::size_t trials = 0;  ///< most trials per label
   std::size_t draws = 0;   ///< over all splits
   std::vector<CurveValue> values;
 };
 
-/// Accuracy against training trials of each label; a line and a mark per learner, bars: deviation
-/// over the draws. `curve` by rising number of trials, all with the same learners.
+/// Accuracy against training trials per label: one line and mark per learner; bars show the
+/// deviation over the draws. `curve` is sorted by number of trials; all points have the same
+/// learners.
 chart::Plot learning_curve(const std::vector<CurvePoint>& curve);
 
 /// One learner of the evaluation.
 struct EvaluatedLearner {
   std::string name;
   classifier::Evaluation evaluation;
-  std::string chosen;  ///< what a choice came to; empty for a learner that is none
+  std::string chosen;  ///< the chosen recipes; empty if nothing was chosen
   std::optional<classifier::Scores> level_removed =
       {};  ///< each taxel's mean of phase M subtracted
 };
@@ -48,7 +49,7 @@ struct GroupLeftOut {
   std::vector<double> accuracy;  ///< in the order of the learners
 };
 
-/// The page reads no clock, file or machine of its own.
+/// All input of the page, which reads no clock, file or machine data itself.
 struct EvaluationPage {
   BenchKind bench = BenchKind::unknown;
   std::string dataset;
@@ -59,17 +60,17 @@ struct EvaluationPage {
   const std::vector<CurvePoint>& curve;     ///< may be empty
 };
 
-/// Every figure and table bears the bench's word.
+/// Every picture and table shows the kind of bench.
 Document evaluation_document(const EvaluationPage& page);
 
-/// Bins of a reliability as rows of plain text, below their heading: "0.9 to 1.0", answers, of so
-/// many recordings, said, right, interval.
+/// Reliability table as plain text, heading first: bin ("0.9 to 1.0"), answers, recordings, mean
+/// predicted, observed, 95 % interval.
 std::vector<std::vector<std::string>> reliability_rows(const classifier::CalibrationCheck& check);
 
-/// How the intervals of these rows were computed, each method once.
+/// The methods of these intervals, each named once.
 std::string bin_methods(const classifier::CalibrationCheck& check);
 
-/// "63.20, 55.10 to 70.20": accuracy and interval in per cent; "-" of nothing.
+/// "63.20, 55.10 to 70.20": accuracy and interval in per cent; "-" without scores.
 std::string format_level_removed(const std::optional<classifier::Scores>& scores);
 
 /// "0.041 (0.032 to 0.060), Brier 0.12": the calibration error with its interval.

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Of every complete trial of the exploration, or of every imprint, the label that is learnt.
+/// The label of every complete trial of the exploration, or of every imprint.
 std::vector<std::string> labels_of_model(const Dataset& dataset, const std::string& exploration) {
   std::vector<std::string> out;
   if (holds_imprints(dataset)) {
@@ -30,7 +30,7 @@ std::vector<std::string> labels_of_model(const Dataset& dataset, const std::stri
   return out;
 }
 
-/// A hand-over tests every trial once.
+/// A handover tests every trial once.
 void add_balance(const std::vector<std::string>& tested, Headline& headline) {
   std::map<std::string_view, std::size_t> count;
   std::size_t most = 0;
@@ -42,14 +42,15 @@ void add_balance(const std::vector<std::string>& tested, Headline& headline) {
 
 constexpr const char* by_repetition = "each group of repetitions left out in turn";
 
-/// "lda" or "lda, svc": what a choice came to in the splits.
+/// "lda" or "lda, svc": the recipes chosen in the splits.
 std::string format_chosen(const classifier::Evaluation& evaluation) {
   std::set<std::string> names;
   for (const classifier::Recipe& recipe : evaluation.recipes) names.insert(to_string(recipe));
   return joined(std::vector<std::string>(names.begin(), names.end()), " or ");
 }
 
-/// Labels that two groups have: of an incomplete campaign others neither train nor test.
+/// Keeps labels that occur in two groups. In an incomplete campaign, the others can be neither
+/// trained nor tested.
 std::vector<classifier::Split> usable(std::vector<classifier::Split> splits,
                                       const classifier::FeatureMatrix& matrix) {
   std::map<std::string_view, std::size_t> groups;
@@ -102,7 +103,7 @@ Result<std::vector<Headline>> measure_exploration(const Dataset& dataset,
   return std::vector{std::move(out)};
 }
 
-/// Nothing of lists that are no matrix of numbers.
+/// Nothing if the lists are not a matrix of numbers.
 std::optional<classifier::Confusion> confusion_from(const ordered_json& labels,
                                                     const ordered_json& count) {
   const auto are_all = [](const ordered_json& list, auto is) {

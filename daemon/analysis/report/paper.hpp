@@ -1,6 +1,7 @@
 #pragma once
-// What Khan et al. 2016 printed, to stand beside our figures, and our cores in the form of its
-// Table III. Measured on real fabrics with other devices: beside, never under one heading.
+// Printed results of Khan et al. 2016, for comparison with ours, and our cores in the form of its
+// Table III. The paper measured real fabrics with other devices, so its results are shown beside
+// ours, never under one heading.
 
 #include <algorithm>
 #include <array>
@@ -19,8 +20,8 @@ inline constexpr std::string_view citation =
 inline constexpr std::string_view imprint_citation =
     "Ellis: A Multiple-Scale Measure of Static Tactile Texture, 1986";
 
-/// Table IV; `all` from the text of section IV-B ("no threshold on the p-value is posed"), which
-/// gives M1 only. Shares, 0 to 1; negative: not printed.
+/// Table IV. `all` is from the text of section IV-B ("no threshold on the p-value is posed"), which
+/// covers M1 only. Shares, 0 to 1; negative: not printed.
 struct Accuracy {
   std::string_view exploration;
   double pvalue;
@@ -31,10 +32,10 @@ inline constexpr std::array accuracies = {Accuracy{"M1", 0.98, 0.89, 0.89},
                                           Accuracy{"M2", 0.99, 0.99, -1}};
 
 inline constexpr std::size_t fabrics = 17;
-inline constexpr std::size_t trials_of_exploration = 340;  ///< twenty of each fabric
+inline constexpr std::size_t trials_of_exploration = 340;  ///< twenty per fabric
 
-/// Whether an exploration is the paper's: by its name, its number of fabrics and of trials. Beside
-/// another its figures would be those of another task.
+/// True if an exploration has the paper's name, number of fabrics and number of trials. Otherwise
+/// its results belong to a different task.
 template <class Result>
 bool is_papers(const Result& result, std::string_view exploration) {
   return result.exploration == exploration && result.trials == trials_of_exploration &&
@@ -42,7 +43,7 @@ bool is_papers(const Result& result, std::string_view exploration) {
          result.reductions.front().evaluation.confusion.classes() == fabrics;
 }
 
-/// The rows of the explorations that a run has too.
+/// The rows for explorations that a run also has.
 template <class Results>
 std::vector<Accuracy> accuracies_beside(const Results& results) {
   std::vector<Accuracy> out;
@@ -62,7 +63,7 @@ struct TrainingTime {
 inline constexpr std::array training_times = {TrainingTime{"M1", 0.525, 0.720},
                                               TrainingTime{"M2", 0.566, 0.956}};
 
-/// Table II; 0.566 s is its training time too.
+/// Table II; 0.566 s is also its training time.
 inline constexpr double feature_s_per_sample = 0.017;
 inline constexpr double test_s_per_sample = 0.045;
 inline constexpr double accuracy_table2 = 0.9887;
@@ -71,7 +72,7 @@ inline constexpr double accuracy_table2 = 0.9887;
 struct Core {
   std::string_view a;
   std::string_view b;
-  std::array<std::string_view, 4> top;  ///< empty where the core has fewer
+  std::array<std::string_view, 4> top;  ///< empty if the core has fewer
   int inputs;
 };
 inline constexpr std::array cores = {
@@ -86,10 +87,10 @@ namespace weft::daemon {
 struct CoreFeature {
   std::string name;  ///< "range.M.4"
   double p_value = 1;
-  double log_p = 0;  ///< natural logarithm, where p underflows
+  double log_p = 0;  ///< natural logarithm, for a p that underflows
 };
 
-/// One core of a model, its selected features best first. a < b in the model's order.
+/// One core of a model with its selected features, best first. a < b in the model's order.
 struct CoreLine {
   std::string a;
   std::string b;
@@ -101,15 +102,15 @@ struct CoreLine {
 /// All cores, in the model's order; they refer to `model`.
 std::vector<CoreLine> core_lines(const classifier::FabricModel& model);
 
-/// The paper's three pairs that the model has, then those with the most cross-validation errors
-/// (then the greatest loss), at most `count` in all; without `papers_first` by errors alone.
+/// The paper's three pairs, if the model has them, then the pairs with the most cross-validation
+/// errors (then the greatest loss), at most `count`. Without `papers_first`, by errors only.
 std::vector<CoreLine> shown_cores(const std::vector<CoreLine>& lines, std::size_t count,
                                   bool papers_first = true);
 
-/// The first four that it looks at, as the paper writes them.
+/// Its first four features, in the paper's notation.
 std::string first_features_html(const CoreLine& line);
 
-/// What the paper printed for this pair; nullptr when nothing.
+/// The printed values for this pair; nullptr if there are none.
 const paper::Core* paper_core(const CoreLine& line);
 
 }  // namespace weft::daemon

@@ -1,5 +1,5 @@
 #pragma once
-// What is shown of a finished campaign: on the terminal, for programs, for people.
+// Results of a finished campaign: for the terminal, for programs, and as a page.
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -20,106 +20,108 @@
 
 namespace weft::daemon {
 
-/// Sections about the design of campaigns, made beforehand.
+/// Sections about the design of campaigns, made in advance.
 struct DesignParts {
   Blocks blocks;     ///< whole sections
   std::string json;  ///< an object or a list; empty: null
 };
 
-/// Everything a report is made of. The report reads no clock, file or machine of its own.
+/// All input of a report, which reads no clock, file or machine data itself.
 struct ReportInput {
   const CampaignSummary& run;
   const Dataset& dataset;
   const std::vector<ExplorationResult>& results;  ///< may be empty
   std::string machine;                            ///< "2 x AMD EPYC, Debian 12, g++ 12.2"
-  std::string commit;                             ///< of the software; empty when unknown
-  /// What the campaign says of campaigns to come (daemon/analysis/design); may be empty.
+  std::string commit;                             ///< of the software; empty if not known
+  /// Conclusions for later campaigns (daemon/analysis/design); may be empty.
   DesignParts design = {};
-  /// Of a report made afterwards: what looking at the files found. Nobody counted anything then
-  /// while the run went on.
+  /// For a report made after the run: the result of verify(). Then no measurements from the run
+  /// itself are available.
   const VerifyReport* verified = nullptr;
   Blocks tradeoff = {};  ///< speed against accuracy, whole sections; may be empty
-  Blocks fidelity = {};  ///< what the plant's fidelity costs; may be empty
-  /// Campaigns that differ in what a repetition is; may be empty.
+  Blocks fidelity = {};  ///< cost of the plant's fidelity; may be empty
+  /// Campaigns that differ in what a repetition is; may be null.
   const std::vector<CampaignBeside>* beside = nullptr;
-  std::vector<AuditHeadline> audit = {};  ///< of each exploration; empty: not asked for
-  std::vector<Headline> headlines = {};   ///< of each exploration; may be empty
-  /// Of the hand-over: imprints, or sound and vibration. Its parts are shown with the campaign's.
+  std::vector<AuditHeadline> audit = {};  ///< per exploration; empty: not requested
+  std::vector<Headline> headlines = {};   ///< per exploration; may be empty
+  /// Documents of the handover: imprints, or sound and vibration. Their parts are shown with the
+  /// campaign's.
   std::vector<Document> documents = {};
 };
 
-/// Whether the part about the design is a learning curve; of a sweep it is of its cells.
+/// True if the design part is a learning curve; for a sweep it is about cells.
 bool has_learning_curve(const ReportInput& input);
 
-/// Every planned trial is there and nothing went wrong. What is shown of any other run says so.
+/// True if all planned trials are complete and there was no problem. Results of any other run are
+/// marked as incomplete.
 bool is_complete(const CampaignSummary& run);
 /// "INCOMPLETE, 12 of 680 trials", or empty.
 std::string format_incomplete(const CampaignSummary& run);
 
-/// Refuses a run and a data set that disagree on the kind of bench: every figure of a report bears
-/// the word, so it must not be in doubt. make_report() asks first.
+/// Refuses a run and a data set with different kinds of bench: every result shows the kind, so it
+/// must be unambiguous. make_report() calls this first.
 Status check(const ReportInput& input);
 
-/// The end of a demo on a terminal: plain text, at most 80 columns, ends with a newline.
+/// The terminal text at the end of a demo: plain text, at most 80 columns, ends with a newline.
 std::string summary_text(const ReportInput& input);
 
-/// Whether it is the text of a report.json, of this version or an older one.
+/// True for the text of a report.json, of this version or an older one.
 bool is_report_json(std::string_view text);
 
-/// What report.json holds beside the page, and the page.
+/// report_record(): the content of report.json. report_document(): the page.
 nlohmann::ordered_json report_record(const ReportInput& input);
 Document report_document(const ReportInput& input);
 
-/// One row for each of the input's campaigns, itself first.
+/// One row per campaign of the input, starting with the input's own.
 struct RepetitionRow {
   std::string text;  ///< to_string(Repeated)
   const std::vector<ExplorationResult>* results = nullptr;
 };
 std::vector<RepetitionRow> repetition_rows(const ReportInput& input);
 
-// How a campaign was simulated, in words: for the terminal, the page and report.json.
+// How a campaign was simulated, as text for the terminal, the page and report.json.
 
 /// "Simulated at level L1 3.072 ms because the scene needs a wrench and taxel counts; error against
-/// L2 midpoint 0.2 ms: max 12.1 mN, rms 3.0 mN": the last of the errors, which knows most. Empty
-/// on a bench that is not simulated.
+/// L2 midpoint 0.2 ms: max 12.1 mN, rms 3.0 mN". The error is the last one, which is the best
+/// estimate. Empty unless the bench is simulated.
 std::string sentence(const SimulationNote& note);
-/// One line for each error.
+/// One line per error.
 std::vector<std::string> error_lines(const SimulationNote& note);
-/// Whether an accuracy and a speed that were asked for were kept: none, one or two lines.
+/// Whether the requested accuracy and speed were reached: none, one or two lines.
 std::vector<std::string> promise_lines(const SimulationNote& note);
-/// All for a terminal: at most 80 columns, each line ends with a newline.
+/// All of it for a terminal: at most 80 columns, each line ends with a newline.
 std::string simulation_text(const SimulationNote& note);
 
-// What report.json and the command line's --json have in common, in one shape.
+// JSON shared by report.json and the command line's --json.
 
 /// Accuracy, interval and its method, deviation, number of splits.
 nlohmann::ordered_json accuracy_json(const classifier::Scores& evaluation);
-/// The same with the accuracy of each split, times, and the confusion matrix as
-/// {"labels": [...], "count": [[...]]}: a row per true label, a column per answer.
+/// The same with the accuracy of each split, times, and the confusion matrix as {"labels": [...],
+/// "count": [[...]]}: one row per true label, one column per predicted label.
 nlohmann::ordered_json evaluation_json(const classifier::Scores& evaluation);
 
-/// One pair of fabrics: selected features with p, parameters, errors of the cross-validation.
+/// One pair of fabrics: selected features with p, parameters, cross-validation errors.
 nlohmann::ordered_json core_json(const CoreLine& line);
 
-/// [{"label", "exploration", "trials"}]: what a live vote left out; empty as a rule.
+/// [{"label", "exploration", "trials"}]: trials left out because of a live vote; usually empty.
 nlohmann::ordered_json ended_early_json(const DatasetInfo& info);
 
-/// Which positions of each stage a plan uses, and how far they stay from the ends of its travel:
-/// {"z": {"min_m", "max_m", "margin_m"}, "rx": {"min_rad", ...}, ...}.
+/// Positions of each stage in a plan, and their distance to the ends of its travel: {"z": {"min_m",
+/// "max_m", "margin_m"}, "rx": {"min_rad", ...}, ...}.
 nlohmann::json envelope_json(const recipes::Forecast& forecast);
 
-/// The bench's time over the wall's; 0 where no wall time was measured.
+/// Bench time divided by wall time; 0 without a measured wall time.
 double realtime_factor(const CampaignSummary& run);
 
-/// How the run went. "error" is the first problem's sentence, or null.
+/// Course of the run. "error" is the first problem's sentence, or null.
 nlohmann::ordered_json run_json(const CampaignSummary& run);
 
 // Parts of the page.
 
-/// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN"; and so in a box.
+/// "SIMULATED", "REAL BENCH" or "BENCH UNKNOWN"; report_badge(): the same as an HTML badge.
 std::string_view bench_name(BenchKind kind);
 std::string report_badge(BenchKind kind);
-/// The badge, and "INCOMPLETE, 12 of 680 trials" where that is so.
+/// The badge, and "INCOMPLETE, 12 of 680 trials" if that is so.
 std::string badge_html(const ReportInput& input);
 /// The headlines with their confusion matrices.
 Blocks headline_section(const ReportInput& input);
@@ -132,7 +134,7 @@ Blocks repetition_section(const ReportInput& input);
 Blocks core_section(const ReportInput& input);
 Blocks audit_section(const ReportInput& input);
 Blocks force_section(const ReportInput& input);
-/// Both of "How long it takes", folded.
+/// The two folded parts of "How long it takes".
 Blocks timing_details(const ReportInput& input);
 Blocks wall_time_details(const ReportInput& input);
 

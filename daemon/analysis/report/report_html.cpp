@@ -20,7 +20,7 @@ std::vector<std::string> tile_of(const Headline& headline) {
               percent(headline.accuracy.ci95_low) + " to " + percent(headline.accuracy.ci95_high)};
 }
 
-/// Accuracies first; the headline's, or those of the random splits where there is none.
+/// Accuracies first: the headline's, or those of the random splits if there is no headline.
 Blocks tile_row(const ReportInput& input) {
   const CampaignSummary& run = input.run;
   std::vector<std::vector<std::string>> out;
@@ -42,7 +42,7 @@ Blocks tile_row(const ReportInput& input) {
   return tiles(std::move(out));
 }
 
-/// The plant's level and error in a line; all of it is said below.
+/// The plant's level and error in one line; details follow below.
 std::string fidelity_line(const SimulationNote& simulation) {
   return simulation.empty()
              ? std::string()
@@ -81,7 +81,7 @@ std::string verdict(const VerifyReport& report) {
                           : "the files\u2019 own digests agree; there is no certificate";
 }
 
-/// What is wrong or missing, one line each.
+/// Problems and missing parts, one line each.
 Blocks alert_lines(const ReportInput& input) {
   const CampaignSummary& run = input.run;
   Blocks out;
@@ -126,9 +126,9 @@ std::string lead(const ReportInput& input) {
   return out + ". " + fidelity;
 }
 
-constexpr std::size_t most_problems = 20;  // on the page; weft verify tells them all
+constexpr std::size_t most_problems = 20;  // on the page; `weft verify` lists all
 
-/// Of a report made afterwards.
+/// For a report made after the run.
 Blocks certificate_part(const ReportInput& input) {
   if (input.verified == nullptr) return {};
   const VerifyReport& report = *input.verified;
@@ -150,7 +150,7 @@ Blocks certificate_part(const ReportInput& input) {
                         badge_html(input)));
 }
 
-constexpr std::size_t longest_recipe = 40'000;  // keeps the page small
+constexpr std::size_t longest_recipe = 40'000;  // in bytes; keeps the page small
 
 std::string device_list(const DatasetInfo& info) {
   std::string out;
@@ -180,7 +180,8 @@ std::string rates(const Dataset& dataset) {
          rate_of("acceleration", info.acceleration) + rate_of("sound", info.sound);
 }
 
-/// Pages that the hand-over writes after this report, by name: it stands alone.
+/// Pages that the handover writes after this report. They are listed by name without links, because
+/// the report is a self-contained file.
 std::string handover_pages(const Dataset& dataset) {
   const auto recipe = nlohmann::json::parse(dataset.info.recipe_json, nullptr, false);
   if (!recipe.is_object() || !recipe.contains("hand_over") || !recipe["hand_over"].is_object())
@@ -194,7 +195,7 @@ std::string handover_pages(const Dataset& dataset) {
   return joined(out);
 }
 
-/// Citations of what the campaign repeats.
+/// Citations of the papers that the campaign repeats.
 std::string papers_of(const ReportInput& input) {
   return std::string(holds_imprints(input.dataset) ? paper::imprint_citation : paper::citation);
 }
@@ -287,7 +288,7 @@ Document report_document(const ReportInput& input) {
     return several && !blocks.empty() ? details(one.title, blocks) : blocks;
   };
   for (const Document& one : input.documents) {
-    // The headline has the accuracy and the matrix of sound and vibration.
+    // The headline already shows accuracy and matrix of sound and vibration.
     if (one.kind == "imprints") out.result += one.result;
     out.pictures += named(one, one.pictures);
     out.tables += named(one, one.tables);

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// null where nobody measured it, as in a run that only wrote down the end of another.
+/// null if not measured, as in a run that only recorded the end of an earlier one.
 ordered_json known(bool is_known, double value) {
   return is_known ? ordered_json(value) : ordered_json(nullptr);
 }
@@ -289,7 +289,7 @@ ordered_json report_record(const ReportInput& input) {
   out["cores"] = cores_json(input.results);
   out["design"] =
       input.design.json.empty() ? ordered_json() : ordered_json::parse(input.design.json);
-  if (input.verified != nullptr)  // nobody counted these, or looked at the rig
+  if (input.verified != nullptr)  // not measured, and the rig was not checked
     for (const char* const unknown :
          {"cleanup", "rig", "forecast_s", "wall_s", "realtime_factor", "time_shares"})
       out[unknown] = nullptr;

@@ -11,7 +11,7 @@ namespace {
 
 using classifier::Reduction;
 
-/// What the column is, and of how many splits, which are fewer than the others'.
+/// Explains the "best" column and its number of splits, which is smaller than for the others.
 std::string best_note(const std::vector<ExplorationResult>& results) {
   std::size_t splits = 0;
   for (const ExplorationResult& result : results)
@@ -42,7 +42,7 @@ std::string printed_share_html(double share) {
 std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
   std::vector<RepetitionRow> out;
   if (input.beside == nullptr || input.beside->empty() || input.results.empty()) return out;
-  // Random splits: a piece or a mounting of several may be on both sides.
+  // With random splits, several pieces or mountings may be on both sides.
   const Repeated own = repeated_in(input.dataset);
   const bool is_mixed = own == Repeated::mounting || own == Repeated::piece;
   out.push_back(

@@ -41,7 +41,7 @@ std::string format_split(const classifier::Evaluation& e) {
   return std::to_string(e.splits.size()) + (e.splits.size() == 1 ? " split" : " random splits");
 }
 
-/// What a test trial shares with training trials, and what that does not test.
+/// What a test trial shares with training trials, and what is therefore not tested.
 std::string_view repetition_note(Repeated repeated) {
   switch (repeated) {
     case Repeated::unknown:
@@ -64,7 +64,8 @@ std::string_view repetition_note(Repeated repeated) {
   return {};
 }
 
-/// That label and mounting are one, and of how many splits the rows are that show how much.
+/// States that label and mounting are confounded, and the number of splits in the rows that show
+/// the effect.
 std::string confounding_note(const ExplorationResult& result) {
   if (!result.confounded) return {};
   std::string out = "Here " + std::string(confounded_with_mounting) + ". ";
@@ -137,7 +138,8 @@ double accuracy_floor(const std::vector<ExplorationResult>& results) {
   return std::max(0.0, std::floor(least * 20 - 0.2) / 20);
 }
 
-/// Accuracy with its interval for each exploration and reduction; the paper's as hollow diamonds.
+/// Accuracy with its interval for each exploration and reduction; the paper's values as hollow
+/// diamonds.
 chart::Rows accuracy_rows(const std::vector<ExplorationResult>& results) {
   chart::Rows out{"Accuracy by exploration and reduction",
                   {.title = "accuracy [%]", .low = accuracy_floor(results) * 100, .high = 100.5},
@@ -173,7 +175,7 @@ std::string printed_inputs(const CoreLine& line) {
                          : "<span class=\"paper\">" + std::to_string(core->inputs) + "</span>";
 }
 
-/// `beside`: the paper's figures of its three pairs too.
+/// `beside`: also shows the paper's values for its three pairs.
 Blocks table_of_cores(const std::vector<CoreLine>& lines, bool beside) {
   std::vector<std::string> head{"core", "top four features"};
   if (beside) head.push_back("<span class=\"paper\">paper, real fabrics</span>");
@@ -211,14 +213,14 @@ std::string measured(double seconds) {
   return seconds > 0 ? duration(seconds) : "<span class=\"dim\">not measured</span>";
 }
 
-// As printed, with the paper's three decimals.
+// The paper's value with its three decimals.
 std::string printed(double seconds) {
   return "<span class=\"paper\">" + fixed(seconds, 3) + " s</span>";
 }
 
 using Cell = std::function<std::string(const ExplorationResult&)>;
 
-// One column per exploration, then the paper's where it has any of them.
+// One column per exploration, then the paper's if it covers any of them.
 void add_row(HtmlTable& table, const std::vector<ExplorationResult>& results,
              const std::string& name, const Cell& cell, const std::string& paper_html) {
   std::vector<std::string> cells = {name};

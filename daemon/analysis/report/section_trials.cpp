@@ -10,7 +10,7 @@
 namespace weft::daemon {
 namespace {
 
-constexpr std::size_t most_pads = 64;  // beyond, a picture of each tells nothing
+constexpr std::size_t most_pads = 64;  // with more taxels, individual pictures are useless
 
 std::vector<chart::Span> spans_of(const TrialTrace& trace) {
   std::vector<chart::Span> out;
@@ -19,7 +19,7 @@ std::vector<chart::Span> spans_of(const TrialTrace& trace) {
   return out;
 }
 
-/// Four digits are more than a picture shows.
+/// Rounds to four digits, more than a picture shows.
 double rounded(double value) {
   if (value == 0 || !std::isfinite(value)) return value;
   const double power = std::pow(10.0, 4 - std::ceil(std::log10(std::abs(value))));
@@ -34,7 +34,7 @@ chart::Series line_of(std::string name, std::size_t family, const Curve& curve, 
   return out;
 }
 
-/// Normal and tangential force over time, phases shaded, set point and band when known.
+/// Normal and tangential force over time, phases shaded, set point and band if known.
 chart::Plot force_plot(const TrialTrace& trace, const std::optional<ForceTarget>& target) {
   chart::Panel panel{{}, {.title = "time [s]", .low = 0}, {.title = "force [N]"}, spans_of(trace)};
   chart::Plot out{"Force over time of one trial, phases shaded"};
@@ -53,7 +53,7 @@ chart::Plot force_plot(const TrialTrace& trace, const std::optional<ForceTarget>
   return out;
 }
 
-/// Counts of each pad over time on the same axes, four beside each other.
+/// Counts of each taxel over time on the same axes, four per row.
 chart::Plot pads_plot(const TrialTrace& trace) {
   chart::Plot out{"Counts of each pad over time, phases shaded"};
   out.columns = 4;
@@ -71,7 +71,7 @@ chart::Plot pads_plot(const TrialTrace& trace) {
   return out;
 }
 
-/// RMS and worst force error of each fabric against the band.
+/// RMS and worst force error of each fabric, with the band.
 chart::Rows fabric_forces(const std::vector<FabricForce>& fabrics, std::optional<double> band_n) {
   chart::Rows out{"Force error in phase M by fabric",
                   {.title = "force error in phase M [mN]", .low = 0},
@@ -97,7 +97,7 @@ struct Share {
   double seconds = 0;
 };
 
-/// The parts of the run's wall time; what was not attributed is the last part.
+/// The parts of the run's wall time; time that was not attributed is the last part.
 std::vector<Share> wall_shares(const CampaignSummary& run) {
   std::vector<Share> out = {{"plant and emulators", run.time.plant_and_emulators_s},
                             {"drivers, control and engine", run.time.drivers_and_control_s},

@@ -25,7 +25,7 @@ std::string line(const std::string& name, const std::string& value) {
   return "  " + padded(name, 18) + value + "\n";
 }
 
-// Printable text only: a name from a recipe must not drive the terminal.
+// Replaces control characters: a name from a recipe must not control the terminal.
 std::string printable(std::string_view text) {
   std::string out;
   for (const char c : text) out += std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
@@ -37,7 +37,7 @@ std::string bench_label(BenchKind kind) {
   return kind == BenchKind::real ? "real bench" : "unknown bench";
 }
 
-/// Of a report made afterwards the bench's clock alone: nobody counted the rest.
+/// For a report made after the run, only the bench time: the other times were not recorded.
 std::string time_lines(const CampaignSummary& run) {
   const std::string bench = duration(run.virtual_s) + " on the bench";
   if (!(run.wall_s > 0)) return line("time", bench);
@@ -62,7 +62,7 @@ std::string run_lines(const ReportInput& input) {
     out += line("force while held", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
                                         fixed(run.force.worst_n * 1e3, 0) + " mN, " +
                                         percent(in_band_share(run.force), 2) + " % in band");
-  // 64 digits leave no room for the usual column
+  // 64 digits do not fit into the usual column
   out += simulation_text(run.simulation);
   return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
 }
@@ -128,7 +128,7 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
          confounding_line(results);
 }
 
-/// Below the others: there is no room for a fourth.
+/// Below the others: there is no space for a fourth column.
 std::string best_line(const ExplorationResult& result) {
   if (!result.best) return {};
   const classifier::Scores& scores = result.best->scores;
@@ -137,7 +137,7 @@ std::string best_line(const ExplorationResult& result) {
          percent(result.best->permuted_accuracy) + "\n";
 }
 
-/// p-value, PCA and all features of each campaign, in the order of what differs.
+/// p-value, PCA and all features of each campaign, ordered by what differs.
 std::string repetition_lines(const ReportInput& input) {
   std::string out;
   for (const RepetitionRow& row : repetition_rows(input)) {

@@ -9,7 +9,7 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double pause_s = 0.15;  // over five taxel periods: nothing was recorded
+constexpr double pause_s = 0.15;  // more than five taxel periods without a record
 
 double seconds(std::int64_t t_ns, std::int64_t origin_ns) {
   return static_cast<double>(t_ns - origin_ns) * 1e-9;
@@ -23,7 +23,7 @@ std::vector<PhaseSpan> find_spans(const classifier::Trial& trial, const TrialRec
       spans.push_back({trial.phase[i], t, t});
     spans.back().end_s = t;
   }
-  // Neighbours meet half way; across a pause they do not.
+  // Adjacent spans meet half way, unless there is a pause between them.
   for (std::size_t k = 1; k < spans.size(); ++k) {
     const double gap_s = spans[k].begin_s - spans[k - 1].end_s;
     if (gap_s < pause_s) spans[k - 1].end_s = spans[k].begin_s = spans[k].begin_s - gap_s / 2;
@@ -188,7 +188,7 @@ double in_band_share(const ForceTally& tally) {
 
 namespace {
 
-/// Keeps of each phase the mean that is further from the weight.
+/// Keeps, for each phase, the mean that is further from the weight.
 void keep_worst(const std::optional<RestForces>& rest, std::optional<RestForces>& worst) {
   if (!rest) return;
   if (!worst) worst = rest;

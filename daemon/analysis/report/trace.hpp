@@ -1,6 +1,6 @@
 #pragma once
-// The trials behind the figures: one as curves over time (force, pads, phases), and how well the
-// force was held in all, computed again from the recorded wrench.
+// Data behind the results: one trial as curves over time (force, taxels, phases), and the force
+// errors of all trials, recomputed from the recorded wrench.
 
 #include <cstddef>
 #include <optional>
@@ -14,7 +14,7 @@
 
 namespace weft::daemon {
 
-/// A run of taxel samples of one phase [s from the trial's first sample].
+/// Consecutive taxel samples of one phase [s from the trial's first sample].
 struct PhaseSpan {
   Phase phase = Phase::none;
   double begin_s = 0;
@@ -34,30 +34,31 @@ struct Curve {
 struct TrialTrace {
   const TrialRecord* record = nullptr;
   std::vector<PhaseSpan> phases;
-  Curve normal_n;           ///< Fz, sensor frame, pressing positive
+  Curve normal_n;           ///< Fz, sensor frame, positive when pressing
   Curve tangential_n;       ///< sqrt(Fx^2 + Fy^2)
-  std::vector<Curve> pads;  ///< counts above the pad's mean in phase S (its first sample without S)
+  std::vector<Curve> pads;  ///< counts above the taxel's mean in phase S (without S, above its
+                            ///< first sample)
 };
 
 /// The complete trial of `exploration` with the median force error, so that the picture is neither
-/// the best nor the worst; trials without a wrench stand behind. Nothing without complete trials.
+/// the best nor the worst. Trials without a wrench sort last. Nothing without complete trials.
 std::optional<std::size_t> typical_trial(const Dataset& dataset, std::string_view exploration);
 
 TrialTrace extract_trace(const Dataset& dataset, std::size_t trial);
 
-/// At most about 2 x `buckets` points: least and greatest value of each bucket of time, so that no
-/// peak is lost. A point that is not finite marks a pause of more than 0.15 s.
+/// At most about 2 x `buckets` points: minimum and maximum of each time bucket, so that no peak is
+/// lost. A point that is not finite marks a pause of more than 0.15 s.
 std::vector<TracePoint> thinned(const Curve& curve, std::size_t buckets);
 
-/// Set point of phase M of one exploration, from the recipe that was run.
+/// Set point of one exploration, from the recipe that was run.
 struct ForceTarget {
   std::string exploration;
   double force_n = 0;
   double band_n = 0;
-  Phase phase = Phase::motion;  ///< in which it is judged: P of a press
+  Phase phase = Phase::motion;  ///< phase in which the force is evaluated: P for a press
 };
 
-/// Empty when the data set carries no recipe and rig that can be read.
+/// Empty if the data set has no readable recipe and rig.
 std::vector<ForceTarget> force_targets(const DatasetInfo& info);
 std::optional<ForceTarget> find_target(const std::vector<ForceTarget>& targets,
                                        std::string_view exploration);
@@ -72,9 +73,9 @@ struct FabricForce {
   std::optional<RestForces> rest = {};  ///< the means furthest from the weight; none: not measured
 };
 
-/// Complete trials, by fabric in order of their first trial. Wrench samples between the first and
-/// the last taxel sample of phase M, so up to one taxel period is left out at either end compared
-/// with the run's own tally.
+/// Complete trials by fabric, in order of their first trial. Uses wrench samples between the first
+/// and the last taxel sample of phase M. Compared with the run's own tally, up to one taxel period
+/// is missing at either end.
 std::vector<FabricForce> force_by_fabric(const Dataset& dataset,
                                          const std::vector<ForceTarget>& targets);
 
