@@ -1,8 +1,8 @@
 #pragma once
 // The data part of APT messages: one struct per layout, its fields in wire order. fields() is the
-// only description of a layout; reading, writing and the size all follow from it.
-// Source: APT16 (docs/reference/device-facts.md); what a panel keeps, racks and analogue inputs:
-// the Thorlabs document of 9 December 2025.
+// only description of a layout: reading, writing and the size are derived from it.
+// Source: APT16 (docs/reference/device-facts.md). Source of panel settings, racks and analogue
+// inputs: the Thorlabs document of 9 December 2025.
 
 #include <array>
 #include <cstdint>
@@ -29,7 +29,7 @@ template <std::size_t size>
 struct Text {
   std::array<std::uint8_t, size> raw{};
 
-  /// Longer text is cut.
+  /// Longer text is truncated to `size` bytes.
   static Text from(std::string_view text) {
     Text out;
     for (std::size_t i = 0; i < size && i < text.size(); ++i)
@@ -72,7 +72,7 @@ struct HardwareInfo {
 
 /// HW_RICHRESPONSE, 68 bytes.
 struct RichResponse {
-  std::uint16_t message_id = 0;  ///< what it answers; 0 when spontaneous
+  std::uint16_t message_id = 0;  ///< request that it answers; 0 if spontaneous
   std::uint16_t code = 0;
   Text<64> notes;
 
@@ -181,7 +181,7 @@ struct StatusUpdate {
 struct DcStatusUpdate {
   std::uint16_t channel = 1;
   std::int32_t position_counts = 0;
-  std::int16_t velocity_counts = 0;   ///< scale disputed between documents: do not rely on it
+  std::int16_t velocity_counts = 0;   ///< sources disagree on the scale: do not use
   std::int16_t motor_current_ma = 0;  ///< newer issues; reserved in APT16
   std::uint32_t status_bits = 0;
 
@@ -198,8 +198,8 @@ struct BowIndex {
   bool operator==(const BowIndex&) const = default;
 };
 
-/// PMDPROFILEMODEPARAMS, 12 bytes: what BOWINDEX is to steppers, for brushless drives. From memory:
-/// the issue of the APT document at hand does not have it, and no unit was tried.
+/// PMDPROFILEMODEPARAMS, 12 bytes: counterpart of BOWINDEX for brushless drives. From memory: the
+/// available issue of the APT document lacks it, and it is not tested on hardware.
 struct ProfileMode {
   std::uint16_t channel = 1;
   std::uint16_t mode = 0;  ///< 0 trapezoidal, 2 S-curve
@@ -227,7 +227,8 @@ struct RackStatusBits {
   bool operator==(const RackStatusBits&) const = default;
 };
 
-/// POTPARAMS, 26 bytes: from which deflection of a panel's slider on, 0 to 127, which speed.
+/// POTPARAMS, 26 bytes: speed of a panel's slider by deflection (0 to 127). velocity1 applies from
+/// zero_window on, velocity2 from window1 on, and so forth.
 struct PotParams {
   std::uint16_t channel = 1;
   std::uint16_t zero_window = 0;
@@ -244,28 +245,28 @@ struct PotParams {
   bool operator==(const PotParams&) const = default;
 };
 
-/// BUTTONPARAMS, 16 bytes. Mode: 1 the panel's buttons jog, 2 they go to the two positions.
+/// BUTTONPARAMS, 16 bytes. Mode: 1 the buttons of the panel jog, 2 they move to the two positions.
 struct ButtonParams {
   std::uint16_t channel = 1;
   std::uint16_t mode = 1;
   std::int32_t position1_counts = 0;
   std::int32_t position2_counts = 0;
-  std::uint16_t timeout1_ms = 0;  ///< how long a button is held to store a position or to home
+  std::uint16_t timeout1_ms = 0;  ///< hold time of a button to store a position or to home
   std::uint16_t timeout2_ms = 0;
 
   WEFT_APT_FIELDS(channel, mode, position1_counts, position2_counts, timeout1_ms, timeout2_ms)
   bool operator==(const ButtonParams&) const = default;
 };
 
-/// KCUBEMMIPARAMS, 28 bytes: the wheel and the display of a K-cube. Mode: 1 velocity, 2 jog, 3 go
-/// to the positions. The Thorlabs document of December 2025 adds eight bytes for the BBD30x, which
-/// K-cubes lack.
+/// KCUBEMMIPARAMS, 28 bytes: the wheel and the display of a K-cube. Mode: 1 velocity, 2 jog, 3 move
+/// to the positions. The Thorlabs document of December 2025 adds eight bytes for the BBD30x.
+/// K-cubes do not have them.
 struct KcubePanelParams {
   std::uint16_t channel = 1;
   std::uint16_t mode = 1;
   std::int32_t maximum_velocity_counts = 0;
   std::int32_t acceleration_counts = 0;
-  std::uint16_t direction = 1;  ///< 0 the wheel moves nothing, 1 upwards is forward, 2 is reverse
+  std::uint16_t direction = 1;  ///< 0 wheel disabled, 1 upwards is forward, 2 upwards is reverse
   std::int32_t position1_counts = 0;
   std::int32_t position2_counts = 0;
   std::uint16_t brightness_percent = 0;
@@ -322,7 +323,7 @@ void append_body(Bytes& out, const Body& body) {
              body.fields());
 }
 
-/// Errors: parse, when `data` does not have exactly the size of the layout.
+/// Errors: parse, if `data` does not have exactly the size of the layout.
 template <class Body>
 Result<Body> decode_body(ByteView data) {
   if (data.size() != body_size<Body>)
@@ -336,7 +337,7 @@ Result<Body> decode_body(ByteView data) {
   return body;
 }
 
-/// Appends a whole long message. Allocates nothing when `out` has room.
+/// Appends a complete long message. Does not allocate if `out` has enough capacity.
 template <class Body>
 void append_message(Bytes& out, MessageId id, const Body& body, Route route) {
   append_long_header(out, id, body_size<Body>, route);

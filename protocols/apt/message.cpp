@@ -12,8 +12,9 @@ struct DataSize {
 };
 
 // Long messages with one fixed length (device-facts.md, APT messages). MOVE_RELATIVE and
-// MOVE_ABSOLUTE have two forms and are left out; so are MOVE_COMPLETED, whose figure in APT16 shows
-// a short header, and the parameters of K-cubes, which have other lengths in newer issues.
+// MOVE_ABSOLUTE are left out because they have two forms. MOVE_COMPLETED is left out because its
+// figure in APT16 shows a short header. The parameters of K-cubes are left out because newer issues
+// give other lengths.
 constexpr std::array long_messages{
     DataSize{MessageId::hw_get_info, 84},         DataSize{MessageId::hw_richresponse, 68},
     DataSize{MessageId::set_enccounter, 6},       DataSize{MessageId::get_enccounter, 6},
@@ -93,7 +94,7 @@ constexpr std::array short_messages{
     MessageId::get_trigger,
 };
 
-// Ids fit in 11 bits; a table lookup keeps the splitter's plausibility check out of the profile.
+// Ids fit in 11 bits. A table lookup makes the splitter's plausibility check cheap.
 constexpr std::int16_t not_documented = -1;
 constexpr auto size_by_id = [] {
   std::array<std::int16_t, 0x0600> sizes{};
@@ -183,14 +184,14 @@ constexpr bool is_unit(std::uint8_t a) {
          (a >= address::bay_first && a <= address::bay_last);
 }
 
-// APT16's own HW_DISCONNECT example has source 0, hence the second form of a host.
+// The HW_DISCONNECT example of APT16 has source 0, so 0 also counts as a host.
 constexpr bool is_host(std::uint8_t a) {
   return a == address::host || a == 0;
 }
 
 }  // namespace
 
-/// Length of the message at the front, or no_frame when these six bytes cannot be a header.
+/// Length of the message at the front; no_frame if these six bytes cannot be a header.
 std::size_t Splitter::plausible_length(ByteView header) const {
   const bool has_data = (header[4] & long_form) != 0;
   const auto dest = static_cast<std::uint8_t>(header[4] & ~long_form);

@@ -37,7 +37,7 @@ enum class MessageId : std::uint16_t {
   rack_req_digoutputs = 0x0229,
   rack_get_digoutputs = 0x0230,
   set_enccounter = 0x0409,
-  req_enccounter = 0x040A,  ///< APT16's figure prints "11 04": a slip, its heading says 040A
+  req_enccounter = 0x040A,  ///< an error; its heading has 040A
   get_enccounter = 0x040B,
   set_poscounter = 0x0410,
   req_poscounter = 0x0411,
@@ -122,7 +122,7 @@ enum class MessageId : std::uint16_t {
   get_loopparams = 0x052B,
 };
 
-/// One byte each. The unit's address has bit 7 clear; on the wire bit 7 of the destination says
+/// One byte each. Bit 7 of a unit's address is clear. On the wire, bit 7 of the destination means
 /// that data follow the header.
 namespace address {
 inline constexpr std::uint8_t host = 0x01;
@@ -133,16 +133,16 @@ inline constexpr std::uint8_t usb_unit = 0x50;   ///< T-cube, K-cube, LTS, K10CR
 }  // namespace address
 inline constexpr std::uint8_t long_form = 0x80;  ///< bit 7 of the destination
 
-/// Of one family of messages: the REQ id is one above the SET id, the GET id two.
+/// Id of a related message of one family: the REQ id is the SET id plus 1, the GET id plus 2.
 constexpr MessageId plus(MessageId id, int n) {
   return static_cast<MessageId>(static_cast<int>(id) + n);
 }
 
 inline constexpr std::size_t header_size = 6;
-inline constexpr std::size_t max_data_size = 255;  ///< APT16: no message of the protocol has more
+inline constexpr std::size_t max_data_size = 255;  ///< APT16: the maximum of all messages
 
-/// One message. With data it has the long form, and the two parameter bytes carry the data length;
-/// without data it has the short form.
+/// One message. With data it has the long form, and the two parameter bytes carry the data length.
+/// Without data it has the short form.
 struct Message {
   MessageId id{};
   std::uint8_t param1 = 0;  ///< short form only; usually the channel
@@ -154,7 +154,7 @@ struct Message {
   bool operator==(const Message&) const = default;
 };
 
-/// Who speaks to whom.
+/// Destination and source address of a message.
 struct Route {
   std::uint8_t dest = address::usb_unit;
   std::uint8_t source = address::host;
@@ -162,46 +162,47 @@ struct Route {
   bool operator==(const Route&) const = default;
 };
 
-/// Appends a header alone: the whole of a short message.
+/// Appends a short message, which is a header only.
 void append_short(Bytes& out, MessageId id, std::uint8_t param1, std::uint8_t param2, Route route);
 
 /// Appends the header of a long message; the caller appends `data_size` bytes after it.
 void append_long_header(Bytes& out, MessageId id, std::size_t data_size, Route route);
 
-/// Appends a whole message. Allocates nothing when `out` has room.
+/// Appends a complete message. Does not allocate if `out` has enough capacity.
 void append(Bytes& out, const Message& message);
 
 Bytes encode(const Message& message);
 
-/// Exactly one message. Errors: parse (cut short, left-over bytes, data of more than 255 bytes).
+/// Decodes exactly one message. Errors: parse (truncated, extra bytes, data of more than 255
+/// bytes).
 Result<Message> decode(ByteView bytes);
 
-/// The data length that APT16 gives for an id: nullopt for ids that are unknown or come in several
-/// forms, 0 for header-only messages.
+/// Data length of an id in APT16: 0 for header-only messages, nullopt for ids that are unknown or
+/// have several forms.
 std::optional<std::size_t> documented_data_size(MessageId id);
 
-// Cuts a byte stream into APT messages. The protocol has neither a sync byte nor a checksum, so a
-// header is believed only when it is plausible.
+// Splits a byte stream into APT messages. The protocol has neither a sync byte nor a checksum.
+// Therefore a header is accepted only if it is plausible.
 
-/// Whose end of the line it is.
+/// The end of the link at which a splitter runs.
 enum class LineEnd : std::uint8_t {
-  host,       ///< believes the lengths of APT16 alone, which gets it over noise
-  controller  ///< hears hosts, and believes what their headers say: newer issues have longer bodies
+  host,       ///< accepts only the lengths of APT16, to resynchronise after noise
+  controller  ///< accepts any length in a host's header: newer issues have longer bodies
 };
 
-/// A header is plausible when exactly one side of its route is a known unit (for a
-/// controller: its destination), its length is 1 to 255 and, for ids of the protocol, form and
-/// length are believed. Anything else is skipped byte by byte. Unknown ids with a plausible route
-/// are passed on.
+/// A header is plausible under three conditions. Exactly one side of its route is a known unit (for
+/// a controller: its destination). Its data length is 1 to 255. For ids of APT16 the host also
+/// requires the documented form and length. All other bytes are skipped one by one. Unknown ids
+/// with a plausible route are returned.
 class Splitter : public FrameSplitter {
  public:
-  /// Bytes that next() has not taken yet, at most; more than any link delivers in one chunk.
+  /// Maximum of bytes that next() has not consumed; more than any link delivers in one chunk.
   static constexpr std::size_t capacity = 65536;
 
   explicit Splitter(LineEnd line_end = LineEnd::host)
       : FrameSplitter(capacity), line_end_(line_end) {}
 
-  /// Overwrites `message` with the next whole one; reuses the room of its data.
+  /// Overwrites `message` with the next complete one and reuses the capacity of its data.
   bool next(Message& message);
 
  private:
@@ -210,15 +211,15 @@ class Splitter : public FrameSplitter {
   LineEnd line_end_;
 };
 
-// The status word of APT stages (device-facts.md, APT messages). APT16 gives a subset; the rest
-// is from thorlabs-apt-protocol, aptProtocol.h of infn-epics and pylablib.
+// The status word of APT stages (device-facts.md, APT messages). APT16 gives a subset. The other
+// bits are from thorlabs-apt-protocol, aptProtocol.h of infn-epics and pylablib.
 namespace status {
 
 inline constexpr std::uint32_t forward_limit = 0x00000001;  ///< hardware limit, CW
 inline constexpr std::uint32_t reverse_limit = 0x00000002;  ///< hardware limit, CCW
 inline constexpr std::uint32_t forward_soft_limit = 0x00000004;
 inline constexpr std::uint32_t reverse_soft_limit = 0x00000008;
-// The document and observation disagree on which of each pair is forward: use their union only.
+// The document and observations disagree on which of each pair is forward: use only their union.
 inline constexpr std::uint32_t moving_forward = 0x00000010;
 inline constexpr std::uint32_t moving_reverse = 0x00000020;
 inline constexpr std::uint32_t jogging_forward = 0x00000040;
@@ -248,7 +249,7 @@ inline constexpr std::uint32_t channel_enabled = 0x80000000;
 inline constexpr std::uint32_t any_limit = forward_limit | reverse_limit;
 inline constexpr std::uint32_t any_motion =
     moving_forward | moving_reverse | jogging_forward | jogging_reverse | homing;
-/// Any of these ends a run. The interlock bit is not among them: its meaning differs per family.
+/// Each of these ends a run. The interlock bit is excluded: its meaning differs per family.
 inline constexpr std::uint32_t any_fault =
     motion_error | instrument_error | over_temperature | bus_voltage_fault | commutation_error |
     overload | encoder_fault | over_current | supply_current_fault | error;

@@ -1,7 +1,7 @@
-// The one table of stages and of the controllers whose scale for them is known: driver, emulator,
-// schema, `weft check` and docs/reference/rig.md follow it. docs/reference/rig.md is made from the
-// rows below, so each is one line. "database" is Thorlabs' stage database MG17APTServer.ini (in
-// THORPY), "memory" what no source was found for.
+// The only table of stages and of the controllers with a known scale for them. Driver, emulator,
+// schema and `weft check` use it. docs/reference/rig.md is generated from the rows below, so each
+// row is one line. Source "database" is Thorlabs' stage database MG17APTServer.ini (in THORPY);
+// "memory" means that no source was found.
 
 #include <algorithm>
 #include <array>
@@ -42,8 +42,8 @@ constexpr std::array rows{
     StageModel{"NR360", rotary, 0, 360, 50, 80, 25, 25, 6, 0.6, 1, 2, 1, 3, 1, 0, "SCC201", "database, HS NanoRotator; top speed: memory"},
 };
 
-/// Stage, what the controller's model begins with, its name in texts, counts per mm or degree, per
-/// unit/s and per unit/s2, source. The first of a stage is its usual one.
+/// Stage, prefix of the controller's model, its display name, counts per mm or degree, per unit/s
+/// and per unit/s2, source. The first pairing of a stage is its usual one.
 constexpr std::array pairings{
     Pairing{"LTS150", "LTS150", "LTS150", {409600, 21987328, 4506}, "APT16"},
     Pairing{"LTS150", "BSC20", "BSC20x", {409600, 21987328, 4506}, "APT16"},
@@ -107,9 +107,9 @@ constexpr std::array pairings{
 };
 // clang-format on
 
-/// Families by the status message that they send; directions of MOVE_VELOCITY and MOVE_JOG as
-/// clients that were tested on hardware take them (device-facts.md, APT messages); serial numbers
-/// begin as device-facts.md, APT line, has them.
+/// The family follows from the status message. The directions of MOVE_VELOCITY and MOVE_JOG are
+/// those of clients tested on hardware (device-facts.md, APT messages). Serial numbers begin as in
+/// device-facts.md, APT line.
 constexpr std::array controllers{
     Controller{"LTS", Family::stepper, true, 1, 45000001},
     Controller{"K10CR", Family::stepper, true, 1, 55000001},
@@ -137,7 +137,7 @@ constexpr StageModel model_of(const Pairing& pairing) {
   return model;
 }
 
-/// As each pairing has them, and each stage with its usual controller.
+/// paired_models: one model per pairing. models: each stage with its usual controller.
 constexpr auto paired_models = [] {
   std::array<StageModel, pairings.size()> models{};
   std::transform(pairings.begin(), pairings.end(), models.begin(), model_of);

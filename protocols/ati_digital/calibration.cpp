@@ -15,7 +15,7 @@ constexpr std::size_t serial_size = 8, part_number_size = 32, family_size = 4, t
 constexpr double newton_per_lbf = 0.45359237 * standard_gravity_mps2;  // exact: NIST SP 811 B.8
 constexpr double m_per_inch = 0.0254;
 
-/// SI per unit, by code; 0: no such code.
+/// SI value of a unit code; 0 for an unknown code.
 double newton_per(std::uint8_t unit) {
   constexpr std::array<double, 7> table{0,
                                         newton_per_lbf,
@@ -60,7 +60,7 @@ class RegisterWriter {
   std::size_t at_ = 0;
 };
 
-/// `registers` is long enough for all that is read.
+/// Invariant: `registers` holds all that the caller reads; there is no bounds check.
 class RegisterReader {
  public:
   explicit RegisterReader(std::span<const std::uint16_t> registers) : registers_(registers) {}
@@ -70,7 +70,7 @@ class RegisterReader {
     return high << 16 | word();
   }
   float number() { return std::bit_cast<float>(put_u32()); }
-  /// Up to the first zero, without blanks at the end; only what can be printed.
+  /// Text up to the first zero, printable characters only, trailing blanks removed.
   std::string text(std::size_t size) {
     std::string out;
     for (std::size_t i = 0; i < size; i += 2) {

@@ -13,12 +13,12 @@
 
 namespace weft::protocols::ati_digital {
 
-/// One calibration as the sensor holds it. Matrix rows are Fx Fy Fz Tx Ty Tz, columns the gauges.
+/// One calibration of the sensor. Matrix rows are Fx Fy Fz Tx Ty Tz, columns the gauges.
 struct Calibration {
-  std::string serial;       ///< 8 characters at most
-  std::string part_number;  ///< 32
-  std::string family;       ///< 4
-  std::string time;         ///< 20, when it was calibrated
+  std::string serial;       ///< at most 8 characters
+  std::string part_number;  ///< at most 32 characters
+  std::string family;       ///< at most 4 characters
+  std::string time;         ///< date of the calibration, at most 20 characters
   std::array<std::array<float, gauges>, 6> matrix{};
   std::uint8_t force_unit = 2;   ///< code: 1 lbf, 2 N, 3 klbf, 4 kN, 5 kgf, 6 gf
   std::uint8_t torque_unit = 3;  ///< code: 1 lbf-in, 2 lbf-ft, 3 N-m, 4 N-mm, 5 kgf-cm, 6 kN-m
@@ -33,10 +33,10 @@ struct Calibration {
 
 using CalibrationRegisters = std::array<std::uint16_t, calibration_registers>;
 
-/// Texts that are too long are cut. What the record holds beyond these fields is zero.
+/// Longer texts are truncated. The record is zero beyond these fields.
 CalibrationRegisters encode(const Calibration& calibration);
 
-/// Errors: parse, when there are not 168 registers. Numbers are not judged: see gauge_matrix().
+/// Errors: parse, unless there are 168 registers. Values are not checked: see gauge_matrix().
 Result<Calibration> decode_calibration(std::span<const std::uint16_t> registers);
 
 /// wrench = matrix (gauge counts - bias), in N and N m.
@@ -50,7 +50,7 @@ struct GaugeMatrix {
 };
 
 /// Errors: range, for a matrix that is not finite or has an empty row (an empty slot of the
-/// sensor), a scale or rating that is not positive, a unit that is not known.
+/// sensor), for a scale or rating that is not positive, and for an unknown unit.
 Result<GaugeMatrix> gauge_matrix(const Calibration& calibration);
 
 }  // namespace weft::protocols::ati_digital

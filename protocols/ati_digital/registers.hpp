@@ -1,5 +1,5 @@
 #pragma once
-// Where an ATI Digital F/T sensor keeps what (0-based Modbus addresses). Source:
+// Register map of an ATI Digital F/T sensor (0-based Modbus addresses). Source:
 // docs/reference/device-facts.md, ATI Digital F/T.
 
 #include <array>
@@ -33,7 +33,7 @@ inline constexpr std::array<std::uint32_t, 3> bauds{1250000, 19200, 115200};
 inline constexpr int calibrations = 16;
 inline constexpr std::uint16_t calibration_stride = 192;
 inline constexpr std::size_t calibration_registers = 168;
-/// A calibration is read in pieces: one request takes 125 registers at most.
+/// Registers per request of a calibration: one request reads at most 125 registers.
 inline constexpr std::array<std::uint16_t, 3> calibration_pieces{64, 64, 40};
 /// Address of calibration `number`, 1 to `calibrations`.
 constexpr std::uint16_t calibration_address(int number) {
@@ -44,12 +44,12 @@ constexpr std::uint16_t calibration_address(int number) {
 inline constexpr std::uint8_t unlock = 0xAA;
 inline constexpr std::uint8_t lock = 0x18;
 inline constexpr std::uint8_t start_stream = 0x55;
-inline constexpr std::uint8_t done = 1;  ///< in a reply; anything else is a refusal
+inline constexpr std::uint8_t done = 1;  ///< in a reply; any other value is a refusal
 
-/// So many bytes of any kind end a stream.
+/// Number of bytes, of any value, that ends a stream.
 inline constexpr std::size_t jam_size = 14;
 
-/// The set bits of the status word in words: "excitation voltage low, EEPROM".
+/// Names of the set bits of the status word: "excitation voltage low, EEPROM".
 std::string status_text(std::uint16_t status_word);
 
 }  // namespace weft::protocols::ati_digital

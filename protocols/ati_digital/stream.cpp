@@ -21,7 +21,7 @@ bool sum_holds(ByteView record) {
   return sum_of(record.first(record_size - 1)) == (record[record_size - 1] & sum_mask);
 }
 
-/// How many records in a row begin at the first byte, `most` at most.
+/// Number of consecutive valid records from the first byte on, at most `most`.
 std::size_t records_in_row(ByteView bytes, std::size_t most) {
   std::size_t count = 0;
   while (count < most && bytes.size() >= (count + 1) * record_size &&
@@ -90,8 +90,8 @@ bool StreamSplitter::next(StreamRecord& record, std::uint32_t& lost) {
   return false;
 }
 
-/// Drops bytes up to the next record. False, and no more than certain bytes dropped, while too few
-/// are there to tell.
+/// Drops bytes up to the next record. Returns false if there are too few bytes to decide; then it
+/// drops only bytes that cannot begin a record.
 bool StreamSplitter::find_step() {
   const ByteView bytes = buffer_.view();
   if (damaged_here_) {
@@ -110,7 +110,7 @@ bool StreamSplitter::find_step() {
   return false;
 }
 
-/// Drops the record that failed, when those behind it tell that nothing else is missing.
+/// Drops the failed record if the records after it show that nothing else is missing.
 bool StreamSplitter::continues_behind_damage() {
   damaged_here_ = false;
   const ByteView behind = buffer_.view().subspan(record_size);
@@ -121,8 +121,7 @@ bool StreamSplitter::continues_behind_damage() {
   return in_step_ = true;
 }
 
-/// Of the 13 phases behind a place where one agrees: the one to take. Nothing when more bytes are
-/// needed to tell.
+/// Selects one of the 13 phases after a position where one agrees. nullopt: more bytes are needed.
 std::optional<std::size_t> StreamSplitter::begin_of_step(ByteView bytes) const {
   std::array<std::size_t, record_size> rows{};
   for (std::size_t phase = 0; phase < record_size; ++phase)
@@ -141,7 +140,7 @@ std::optional<std::size_t> StreamSplitter::begin_of_step(ByteView bytes) const {
   return best;
 }
 
-/// From the last good record; the same for all when there was none.
+/// Distance from the last good record in counts, summed over the gauges; 0 if there was none.
 int StreamSplitter::distance(ByteView bytes) const {
   const std::optional<StreamRecord> record = decode_record(bytes);
   if (!have_last_ || !record) return 0;

@@ -1,6 +1,6 @@
 #pragma once
-// The stream of an ATI Digital F/T sensor: records of 13 bytes without a start byte, a number or a
-// CRC. Source: docs/reference/device-facts.md, ATI Digital F/T.
+// The stream of an ATI Digital F/T sensor: records of 13 bytes without start byte, sequence number
+// or CRC. Source: docs/reference/device-facts.md, ATI Digital F/T.
 
 #include <array>
 #include <cstdint>
@@ -21,43 +21,45 @@ struct StreamRecord {
   bool operator==(const StreamRecord&) const = default;
 };
 
-/// Appends 13 bytes. Allocates nothing when `out` has room.
+/// Appends 13 bytes. Does not allocate if `out` has enough capacity.
 void append(Bytes& out, const StreamRecord& record);
 
-/// The first 13 of `bytes` as a record; nothing when there are fewer or the sum does not hold.
+/// Decodes the first 13 of `bytes`; nullopt if there are fewer or the sum is wrong.
 std::optional<StreamRecord> decode_record(ByteView bytes);
 
-/// Finds the records in the stream. While in step each record's sum is checked. When one fails and
-/// `records_to_resume` behind it hold, the first of them near the last good one, it was damaged in
-/// its place and is dropped. Otherwise the records that follow are looked for at all 13 phases: one
-/// is taken when `records_to_agree` of its sums in a row hold, and no other phase's do. The sums of
-/// a load that does not change at all can hold at several phases for ever: after
-/// `records_to_decide`, the phase whose first record is nearest to the last good one wins.
+/// Finds the records in the stream. While in step, it checks the sum of each record. A failed
+/// record is dropped as damaged if the next `records_to_resume` records are valid and the first of
+/// them is near the last good one. Otherwise the splitter searches all 13 phases. It selects a
+/// phase if `records_to_agree` of its sums in a row are valid and no other phase has as many. Under
+/// a constant load the sums can be valid at several phases forever. Then, after
+/// `records_to_decide`, the phase with the first record nearest to the last good one is selected.
 ///
-/// push() a chunk, then call next() until it returns false; any chunking gives the same records.
+/// push() a chunk, then call next() until it returns false. The chunking does not affect the
+/// records.
 class StreamSplitter {
  public:
   static constexpr std::size_t capacity = 65536;
   static constexpr std::size_t records_to_resume = 3;
-  /// Sum over the gauges. Bytes of another phase are anything up to 65535 each.
+  /// Largest distance in counts, summed over the gauges, that counts as near. Bytes read at a wrong
+  /// phase differ by up to 65535 per gauge.
   static constexpr int near_counts = 6 * 1000;
   static constexpr std::size_t records_to_agree = 4;
   static constexpr std::size_t records_to_decide = 16;
 
-  /// The first byte that comes begins a record: right behind the answer to the start request.
+  /// The next byte begins a record: it follows the answer to the start request.
   void begin_in_step();
-  /// Nothing is known about where a record begins.
+  /// The next byte may be any byte of a record.
   void begin_anywhere();
 
   void push(ByteView bytes) { dropped_since_record_ += buffer_.push(bytes); }
-  /// The next record, and how many were damaged or missing right before it, as far as the bytes
-  /// tell: whole records that never came leave no trace.
+  /// Returns the next record. `lost`: records damaged or missing right before it, as far as the
+  /// bytes show. Records that are missing completely leave no trace.
   bool next(StreamRecord& record, std::uint32_t& lost);
 
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// Bytes that were part of no record.
   [[nodiscard]] std::uint64_t dropped_bytes() const { return buffer_.skipped_bytes(); }
-  /// How often the step was lost.
+  /// Number of times the splitter lost the step.
   [[nodiscard]] std::uint64_t resynchronisations() const { return resynchronisations_; }
 
  private:
@@ -71,7 +73,7 @@ class StreamSplitter {
   StreamRecord last_;
   bool have_last_ = false;
   bool in_step_ = false;
-  bool damaged_here_ = false;  ///< what comes next failed, and was in step
+  bool damaged_here_ = false;  ///< the next record failed its check while in step
   std::uint64_t dropped_since_record_ = 0;
   std::uint64_t resynchronisations_ = 0;
 };

@@ -1,6 +1,6 @@
 #pragma once
 // Bounded reading and writing of wire bytes, and checksums. Lengths are checked before every
-// access: a reader that runs out turns bad and stays bad, and every later value is 0, so a decoder
+// access. A reader that runs out becomes bad permanently and returns 0 from then on, so a decoder
 // checks once at its end.
 
 #include <cstddef>
@@ -35,11 +35,11 @@ class ByteReader {
     return static_cast<Int>(value);
   }
 
-  /// The next `count` bytes, or an empty span (and a bad reader) when there are fewer.
+  /// The next `count` bytes; an empty span (and a bad reader) if there are fewer.
   ByteView take(std::size_t count) {
     if (bad_ || count > bytes_.size() - at_) {
       bad_ = true;
-      at_ = bytes_.size();  // nothing remains, so that whoever reads to the end comes to it
+      at_ = bytes_.size();  // remaining() becomes 0, so loops that read to the end terminate
       return {};
     }
     at_ += count;
@@ -94,7 +94,7 @@ std::uint16_t crc16_ccitt(ByteView bytes, std::uint16_t seed = 0xFFFF);
 /// CRC-16/MODBUS: poly 0x8005 reflected, init 0xFFFF; check("123456789") 0x4B37.
 std::uint16_t crc16_modbus(ByteView bytes, std::uint16_t seed = 0xFFFF);
 
-/// CRC-32/ISO-HDLC (zlib): check("123456789") 0xCBF43926. `seed` is the CRC of what came before.
+/// CRC-32/ISO-HDLC (zlib): check("123456789") 0xCBF43926. `seed` is the CRC of the preceding bytes.
 std::uint32_t crc32(ByteView bytes, std::uint32_t seed = 0);
 
 }  // namespace weft

@@ -6,7 +6,8 @@
 namespace weft {
 namespace {
 
-constexpr std::size_t longest_name = 64;  // of a name from outside no more is compared
+constexpr std::size_t longest_name =
+    64;  // only this many characters of an external name are compared
 
 char lower(char c) {
   return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -1,13 +1,13 @@
 #pragma once
-// Did you mean ...?
+// Suggestions for misspelt names ("Did you mean ...?").
 
 #include <string_view>
 #include <vector>
 
 namespace weft {
 
-/// The candidate that `word` probably meant: letter case ignored, at most a third of the letters
-/// wrong, missing, extra or swapped. Empty when none comes near.
+/// The candidate that is probably meant by `word`: letter case ignored, at most a third of the
+/// letters wrong, missing, extra or swapped. Empty if no candidate is near enough.
 std::string_view closest(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace weft

@@ -1,4 +1,4 @@
-// Checksums by tables; declared in bytes.hpp.
+// Table-driven checksums; declared in bytes.hpp.
 
 #include "protocols/base/bytes.hpp"
 
@@ -7,7 +7,7 @@
 namespace weft {
 namespace {
 
-// [k][n]: of byte n with k zero bytes behind it, so that eight bytes are one step.
+// [k][n]: CRC of byte n followed by k zero bytes, so that one step processes eight bytes.
 constexpr auto make_tables16() {
   std::array<std::array<std::uint16_t, 256>, 8> tables{};
   for (unsigned n = 0; n < 256; ++n) {
@@ -33,7 +33,7 @@ constexpr auto make_reflected_table16() {
   return table;
 }
 
-// As tables16, with the bits the other way round.
+// As tables16, with reflected bits.
 constexpr auto make_tables32() {
   std::array<std::array<std::uint32_t, 256>, 8> tables{};
   for (std::uint32_t n = 0; n < 256; ++n) {
@@ -56,7 +56,7 @@ std::uint32_t little32(ByteView bytes) {
          std::uint32_t{bytes[3]} << 24;
 }
 
-// Of four bytes with `behind` bytes after them.
+// Contribution of four bytes that `behind` bytes follow.
 std::uint32_t four_bytes(std::uint32_t word, std::size_t behind) {
   return tables32[behind + 3][word & 0xFFU] ^ tables32[behind + 2][word >> 8 & 0xFFU] ^
          tables32[behind + 1][word >> 16 & 0xFFU] ^ tables32[behind][word >> 24];

@@ -1,7 +1,7 @@
 #pragma once
-// FrameSplitter: base of the splitters that cut a stream into frames. FrameHead: head and tail of
-// the frames of most of Weft's own sensors, with check values, little-endian; layouts in the
-// READMEs of protocols/taxel, vibro and imprint.
+// FrameSplitter: base of the splitters that split a stream into frames. FrameHead: head and tail of
+// the frames of most of Weft's own sensors, with check values, little-endian. The layouts are in
+// the READMEs of protocols/taxel, vibro and imprint.
 
 #include <array>
 #include <cstdint>
@@ -13,9 +13,10 @@ namespace weft {
 
 using SyncBytes = std::array<std::uint8_t, 2>;
 
-/// Around the body of a frame: sync, version 1, kind, bytes of the body, sequence, device clock,
-/// CRC-16 of what lies behind sync; then the body, and a CRC-32 of all behind sync. The head has a
-/// check value of its own: a damaged length makes nobody wait for bytes that do not come.
+/// Head and tail of a frame. Head: sync, version 1, kind, body size in bytes, sequence, device
+/// clock, CRC-16 of the head after sync. Then follow the body and a CRC-32 of all bytes after sync.
+/// The head has its own check value, so a damaged length does not make the receiver wait for bytes
+/// that never arrive.
 struct FrameHead {
   std::uint8_t kind = 0;
   std::uint16_t body_size = 0;
@@ -24,16 +25,16 @@ struct FrameHead {
 
   static constexpr std::size_t size = 14, tail_size = 4;
 
-  /// Of at least `size` bytes: whether a head may begin here, by sync and version.
+  /// Whether a head may begin here, by sync and version. `bytes` has at least `size` bytes.
   static bool begins(ByteView bytes, const SyncBytes& sync);
-  /// Nothing for a wrong check value.
+  /// nullopt for a wrong check value.
   static std::optional<FrameHead> decode(ByteView bytes);
-  /// Whether the check value at the end of a whole frame is right.
+  /// Whether the check value at the end of a complete frame is right.
   static bool tail_agrees(ByteView frame);
 
   [[nodiscard]] std::size_t frame_size() const { return size + body_size + tail_size; }
-  /// Appends the head, what `write_body` writes with the LittleWriter that it is given, and the
-  /// tail. Allocates nothing when `out` has room.
+  /// Appends the head, the body that `write_body` writes with the LittleWriter it receives, and the
+  /// tail. Does not allocate if `out` has enough capacity.
   template <class WriteBody>
   void append_frame(Bytes& out, const SyncBytes& sync, const WriteBody& write_body) const {
     const std::size_t start = out.size();
@@ -47,33 +48,34 @@ struct FrameHead {
   static void append_tail(Bytes& out, std::size_t frame_start);
 };
 
-/// Base of splitters. push() a chunk, then call the protocol's next() until it returns false. Any
-/// chunking of a stream gives the same frames. Bytes outside a frame are skipped; after a wrong
-/// check value the search goes on one byte further, so that a good frame behind a damaged one is
+/// Base of splitters. push() a chunk, then call the protocol's next() until it returns false. The
+/// chunking of a stream does not affect the frames. Bytes outside a frame are skipped. After a
+/// wrong check value the search continues one byte later, so a good frame after a damaged one is
 /// not lost.
 class FrameSplitter {
  public:
   void push(ByteView bytes) { buffer_.push(bytes); }
-  /// Forgets a frame in progress; the counters stay.
+  /// Discards a frame in progress; the counters keep their values.
   void clear() { buffer_.clear(); }
 
   /// After next() returned false: whether a frame is in progress.
   [[nodiscard]] bool in_progress() const { return !buffer_.view().empty(); }
 
-  /// Bytes that are part of no frame, or did not fit.
+  /// Bytes that belong to no frame or exceeded the capacity.
   [[nodiscard]] std::uint64_t skipped_bytes() const { return buffer_.skipped_bytes(); }
-  /// Frames with a plausible beginning that could not be used.
+  /// Frames with a plausible head that were invalid.
   [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
 
  protected:
-  /// What `measure` returns where no frame begins.
+  /// Result of `measure` where no frame begins.
   static constexpr std::size_t no_frame = 0;
 
-  /// `capacity`: bytes that next() has not taken yet, at most.
+  /// `capacity`: maximum of bytes that next() has not consumed.
   explicit FrameSplitter(std::size_t capacity) : buffer_(capacity) {}
 
-  /// Takes the next frame. `measure`, of at least `head_size` bytes, gives the size of the frame
-  /// there, no_frame, or nothing for a damaged head; `read`, of a whole frame, whether it is good.
+  /// Consumes the next frame. `measure` gets at least `head_size` bytes and returns the size of the
+  /// frame, no_frame, or nullopt for a damaged head. `read` gets a complete frame and returns
+  /// whether it is good.
   template <class Measure, class Read>
   bool find(std::size_t head_size, const Measure& measure, const Read& read) {
     for (ByteView bytes = buffer_.view(); bytes.size() >= head_size; bytes = buffer_.view()) {
@@ -89,7 +91,7 @@ class FrameSplitter {
     return false;
   }
 
-  /// The same for frames with a FrameHead. `makes_sense`: whether there are heads like this one;
+  /// The same for frames with a FrameHead. `makes_sense`: whether such a head exists.
   /// `read_body(head, body)`: whether the body is good.
   template <class MakesSense, class ReadBody>
   bool find(const SyncBytes& sync, const MakesSense& makes_sense, const ReadBody& read_body) {

@@ -1,5 +1,5 @@
 #pragma once
-// Seeds from texts: the same with every standard library and on every machine, unlike std::hash.
+// Seeds from texts: equal on every machine and with every standard library, unlike std::hash.
 // FNV-1a 64, and splitmix64 (Steele, Lea and Flood 2014).
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace weft {
 
 constexpr std::uint64_t splitmix64_gamma = 0x9e3779b97f4a7c15;
 
-/// Every bit of the input moves every bit.
+/// Every input bit affects every output bit.
 constexpr std::uint64_t splitmix64_finish(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
   z = (z ^ (z >> 27)) * 0x94d049bb133111eb;

@@ -1,5 +1,5 @@
-// The parser's events become a document. A key is looked up once, and a pointer is put together for
-// a finding only: requests of the socket are read by this too.
+// Builds a document from the parser's events. For speed, a key is looked up once and a pointer is
+// built for findings only: every request of the socket passes through here.
 
 #include "protocols/base/json_text.hpp"
 
@@ -15,7 +15,7 @@ using nlohmann::json;
 
 /// nlohmann's id of "number overflow parsing".
 constexpr int number_overflow = 406;
-/// A key in a message is cut [bytes].
+/// A longer key is truncated in messages [bytes].
 constexpr std::size_t longest_key = 64;
 
 std::string line_and_column(std::string_view text, std::size_t at) {
@@ -30,7 +30,7 @@ bool is_word_char(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '+';
 }
 
-/// The run of letters and signs around `at`; empty, but at its place, when there is none.
+/// The run of letters and signs around `at`; if there is none, an empty view at that position.
 std::string_view text_at_position(std::string_view text, std::size_t at) {
   at = std::min(at, text.size());
   std::size_t begin = at;
@@ -104,7 +104,8 @@ class Builder final {
   }
 
  private:
-  /// Of keys given twice: no person reads more, and a line of a megabyte has a hundred thousand.
+  /// Limit of reported duplicate keys. No person reads more, and a megabyte of text can have a
+  /// hundred thousand.
   static constexpr std::size_t most_findings = 100;
 
   template <class Value>
@@ -138,7 +139,7 @@ class Builder final {
     return true;
   }
 
-  /// Of the container that is being filled.
+  /// Pointer of the container that is being filled.
   [[nodiscard]] std::string pointer() const {
     std::string text;
     for (std::size_t i = 1; i < open_.size(); ++i) {
@@ -157,7 +158,7 @@ class Builder final {
   json& document_;
   std::vector<Error>& findings_;
   std::vector<json*> open_;  ///< containers from the root to the one being filled
-  json* slot_ = nullptr;     ///< of the newest key
+  json* slot_ = nullptr;     ///< value of the newest key
 };
 
 }  // namespace
@@ -186,7 +187,7 @@ std::vector<Error> read_json(std::string_view text, const JsonBounds& bounds, js
                         .hint = "It should be a few kilobytes"});
     return findings;
   }
-  // The parser takes it for the end of the text and ignores what follows.
+  // The parser treats a zero byte as the end of the text and ignores the rest.
   if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
     findings.push_back(
         {.code = Errc::parse,

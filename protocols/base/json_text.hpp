@@ -1,6 +1,7 @@
 #pragma once
-// JSON text to a document, stricter than RFC 8259: bounded in size and depth, no key twice in one
-// object, no zero byte. Whatever Weft reads from a person, a client or a file goes through it.
+// Parses JSON text into a document. Stricter than RFC 8259: bounded size and depth, no duplicate
+// key in an object, no zero byte. All JSON that Weft reads from a person, a client or a file passes
+// through it.
 // Thread: any.
 
 #include <cstddef>
@@ -14,24 +15,25 @@
 namespace weft {
 
 struct JsonBounds {
-  std::size_t max_bytes = std::size_t{1} << 20;  ///< longer text is refused by its size alone
+  std::size_t max_bytes = std::size_t{1} << 20;  ///< longer text is refused unparsed
   std::size_t max_depth = 32;
 };
 
-/// Files of Weft itself: the lists of a large campaign are longer than what a person writes.
+/// For files that Weft wrote: the lists of a large campaign are longer than any text a person
+/// writes.
 inline constexpr JsonBounds any_size{static_cast<std::size_t>(-1), 64};
 
-/// JSON pointer of a member: `parent` + "/" + `key`, with '~' and '/' escaped as RFC 6901 asks.
+/// JSON pointer of a member: `parent` + "/" + `key`, with '~' and '/' escaped as in RFC 6901.
 std::string child(std::string_view parent, std::string_view key);
 
-/// Parses `text` into `document` and returns all findings; none: `document` is what the text says.
-/// `where` is the JSON pointer. Codes: invalid_argument, a key given twice, at its own pointer (the
-/// document has the last value); range, too long or too deep; parse, everything else, with line and
-/// column. After range and parse the document is incomplete.
+/// Parses `text` into `document` and returns all findings; empty if the text is valid. `where` is
+/// the JSON pointer. Codes: invalid_argument, a duplicate key, at its own pointer (the document has
+/// the last value); range, too long or too deep; parse, all other findings, with line and column.
+/// After range and parse the document is incomplete.
 std::vector<Error> read_json(std::string_view text, const JsonBounds& bounds,
                              nlohmann::json& document);
 
-/// The document, or the first finding.
+/// The document. Errors: the first finding of read_json().
 Result<nlohmann::json> parse_json(std::string_view text, const JsonBounds& bounds = any_size);
 
 }  // namespace weft

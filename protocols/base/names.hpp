@@ -1,6 +1,5 @@
 #pragma once
-// The words for the values of an enumeration, as one table that is read both ways; and numbers as
-// text.
+// Names of the values of an enumeration, as one table for both directions; numbers as text.
 
 #include <array>
 #include <charconv>
@@ -15,11 +14,11 @@
 
 namespace weft {
 
-/// Every value with its name; the order is that in which they are told.
+/// Every value with its name, in the order in which messages list them.
 template <class Value, std::size_t count>
 using NameTable = std::array<std::pair<Value, std::string_view>, count>;
 
-/// "?" for a value that the table does not have.
+/// "?" for a value that is not in the table.
 template <class Value, std::size_t count>
 constexpr std::string_view name_in(const NameTable<Value, count>& table, Value value) {
   for (const auto& [own, name] : table)
@@ -27,7 +26,7 @@ constexpr std::string_view name_in(const NameTable<Value, count>& table, Value v
   return "?";
 }
 
-/// Nothing where no value has this name.
+/// nullopt if no value has this name.
 template <class Value, std::size_t count>
 constexpr std::optional<Value> value_in(const NameTable<Value, count>& table,
                                         std::string_view name) {
@@ -43,7 +42,7 @@ std::vector<Value> values_of(const NameTable<Value, count>& table) {
   return out;
 }
 
-/// "NB, kNN, Tree".
+/// All names in table order: "NB, kNN, Tree".
 template <class Value, std::size_t count>
 std::string name_list(const NameTable<Value, count>& table) {
   std::string out;
@@ -51,7 +50,7 @@ std::string name_list(const NameTable<Value, count>& table) {
   return out;
 }
 
-/// Errors: invalid_argument, with `message` and what was `expected`, for a name that no value has.
+/// Errors: invalid_argument, with `message` and `expected`, for an unknown name.
 template <class Value, std::size_t count>
 Result<Value> value_from(const NameTable<Value, count>& table, std::string_view name,
                          std::string message, std::string expected) {
@@ -62,8 +61,8 @@ Result<Value> value_from(const NameTable<Value, count>& table, std::string_view 
                .got = std::string(name)});
 }
 
-/// For messages: the fewest digits that are this number: "0.25", "1e+308", of which
-/// std::to_string() has 309.
+/// For messages: the shortest text that reads back as this number, such as "0.25" or "1e+308"
+/// (std::to_string() gives 309 digits for the latter).
 inline std::string format_number(double value) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};

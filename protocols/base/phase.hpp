@@ -8,11 +8,11 @@
 namespace weft {
 
 enum class Phase : std::uint8_t {
-  none = '-',    ///< approach, transfer and retreat: not part of the data set
-  rest = 'S',    ///< resting: the sensor's weight alone, no force control
-  press = 'P',   ///< pressure: force controlled, no motion
-  motion = 'M',  ///< motion at constant force
-  end = 'E',     ///< resting again after the motion
+  none = '-',    ///< approach, transfer and retraction: not part of the data set
+  rest = 'S',    ///< rest: the weight of the probe alone, no force control
+  press = 'P',   ///< press: force regulated, no motion
+  motion = 'M',  ///< motion: force regulated
+  end = 'E',     ///< rest again after the motion
 };
 
 constexpr char to_char(Phase phase) {

@@ -1,5 +1,5 @@
 #pragma once
-// Text from outside, made fit for a message.
+// Makes external text safe for a message.
 
 #include <algorithm>
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace weft {
 
-/// The first line of `text`, at most `most` bytes; what is not printable ASCII becomes '?'.
+/// The first line of `text`, at most `most` bytes; other bytes than printable ASCII become '?'.
 inline std::string printable(std::string_view text, std::size_t most = 40) {
   std::string line(text.substr(0, std::min(text.find_first_of("\r\n"), most)));
   std::replace_if(

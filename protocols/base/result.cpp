@@ -8,7 +8,7 @@
 namespace weft {
 namespace {
 
-// docs/reference/errors.md is made from these rows.
+// docs/reference/errors.md is generated from these rows.
 constexpr std::array<ErrorCode, 23> codes{{
     {Errc::invalid_argument, "invalid argument", "request.invalid", 1000, false,
      "An option, a key or a parameter cannot be used.", "Correct what the message names."},
@@ -88,14 +88,14 @@ Error&& Error::in(std::string_view context) && {
   const std::string outer(context);
   if (where.empty())
     where = outer;
-  else if (where != outer && !where.starts_with(outer + ": "))  // else it is said already
+  else if (where != outer && !where.starts_with(outer + ": "))  // else the context is there already
     where = outer + ": " + where;
   return std::move(*this);
 }
 
 namespace {
 
-// A message may be made of sentences already.
+// A message may already end a sentence.
 std::string as_sentence(std::string text) {
   if (text.empty() || (text.back() != '?' && text.back() != '.')) text += '.';
   return text;

@@ -1,6 +1,6 @@
 #pragma once
-// Errors are values. A Result holds a value or an Error that says where, what was expected, what
-// was got and what to do; callers add context while unwinding.
+// Errors are values. A Result holds a value or an Error with the place, the expected and the found
+// value, and a hint. Callers add context while unwinding.
 
 #include <span>
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace weft {
 
-/// Causes of a failure, one for each thing that a program or a person would do about it: see
-/// error_codes() and docs/reference/errors.md. Numbers are part of exported files and of the
-/// drivers' C ABI: never renumber.
+/// Causes of a failure, one per reaction of a program or a person: see error_codes() and
+/// docs/reference/errors.md. Numbers are part of exported files and of the drivers' C ABI: never
+/// renumber.
 enum class Errc {
   invalid_argument = 1,
   parse = 2,
@@ -39,7 +39,7 @@ enum class Errc {
   busy = 23,
 };
 
-/// "device settings"; "unknown" for a number that is no code.
+/// Name such as "device settings"; "unknown" for an undefined number.
 std::string_view to_string(Errc code);
 
 /// A row of docs/reference/errors.md.
@@ -55,7 +55,7 @@ struct ErrorCode {
 /// All codes, by number.
 std::span<const ErrorCode> error_codes();
 
-/// One failure, as a sentence with its parts kept apart. Fields are given by name.
+/// One failure: the parts of an error sentence. Initialise fields by name.
 struct Error {
   class ByName {
    public:
@@ -64,12 +64,12 @@ struct Error {
   [[no_unique_address]] ByName by_name = {};  ///< refuses initialisation by position
   Errc code = Errc::invalid_argument;
   std::string where = {};     ///< JSON pointer, file:line, device or stream; outermost first
-  std::string what = {};      ///< what is wrong, one clause
-  std::string expected = {};  ///< may be empty, as the next two
+  std::string what = {};      ///< the problem, one clause
+  std::string expected = {};  ///< may be empty; also the next two
   std::string got = {};
-  std::string hint = {};  ///< what the reader can do
+  std::string hint = {};  ///< advice for the reader
 
-  /// Puts `context` in front of `where` ("trial.csv" + "line 7" gives "trial.csv: line 7").
+  /// Prepends `context` to `where` ("trial.csv" + "line 7" gives "trial.csv: line 7").
   Error&& in(std::string_view context) &&;
 };
 
@@ -91,12 +91,13 @@ inline tl::unexpected<Error> fail(Error error) {
   return tl::unexpected<Error>(std::move(error));
 }
 
-/// Passes an error on, with context put in front of its place.
+/// Passes an error to the caller and prepends `context` to its place.
 inline tl::unexpected<Error> pass(Error error, std::string_view context = {}) {
   return tl::unexpected<Error>(context.empty() ? std::move(error) : std::move(error).in(context));
 }
 
-/// Prints the sentence and aborts: for broken contracts of our own, never reachable from input.
+/// Prints the condition and its place, then aborts. For broken internal contracts; never reachable
+/// from input.
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
 
 }  // namespace weft

@@ -12,11 +12,11 @@ enum class SequenceEvent { first, contiguous, gap, duplicate, out_of_order };
 
 struct SequenceStep {
   SequenceEvent event = SequenceEvent::first;
-  std::uint32_t lost = 0;  ///< frames missing right before this one; only a gap has any
+  std::uint32_t lost = 0;  ///< frames missing right before this one; 0 unless the event is gap
 };
 
-/// Compares each number with the last one, modulo the counter's width. Numbers up to half the
-/// range ahead are newer; an older number is out of order and does not move the tracker.
+/// Compares each number with the last one, modulo the counter's width. Numbers up to half the range
+/// ahead are newer. An older number is out of order and does not change the tracker.
 template <class Unsigned>
 class BasicSequenceTracker {
   static_assert(std::is_unsigned_v<Unsigned>);

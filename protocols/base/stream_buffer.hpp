@@ -1,5 +1,5 @@
 #pragma once
-// What a stream splitter keeps between two chunks: the bytes that do not make a frame yet.
+// Bytes that a stream splitter keeps between two chunks because they do not make a frame yet.
 
 #include <algorithm>
 #include <cstdint>
@@ -8,13 +8,13 @@
 
 namespace weft {
 
-/// Bytes in at the back, out at the front, never more than `capacity` of them: memory stays bounded
-/// when nobody drains it. Bytes that become part of no frame are counted.
+/// A byte queue of at most `capacity` bytes: memory stays bounded if no reader drains it. Bytes
+/// that become part of no frame are counted.
 class StreamBuffer {
  public:
   explicit StreamBuffer(std::size_t capacity) : capacity_(capacity) {}
 
-  /// Returns how many of `bytes` did not fit: those are skipped.
+  /// Returns the number of `bytes` that did not fit; they are skipped.
   std::size_t push(ByteView bytes) {
     bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_));
     at_ = 0;
@@ -24,15 +24,15 @@ class StreamBuffer {
     return bytes.size() - fits;
   }
 
-  /// What is not consumed yet; valid until the next push or clear.
+  /// Unconsumed bytes; valid until the next push or clear.
   [[nodiscard]] ByteView view() const { return ByteView(bytes_).subspan(at_); }
   void consume(std::size_t count) { at_ += std::min(count, bytes_.size() - at_); }
-  /// The same for bytes that belong to no frame.
+  /// Consumes bytes that belong to no frame and counts them.
   void skip(std::size_t count) {
     consume(count);
     skipped_bytes_ += count;
   }
-  /// So far; clear() changes nothing about it.
+  /// Total; clear() does not reset it.
   [[nodiscard]] std::uint64_t skipped_bytes() const { return skipped_bytes_; }
   void clear() {
     bytes_.clear();

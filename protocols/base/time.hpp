@@ -1,6 +1,6 @@
 #pragma once
 // Time points, durations and unit constants. Time is an argument: pure code receives a TimePoint,
-// only a Loop reads a clock.
+// and only a Loop reads a clock.
 
 #include <chrono>
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace weft {
 
-/// Nanoseconds. Integer ticks, so that a long campaign does not drift (docs/reference/plant.md,
-/// Time and numbers).
+/// Nanoseconds, as integer ticks, so a long campaign does not drift (docs/reference/plant.md, Time
+/// and numbers).
 using Duration = std::chrono::nanoseconds;
 
-/// The clock of a Loop: zero when the loop starts. Has no now(): ask the Loop.
+/// The clock of a Loop: zero at the start of the loop. It has no now(): use the Loop.
 struct WeftEpoch {
   using rep = std::int64_t;
   using period = std::nano;
@@ -36,7 +36,7 @@ constexpr Duration from_seconds(double seconds) {
   return Duration(static_cast<std::int64_t>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5)));
 }
 
-// Unit constants. Names carry units (force_n, speed_mps); these turn what people type into SI.
+// Unit constants, to convert human units into SI. Names carry units (force_n, speed_mps).
 
 constexpr double m_per_mm = 1e-3;
 constexpr double m_per_um = 1e-6;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t largest_body = window_size + max_taxels;
 
-/// A kind that exists, and a body that it may have.
+/// Whether the kind exists and its body has a valid size.
 bool makes_sense(const FrameHead& head) {
   switch (static_cast<Kind>(head.kind)) {
     case Kind::description:
@@ -53,7 +53,8 @@ void write_description(LittleWriter& writer, const Description& description) {
   writer.write(description.period_us);
 }
 
-/// False for a window that is none, another number of taxels than it has, a count of eight bits.
+/// False for an invalid window, a taxel count that differs from the window's, or a count of eight
+/// bits.
 bool read_frame(const FrameHead& head, ByteView body, Frame& frame) {
   frame.kind = static_cast<Kind>(head.kind);
   frame.sequence = head.sequence;

@@ -1,6 +1,6 @@
 #pragma once
 // Weft's own framing between a dense imprint array and the host. No published array of this kind
-// gives a wire form [E]. Layout: README.md of this folder. Little-endian.
+// documents its wire format [E]. Layout: README.md of this folder. Little-endian.
 
 #include <array>
 #include <cstdint>
@@ -19,12 +19,12 @@ inline constexpr std::size_t max_taxels = max_side * max_side;
 inline constexpr std::uint8_t highest_count = 127;  ///< 7 bits
 
 enum class Kind : std::uint8_t {
-  description = 0,  ///< who the array is and what it sends; once a second
-  scan = 1,         ///< the taxels of the window, row after row
-  request = 2       ///< from the host: scan this window from now on
+  description = 0,  ///< identity and settings of the array; once a second
+  scan = 1,         ///< the taxels of the window, row by row
+  request = 2       ///< from the host: scan this window from then on
 };
 
-/// The part of the array that is scanned. It has a taxel at least and lies in the largest array.
+/// The scanned part of the array: at least one taxel, within the largest array.
 struct Window {
   std::uint8_t first_row = 0, first_col = 0;
   std::uint8_t rows = 0, cols = 0;
@@ -33,7 +33,7 @@ struct Window {
   bool operator==(const Window&) const = default;
 };
 
-/// 1 to 128 rows and columns, none of them beyond row or column 127.
+/// 1 to 128 rows and columns, none beyond row or column 127.
 constexpr bool makes_sense(const Window& window) {
   return window.rows >= 1 && window.cols >= 1 && window.first_row + window.rows <= int{max_side} &&
          window.first_col + window.cols <= int{max_side};
@@ -43,23 +43,23 @@ struct Description {
   std::uint32_t serial = 0;
   std::array<std::uint8_t, 3> firmware{};
   std::uint8_t rows = 0, cols = 0;  ///< of the whole array
-  std::uint8_t bits = 0;            ///< of a count
-  std::uint16_t spacing_um = 0;     ///< of neighbouring taxels
+  std::uint8_t bits = 0;            ///< bits per count
+  std::uint16_t spacing_um = 0;     ///< distance of neighbouring taxels
   std::uint32_t full_scale_pa = 0;  ///< pressure of the highest count
-  std::uint32_t period_us = 0;      ///< from scan to scan
+  std::uint32_t period_us = 0;      ///< time between two scans
 
   bool operator==(const Description&) const = default;
 };
 
-/// Plain numbers, no heap.
+/// Does not allocate.
 struct Frame {
   Kind kind = Kind::description;
-  std::uint16_t sequence = 0;   ///< +1 with each frame of this kind, wraps
+  std::uint16_t sequence = 0;   ///< +1 with each frame of this kind; wraps
   std::uint32_t device_us = 0;  ///< the array's clock at the end of the scan; wraps
-  Description description;      ///< where kind says so
-  Window window;                ///< of a scan and a request
+  Description description;      ///< valid if kind is description
+  Window window;                ///< valid for a scan and a request
   std::array<std::uint8_t, max_taxels>
-      counts{};  ///< of a scan; the first window.taxels() are meant
+      counts{};  ///< of a scan; only the first window.taxels() are valid
 
   [[nodiscard]] std::span<const std::uint8_t> taxels() const {
     return std::span(counts).first(kind == Kind::scan ? window.taxels() : 0);
@@ -67,11 +67,11 @@ struct Frame {
   bool operator==(const Frame& other) const;
 };
 
-/// Appends a frame: a window that makes sense, counts of at most 127. Allocates nothing when `out`
-/// has room.
+/// Appends a frame. Requires a valid window and counts of at most 127. Does not allocate if `out`
+/// has enough capacity.
 void append(Bytes& out, const Frame& frame);
 
-/// Bodies that no array sends count as damaged.
+/// Frames with an invalid body count as damaged.
 class Splitter : public FrameSplitter {
  public:
   static constexpr std::size_t capacity = 131072;  ///< more than any link delivers in one chunk

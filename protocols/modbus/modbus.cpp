@@ -59,7 +59,7 @@ struct ReplyWriter {
   }
 };
 
-/// `message` if it took all of the PDU and nothing was missing.
+/// `message` if the PDU had exactly its length. Errors: parse, otherwise.
 template <class Message, class Variant>
 Result<Variant> whole(const BigReader& reader, const Message& message) {
   if (reader.ok() && reader.remaining() == 0) return Variant(message);

@@ -1,7 +1,7 @@
 #pragma once
-// Modbus messages ("PDU": function code and data) as numbers, both ways. Multi-byte fields are
-// big-endian. Source: MODBUS Application Protocol 1.1b3 for functions 3, 4, 6 and 16;
-// docs/reference/device-facts.md, ATI Digital F/T, for the two of ATI.
+// Modbus messages ("PDU": function code and data) as numbers, in both directions. Multi-byte fields
+// are big-endian. Source: MODBUS Application Protocol 1.1b3 for functions 3, 4, 6 and 16;
+// docs/reference/device-facts.md, ATI Digital F/T, for the two ATI functions.
 
 #include <array>
 #include <cstdint>
@@ -34,18 +34,18 @@ enum class ExceptionCode : std::uint8_t {
   device_failure = 4,
   acknowledge = 5,
   busy = 6,
-  gateway_target_silent = 11,  ///< nobody behind the gateway has this address
+  gateway_target_silent = 11,  ///< no device behind the gateway has this address
 };
 /// "illegal data address"; "exception" for codes that are not listed.
 std::string_view to_string(ExceptionCode code);
 
-/// Register values without a heap; at most `most_read`.
+/// Register values without heap allocation; at most `most_read`.
 struct Registers {
   std::array<std::uint16_t, most_read> values{};
   std::uint8_t count = 0;
 
   Registers() = default;
-  /// What is beyond `most_read` is left out.
+  /// Values beyond `most_read` are dropped.
   explicit Registers(std::span<const std::uint16_t> from);
   [[nodiscard]] std::span<const std::uint16_t> view() const {
     return std::span(values).first(count);
@@ -60,7 +60,7 @@ struct Read {
   std::uint16_t count = 1;
   bool operator==(const Read&) const = default;
 };
-/// The reply is the same.
+/// The reply equals the request.
 struct WriteOne {
   std::uint16_t address = 0;
   std::uint16_t value = 0;
@@ -71,7 +71,8 @@ struct WriteMany {
   Registers registers;
   bool operator==(const WriteMany&) const = default;
 };
-/// vendor_stream or vendor_lock: one byte each way. In a reply 1 means done, all else refused.
+/// vendor_stream or vendor_lock: one byte each way. In a reply 1 means done, any other value
+/// refused.
 struct Vendor {
   Function function = Function::vendor_stream;
   std::uint8_t data = 0;
@@ -100,12 +101,12 @@ using Reply = std::variant<ReadReply, WriteOne, WroteMany, Vendor, Exception>;
 void append(Bytes& out, const Request& request);
 void append(Bytes& out, const Reply& reply);
 
-/// Errors: unsupported (function), range (how many registers), parse (length).
+/// Errors: unsupported (function), range (number of registers), parse (length).
 Result<Request> decode_request(ByteView pdu);
 Result<Reply> decode_reply(ByteView pdu);
 
-/// Whether `reply` can be the answer to `request`: same function, as many registers, same address.
-/// An exception answers a request of its function.
+/// Whether `reply` can be the answer to `request`: same function, number of registers and address.
+/// An exception answers a request with its function.
 bool answers(const Reply& reply, const Request& request);
 
 }  // namespace weft::protocols::modbus

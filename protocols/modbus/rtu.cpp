@@ -21,14 +21,15 @@ void append_frame(Bytes& out, std::uint8_t slave, const Message& message) {
   LittleWriter(out).write(crc16_modbus(ByteView(out).subspan(start)));
 }
 
-/// Head bytes, then as many as the byte at `at` says; unknown before that byte is there.
+/// Frame size: `head` bytes, the number of bytes given by the byte at `at`, and the CRC. nullopt
+/// before that byte has arrived.
 std::optional<std::size_t> counted(ByteView bytes, std::size_t head, std::size_t at) {
   if (bytes.size() <= at) return std::nullopt;
   return head + bytes[at] + crc_size;
 }
 
-// Standard functions that nobody here serves are framed too: they are answered with an exception.
-// No frame: of an unknown length.
+// Standard functions that no device here implements are framed too: the answer is an exception.
+// no_frame: unknown length.
 std::optional<std::size_t> request_size(ByteView bytes) {
   switch (bytes[1]) {
     case 0x01:
@@ -115,23 +116,23 @@ std::optional<std::size_t> RtuSplitter::frame_size(ByteView bytes) const {
   return side_ == Side::requests ? request_size(bytes) : reply_size(bytes);
 }
 
-/// Of bytes that begin no frame of a known length to this slave: whether a request begins there
-/// that only its CRC tells.
+/// For bytes that begin no frame of known length to this slave: whether a request of unknown
+/// length, delimited by its CRC only, may begin here.
 bool RtuSplitter::can_begin_here(ByteView bytes) const {
   if (!in_step_ || bytes.size() < 2) return false;
   if (bytes[0] == all_slaves && slave_ != all_slaves) return bytes[1] == 0x06 || bytes[1] == 0x10;
   return bytes[0] == slave_ && bytes[1] > 0 && bytes[1] < 0x80;
 }
 
-/// The frame that ends first, whether it is the one that may begin here or lies behind: so that any
-/// chunking gives the same.
+/// The frame that ends first: the one that may begin here or one after it. So the chunking does not
+/// affect the frames.
 std::optional<RtuSplitter::Span> RtuSplitter::first_whole(ByteView bytes) const {
   std::optional<Span> found;
   bytes = bytes.first(std::min(bytes.size(), longest_frame));
   std::uint16_t crc = crc16_modbus({});
   for (std::size_t end = 1; end <= bytes.size() && !found; ++end) {
     crc = crc16_modbus(bytes.subspan(end - 1, 1), crc);
-    // over its own check value the CRC of a frame is zero
+    // the CRC over a frame with its check value is zero
     const bool right_size = bytes[0] == slave_ || request_size(bytes) == end;
     if (end >= shortest_frame && crc == 0 && right_size) found = Span{0, end};
   }
@@ -179,7 +180,7 @@ void append_tcp_frame(Bytes& out, std::uint16_t transaction, std::uint8_t unit,
   writer.write(static_cast<std::uint16_t>(pdu.size() + 1)).write(unit).put(pdu);
 }
 
-/// Of six bytes or more; nothing when they begin no frame.
+/// Frame size from six or more bytes; nullopt if no frame begins there.
 std::optional<std::size_t> mbap_size(ByteView bytes) {
   BigReader reader(bytes.subspan(2));
   const auto protocol = reader.read<std::uint16_t>();

@@ -69,11 +69,12 @@ Status read_address(ByteView value, Ipv4& address) {
 }
 
 bool is_of_one_host(const Ipv4& address) {
-  constexpr std::uint8_t first_group = 224;  // RFC 1112; above it the broadcast to all
+  constexpr std::uint8_t first_group =
+      224;  // RFC 1112; higher addresses include the broadcast to all
   return address[0] > 0 && address[0] < first_group;
 }
 
-/// Calls `read` with each field behind `text`.
+/// Calls `read` with each field after `text`.
 Status read_fields(ByteView datagram, std::string_view text,
                    const std::function<Status(std::uint8_t tag, ByteView value)>& read) {
   if (datagram.size() < text.size() || text_of(datagram.first(text.size())) != text)

@@ -1,8 +1,8 @@
 #pragma once
-// How boxes of ATI are found in a network: one broadcast datagram to UDP port 51000, and a datagram
-// of each box to the address that it names, at port 28250. The protocol is of the maker of the
-// boxes' Ethernet module (RTA). Source: ATI's Java demo of the Net F/T and Wireless F/T
-// (RTADiscoveryProtocol), and its ports to Python; the protocol's own guide could not be read.
+// Discovery of ATI boxes in a network: one broadcast datagram to UDP port 51000; each box sends a
+// datagram to the address named in it, at port 28250. The protocol comes from RTA, the maker of the
+// boxes' Ethernet module. Source: ATI's Java demo of the Net F/T and Wireless F/T
+// (RTADiscoveryProtocol), and its ports to Python. The protocol's own guide was not available.
 
 #include <array>
 #include <cstdint>
@@ -17,14 +17,14 @@ inline constexpr std::uint16_t discovery_port = 51000;
 inline constexpr std::uint16_t discovery_reply_port = 28250;
 
 using Ipv4 = std::array<std::uint8_t, 4>;
-/// Where boxes send their replies: also those that are of another subnet find it.
+/// Group to which boxes send their replies; boxes of another subnet reach it too.
 inline constexpr Ipv4 discovery_group{224, 0, 5, 128};
 
 /// Text, then tagged fields.
 struct DiscoveryRequest {
   Ipv4 reply_to = discovery_group;
-  /// A box replies after (256 - last byte of its address) times this, at most, so that not all
-  /// reply at once [ms].
+  /// A box replies after at most (256 - last byte of its address) times this, so that not all reply
+  /// at once [ms].
   std::uint8_t delay_ms = 7;
 
   bool operator==(const DiscoveryRequest&) const = default;
@@ -41,9 +41,9 @@ struct DiscoveryReply {
 Bytes encode(const DiscoveryRequest& request);
 Bytes encode(const DiscoveryReply& reply);
 
-/// Errors: parse, for another beginning, a field that is cut short, an address of other than four
-/// bytes, no address at all, or in a reply one that no single host has. Fields with other tags are
-/// passed over.
+/// Errors: parse, for wrong first bytes, a truncated field, an address that has not four bytes, a
+/// missing address, or a reply with an address that is not of a single host. Fields with other tags
+/// are ignored.
 Result<DiscoveryRequest> decode_discovery_request(ByteView datagram);
 Result<DiscoveryReply> decode_discovery_reply(ByteView datagram);
 

@@ -28,7 +28,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Takes the next line off `text`; without its end.
+/// Removes the next line from `text` and returns it without its line end.
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
   std::string_view line = text.substr(0, end);
@@ -41,7 +41,7 @@ tl::unexpected<Error> bad_reply(const char* what, const char* expected, std::str
   return fail({.code = Errc::parse, .what = what, .expected = expected, .got = printable(got)});
 }
 
-/// "HTTP/1.1 200 OK", whose reason may be left out. Errors: as HttpReply::push.
+/// Checks "HTTP/1.1 200 OK"; the reason phrase is optional. Errors: as HttpReply::push.
 Status check_status_line(std::string_view line) {
   const std::string_view after = line.substr(std::min(version.size(), line.size()));
   const std::string_view code = after.substr(std::min<std::size_t>(2, after.size()));
@@ -56,7 +56,7 @@ Status check_status_line(std::string_view line) {
                .got = printable(code)});
 }
 
-/// Errors: parse, unless it is a whole number that a page may have.
+/// Errors: parse, unless it is an integer of at most largest_page.
 Result<std::size_t> read_length(std::string_view text) {
   std::size_t length = 0;
   const char* const end = text.data() + text.size();
@@ -132,7 +132,7 @@ Status HttpReply::push(ByteView bytes) {
                .expected = "at most " + std::to_string(largest_page) + " bytes"});
 }
 
-/// Nothing is read before the blank line has come, but what is no HTTP is refused at once.
+/// Reads the head once the blank line has arrived. Bytes that are not HTTP are refused at once.
 Status HttpReply::read_head() {
   const std::string_view text = text_;
   const std::size_t common = std::min(text.size(), version.size());

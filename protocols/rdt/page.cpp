@@ -12,7 +12,7 @@
 namespace weft::protocols::rdt {
 namespace {
 
-/// Without an exponent: clients read counts as whole numbers.
+/// No exponent: clients parse counts as integers.
 std::string number(double value) {
   std::array<char, 400> text{};
   const auto end =
@@ -39,7 +39,7 @@ std::string hexadecimal(std::uint32_t value, int digits) {
   return text.data();
 }
 
-/// What a person typed, so that it closes no element.
+/// Escapes text that a person typed, so that it does not close an element.
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {

@@ -17,8 +17,8 @@ inline constexpr std::string_view calibration_path = "/netftcalapi.xml";
 
 inline constexpr std::size_t configurations = 16, thresholds = 16;
 
-/// One of a box's configurations, as /config.cgi sets it. Codes of units: WriteTransform's, and
-/// those of force_unit_name() and torque_unit_name().
+/// One configuration of a box, as set by /config.cgi. Unit codes are those of WriteTransform,
+/// force_unit_name() and torque_unit_name().
 struct Configuration {
   std::string name = "Weft";
   unsigned calibration = 0;
@@ -27,7 +27,7 @@ struct Configuration {
   std::string user_a, user_b;
 };
 
-/// One of a box's threshold statements, as /moncon.cgi sets it.
+/// One threshold statement of a box, as set by /moncon.cgi.
 struct Threshold {
   bool enabled = false;
   int axis = -1;             ///< 0 Fx to 5 Tz; -1: none
@@ -38,38 +38,38 @@ struct Threshold {
 
 /// The tags that clients use. Lists of six are Fx Fy Fz Tx Ty Tz.
 struct SettingsPage {
-  std::string product = "Net F/T";  ///< prodname; empty where a box has none
+  std::string product = "Net F/T";  ///< prodname; empty if the box has none
   double counts_per_force = 1e6;    ///< cfgcpf
   double counts_per_torque = 1e6;   ///< cfgcpt
   std::string force_unit = "N";     ///< scfgfu
-  std::string torque_unit = "Nm";   ///< scfgtu: Nm on a box of firmware 2.2.59, on others N-m
+  std::string torque_unit = "Nm";   ///< scfgtu: Nm with firmware 2.2.59, else N-m
   bool rdt_enabled = true;          ///< comrdte
   double rdt_rate_hz = 0;           ///< comrdtrate
-  std::string calibration_serial;   ///< cfgcalsn; empty where a box has none
+  std::string calibration_serial;   ///< cfgcalsn; empty if the box has none
   // Written only.
-  unsigned user_filter = 0;                   ///< setuserfilter, 0: none
-  std::array<double, 6> max_ratings{};        ///< cfgmr
-  std::array<std::int32_t, 6> bias_counts{};  ///< setbias
-  std::array<std::int32_t, 6> counts{};       ///< runft
-  std::uint32_t status = 0;                   ///< runstat, hexadecimal
-  std::uint32_t buffer_size = 10;             ///< comrdtbsiz
-  Configuration configuration;                ///< cfg...: the one that was asked for
-  unsigned active_configuration = 0;          ///< setcfgsel
-  bool ethernet_ip = false;                   ///< comeipe
-  bool multi_unit = false;                    ///< comrdtmsyn
-  bool peak_logging = false;                  ///< setpke
+  unsigned user_filter = 0;                                       ///< setuserfilter, 0: none
+  std::array<double, 6> max_ratings{};                            ///< cfgmr
+  std::array<std::int32_t, 6> bias_counts{};                      ///< setbias
+  std::array<std::int32_t, 6> counts{};                           ///< runft
+  std::uint32_t status = 0;                                       ///< runstat, hexadecimal
+  std::uint32_t buffer_size = 10;                                 ///< comrdtbsiz
+  Configuration configuration;                                    ///< cfg...: the requested one
+  unsigned active_configuration = 0;                              ///< setcfgsel
+  bool ethernet_ip = false;                                       ///< comeipe
+  bool multi_unit = false;                                        ///< comrdtmsyn
+  bool peak_logging = false;                                      ///< setpke
   std::array<std::int32_t, 6> highest_counts{}, lowest_counts{};  ///< runpkmx, runpkmn
   bool thresholds_enabled = false;                                ///< setmce
   std::array<Threshold, thresholds> threshold;                    ///< mce, mcx, mcc, mcv, mco
-  std::uint32_t breached = 0;  ///< runmcb, a bit for each threshold
-  unsigned output_code = 0;    ///< runmco, of those together
-  bool latched = false;        ///< runmcl
+  std::uint32_t breached = 0;                                     ///< runmcb, one bit per threshold
+  unsigned output_code = 0;  ///< runmco, combined code of the breached thresholds
+  bool latched = false;      ///< runmcl
 };
 
 struct CalibrationPage {
   std::string serial;
-  double counts_per_force = 1e6;   ///< calcpf, where it is there
-  double counts_per_torque = 1e6;  ///< calcpt, where it is there
+  double counts_per_force = 1e6;   ///< calcpf, optional
+  double counts_per_torque = 1e6;  ///< calcpt, optional
   // Written only.
   std::string part_number = {}, date = {};           ///< calpn, caldt
   std::string force_unit = "N", torque_unit = "Nm";  ///< scalfu, scaltu
@@ -79,17 +79,17 @@ struct CalibrationPage {
 std::string encode(const SettingsPage& page);
 std::string encode(const CalibrationPage& page);
 
-/// Errors: parse, when one of cfgcpf, cfgcpt, scfgfu, scfgtu is not there once, a number is none or
-/// is not above zero, or the page is too large. Other tags may be missing.
+/// Errors: parse, if cfgcpf, cfgcpt, scfgfu or scfgtu is missing or duplicate, a number is
+/// unreadable or not positive, or the page is too large. Other tags are optional.
 Result<SettingsPage> decode_settings(std::string_view xml);
 /// Errors: as above, for calsn.
 Result<CalibrationPage> decode_calibration(std::string_view xml);
 
-/// The names of a configuration's codes, 1 to 6; empty for another.
+/// Unit name of a configuration's code, 1 to 6; empty for any other code.
 std::string_view force_unit_name(unsigned code);
 std::string_view torque_unit_name(unsigned code);
 
-/// How many newtons (newton metres) the page's unit has. Errors: unsupported.
+/// Newtons (newton metres) per unit of the page. Errors: unsupported.
 Result<double> newtons_per(std::string_view force_unit);
 Result<double> newton_metres_per(std::string_view torque_unit);
 

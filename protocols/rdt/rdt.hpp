@@ -40,7 +40,7 @@ struct Request {
 
 std::array<std::uint8_t, request_size> encode(const Request& request);
 
-/// Errors: parse, for a wrong length or a wrong first word. Unknown commands are passed on.
+/// Errors: parse, for a wrong length or a wrong first word. Unknown commands are returned.
 Result<Request> decode_request(ByteView datagram);
 
 /// Sensor to host, 36 bytes. Value = counts / (counts per newton or per newton metre).
@@ -54,16 +54,16 @@ struct Record {
   bool operator==(const Record&) const = default;
 };
 
-/// Appends 36 bytes. Allocates nothing when `out` has room.
+/// Appends 36 bytes. Does not allocate if `out` has enough capacity.
 void append(Bytes& out, const Record& record);
 
-/// Errors: parse, when `bytes` is not 36 bytes long.
+/// Errors: parse, unless `bytes` has 36 bytes.
 Result<Record> decode_record(ByteView bytes);
 
 /// Number of records in a datagram, 1 to 40. Errors: parse, for any other length.
 Result<std::size_t> record_count(ByteView datagram);
 
-/// Bits of Record::status (the Net F/T's table, not the Axia's).
+/// Bits of Record::status (table of the Net F/T, not of the Axia).
 namespace status {
 inline constexpr std::uint32_t summary = 1U << 31;
 inline constexpr std::uint32_t cpu_or_ram = 1U << 30;
@@ -77,8 +77,8 @@ inline constexpr std::uint32_t no_serial_data = 1U << 4;
 inline constexpr std::uint32_t temperature = 1U << 2;
 }  // namespace status
 
-/// A latched monitor (threshold) condition alone, 0x80010000, leaves the values valid; any other
-/// bit does not.
+/// The values stay valid with a latched monitor (threshold) condition alone (0x80010000). Any other
+/// bit makes them invalid.
 constexpr bool values_valid(std::uint32_t status_word) {
   return (status_word & ~(status::summary | status::monitor_condition)) == 0;
 }

@@ -65,7 +65,7 @@ WriteCondition write_condition(ByteView bytes) {
   return write;
 }
 
-/// Past the first word of a reply.
+/// Reader positioned after the first word of a reply. Errors: parse.
 Result<BigReader> reply_reader(ByteView bytes, std::size_t size) {
   if (bytes.size() != size)
     return fail({.code = Errc::parse,

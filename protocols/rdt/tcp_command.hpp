@@ -1,7 +1,7 @@
 #pragma once
-// The Net F/T's command port, TCP 49151: requests of 20 bytes without a first word of their own,
+// The command port of the Net F/T, TCP 49151: requests of 20 bytes without a fixed first word,
 // big-endian. Source: ATI manual 9610-05-Ethernet Axia-09, section 10, and clients of the Axia and
-// NETrs, which are of the same family (docs/reference/device-facts.md, Net F/T command port).
+// NETrs, which belong to the same family (docs/reference/device-facts.md, Net F/T command port).
 
 #include <array>
 #include <cstdint>
@@ -26,18 +26,18 @@ enum class TcpCommand : std::uint8_t {
 };
 
 struct ReadFt {
-  std::uint16_t condition_mask = 0;  ///< which of conditions 0 to 15 are enabled from now on
+  std::uint16_t condition_mask = 0;  ///< bit per condition 0 to 15: enabled from then on
   bool bias = false;                 ///< the present reading becomes zero
-  bool clear_latch = false;          ///< of the threshold conditions
+  bool clear_latch = false;          ///< clears the latch of the threshold conditions
 
   bool operator==(const ReadFt&) const = default;
 };
 struct ReadCalibration {
   bool operator==(const ReadCalibration&) const = default;
 };
-/// A tool transform: where forces are told from, and in which frame.
+/// A tool transform: origin and orientation of the frame in which the box reports forces.
 struct WriteTransform {
-  std::uint8_t distance_unit = 3;            ///< 3: mm; of the others see metres_per
+  std::uint8_t distance_unit = 3;            ///< 3: mm; others: metres_per()
   std::uint8_t angle_unit = 1;               ///< 1: degrees
   std::array<std::int16_t, 6> hundredths{};  ///< dx dy dz rx ry rz, in 1/100 of those units
 
@@ -47,7 +47,7 @@ struct WriteTransform {
 struct WriteCondition {
   std::uint8_t index = 0;          ///< 0 to 31
   std::uint8_t axis = 0;           ///< 0 Fx to 5 Tz
-  std::uint8_t output_code = 0;    ///< what the box tells on its other outputs
+  std::uint8_t output_code = 0;    ///< code on the box's other outputs
   std::int8_t comparison = 1;      ///< 1: above the value, -1: below
   std::int16_t compared_with = 0;  ///< counts divided by CalibrationReply::scale
 
@@ -67,7 +67,7 @@ struct FtReply {
 
   bool operator==(const FtReply&) const = default;
 };
-/// Answer to ReadCalibration. Units: 2 N, 3 N m; others in the page's section.
+/// Answer to ReadCalibration. Units: 2 N, 3 N m; others: device-facts.md, Net F/T command port.
 struct CalibrationReply {
   std::uint8_t force_unit = 2;
   std::uint8_t torque_unit = 3;
@@ -80,7 +80,7 @@ struct CalibrationReply {
 /// Answer to WriteTransform and WriteCondition.
 struct WriteReply {
   TcpCommand command{};
-  std::uint8_t error = 0;  ///< 0: taken
+  std::uint8_t error = 0;  ///< 0: accepted
 
   bool operator==(const WriteReply&) const = default;
 };
@@ -93,8 +93,8 @@ Result<FtReply> decode_ft_reply(ByteView bytes);
 Result<CalibrationReply> decode_calibration_reply(ByteView bytes);
 Result<WriteReply> decode_write_reply(ByteView bytes);
 
-/// Of the units of a WriteTransform: 1 inch, 2 foot, 3 mm, 4 cm, 5 m; 1 degree, 2 radian. Errors:
-/// unsupported.
+/// Metres (radians) per unit of a WriteTransform: 1 inch, 2 foot, 3 mm, 4 cm, 5 m; 1 degree, 2
+/// radian. Errors: unsupported.
 Result<double> metres_per(std::uint8_t distance_unit);
 Result<double> radians_per(std::uint8_t angle_unit);
 

@@ -120,7 +120,7 @@ std::optional<Scan> CanAssembler::push(const CanFrame& frame) {
 
 void CanAssembler::store(const CanFrame& frame, std::size_t part) {
   const auto bit = static_cast<std::uint8_t>(1U << part);
-  if ((parts_seen_ & bit) != 0) {  // the closing frame of the scan before was lost
+  if ((parts_seen_ & bit) != 0) {  // the closing frame of the previous scan was lost
     ++incomplete_scans_;
     parts_seen_ = 0;
   }

@@ -18,12 +18,12 @@ inline constexpr SyncBytes sync{0xA5, 0x5A};
 inline constexpr std::uint8_t version = 1;
 inline constexpr std::size_t max_taxels = 64;
 
-/// One scan of all taxels. Plain numbers, no heap.
+/// One scan of all taxels. Does not allocate.
 struct Frame {
   std::uint16_t sequence = 0;
   std::uint32_t device_us = 0;    ///< the microcontroller's clock at the end of the scan; wraps
   std::uint8_t taxel_count = 16;  ///< 1 to max_taxels
-  std::array<std::uint16_t, max_taxels> counts{};  ///< the first taxel_count are meant
+  std::array<std::uint16_t, max_taxels> counts{};  ///< only the first taxel_count are valid
   std::uint16_t proximity_counts = 0;
   std::uint16_t ambient_counts = 0;
 
@@ -38,7 +38,8 @@ constexpr std::size_t frame_size(std::size_t taxels) {
   return 10 + 2 * taxels + 4 + 2;
 }
 
-/// Appends a frame; its taxel_count is 1 to max_taxels. Allocates nothing when `out` has room.
+/// Appends a frame; requires a taxel_count of 1 to max_taxels. Does not allocate if `out` has
+/// enough capacity.
 void append(Bytes& out, const Frame& frame);
 
 class Splitter : public FrameSplitter {
@@ -52,7 +53,7 @@ class Splitter : public FrameSplitter {
 /// For Frame::sequence.
 using SequenceTracker = BasicSequenceTracker<std::uint16_t>;
 
-// The CPM-Finger (CySkin) forms of the same sensor: CAN frames, and the UDP datagrams of its
+// The CPM-Finger (CySkin) formats of the same sensor: CAN frames, and the UDP datagrams of its
 // gateway. Source: can2wifi2ros and FabricSlide of wngfra (docs/reference/device-facts.md, CPM
 // finger).
 namespace cpm {
@@ -69,7 +70,7 @@ using Counts = std::array<std::uint16_t, taxels>;  ///< in taxel index order
 
 /// The gateway's datagram: 16 big-endian words in wire order.
 std::array<std::uint8_t, datagram_size> encode_datagram(const Counts& counts);
-/// Errors: parse, for any other length than 32.
+/// Errors: parse, unless the datagram has 32 bytes.
 Result<Counts> decode_datagram(ByteView datagram);
 
 struct CanFrame {
@@ -95,11 +96,11 @@ struct Scan {
 /// The five frames of a scan, in the order in which the sensor sends them.
 std::array<CanFrame, 5> encode_can(const Scan& scan);
 
-/// Puts scans together. Frames with other ids or lengths are ignored; a scan with a part missing is
-/// dropped and counted.
+/// Assembles scans. Frames with other ids or lengths are ignored. An incomplete scan is dropped and
+/// counted.
 class CanAssembler {
  public:
-  /// Returns the scan that `frame` completes, if it does.
+  /// Returns the scan that `frame` completes, if any.
   std::optional<Scan> push(const CanFrame& frame);
   [[nodiscard]] std::uint64_t incomplete_scans() const { return incomplete_scans_; }
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t value_size = 2;
 
-/// A kind that exists and the body that it has: whole readings, not none, not too many.
+/// Whether the kind exists and the body size is valid: 1 to max_values values, complete readings.
 bool makes_sense(const FrameHead& head) {
   const auto kind = static_cast<Kind>(head.kind);
   if (kind == Kind::description) return head.body_size == description_size;

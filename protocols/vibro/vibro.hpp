@@ -1,6 +1,6 @@
 #pragma once
-// Weft's own framing between a vibration sensor (a 3-axis accelerometer, a microphone) and the
-// host. No reference gives a frame form for such a sensor. Layout: README.md of this folder.
+// Weft's own framing between a vibration sensor (3-axis accelerometer, microphone) and the host. No
+// reference documents a frame format for such a sensor. Layout: README.md of this folder.
 // Little-endian.
 
 #include <array>
@@ -18,14 +18,14 @@ inline constexpr std::size_t axes = 3;
 inline constexpr std::size_t max_values = 1536;  ///< of one block: 512 readings of three axes
 
 enum class Kind : std::uint8_t {
-  description = 0,   ///< who the sensor is and what it sends; once a second
+  description = 0,   ///< identity and channels of the sensor; once a second
   acceleration = 1,  ///< a block of readings x, y, z
   sound = 2          ///< a block of readings of the microphone
 };
 
-/// One channel as the sensor describes it. One count is range / full_scale_counts.
+/// One channel, as described by the sensor. One count is range / full_scale_counts.
 struct ChannelDescription {
-  std::uint32_t rate_mhz = 0;     ///< readings a second [mHz]; 0: the sensor has no such channel
+  std::uint32_t rate_mhz = 0;     ///< readings per second [mHz]; 0: no such channel
   std::uint32_t range_micro = 0;  ///< at full scale [um/s2] or [uPa]
   std::uint16_t full_scale_counts = 0;
   std::uint16_t block_readings = 0;  ///< readings in each frame
@@ -41,14 +41,15 @@ struct Description {
   bool operator==(const Description&) const = default;
 };
 
-/// Plain numbers, no heap.
+/// Does not allocate.
 struct Frame {
   Kind kind = Kind::description;
-  std::uint16_t sequence = 0;     ///< +1 with each frame of this kind, wraps
+  std::uint16_t sequence = 0;     ///< +1 with each frame of this kind; wraps
   std::uint32_t device_us = 0;    ///< the sensor's clock at the block's first reading; wraps
-  Description description;        ///< where kind says so
+  Description description;        ///< valid if kind is description
   std::uint16_t value_count = 0;  ///< of a block: readings times axes
-  std::array<std::int16_t, max_values> values{};  ///< the first value_count are meant; x y z, x y z
+  std::array<std::int16_t, max_values>
+      values{};  ///< only the first value_count are valid; x y z, x y z
 
   [[nodiscard]] std::span<const std::int16_t> counts() const {
     return std::span(values).first(value_count);
@@ -61,8 +62,8 @@ constexpr std::size_t values_per_reading(Kind kind) {
   return kind == Kind::acceleration ? axes : 1;
 }
 
-/// Appends a frame: a description, or a block of 1 to max_values values, whole readings. Allocates
-/// nothing when `out` has room.
+/// Appends a frame: a description, or a block of complete readings with 1 to max_values values.
+/// Does not allocate if `out` has enough capacity.
 void append(Bytes& out, const Frame& frame);
 
 class Splitter : public FrameSplitter {
