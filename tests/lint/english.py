@@ -17,7 +17,7 @@ import tokenize
 
 # The clean parts, which stay clean. Both lists grow until they hold everything.
 COMMENTS = ("classifier", "daemon/base", "daemon/campaign", "daemon/hardware", "daemon/pages", "packaging", "recipes", "script", "sim", "tests")
-PAGES = ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/howto/technician-card.md")  # documentation
+PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/howto/technician-card.md")  # documentation
 MOST_WORDS = 20  # mean of a page's sentences
 CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
 PHRASES = {  # pattern -> what is used instead

@@ -76,6 +76,10 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
 
 // The exit status when the command line itself ends the program: help, version or a mistake in it.
 std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
+  if (argc == 1) {
+    console.out << root.help();
+    return 0;
+  }
   try {
     const std::span arguments(argv, static_cast<std::size_t>(argc));
     std::vector<std::string> words =
