@@ -39,7 +39,7 @@ std::string format_headline(const AuditHeadline& one, BenchKind bench);
 /// "confounded" if any is, else "cannot_tell" if any is, else "no_sign"; empty for an empty list.
 std::string_view overall_verdict(std::span<const AuditHeadline> all);
 
-/// What the quick form of the audit omits.
+/// Names the parts of the audit that the quick form omits.
 std::string quick_form_note(std::span<const AuditHeadline> all);
 
 /// {"verdict", "quick", "permutations", "explorations": {"M1": {"verdict", "why", "probe", ...}}};

@@ -45,8 +45,8 @@ std::vector<Headline> handover_headlines(const HandoverResult& handover, const D
 /// Adds the confusion matrices in `evaluation_json`, the text of the handover's evaluation.json.
 void add_confusions(std::string_view evaluation_json, std::vector<Headline>& headlines);
 
-/// The same protocol for a campaign without handover: Learner::best, five groups of repetitions,
-/// each left out in turn. An exploration without two groups that share labels has no headline.
+/// The same protocol for a campaign without handover: Learner::best, cross-validated over five
+/// groups of repetitions. An exploration without two groups that share labels has no headline.
 /// Errors: the classifier's.
 Result<std::vector<Headline>> measure_headlines(const Dataset& dataset, std::size_t threads = 0);
 

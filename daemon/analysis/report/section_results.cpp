@@ -41,7 +41,7 @@ std::string format_split(const classifier::Evaluation& e) {
   return std::to_string(e.splits.size()) + (e.splits.size() == 1 ? " split" : " random splits");
 }
 
-/// What a test trial shares with training trials, and what is therefore not tested.
+/// States what test and training trials have in common, and what is therefore not tested.
 std::string_view repetition_note(Repeated repeated) {
   switch (repeated) {
     case Repeated::unknown:

@@ -12,7 +12,7 @@ namespace {
 using classifier::FeatureExtractor;
 using classifier::SecondsNow;
 
-/// Features of one answer, the parts one behind the other, into `row`.
+/// Writes the features of one prediction into `row`, part after part.
 Status extract(FeatureExtractor& extractor, const AnswerTrials& parts, std::vector<double>& row) {
   row.clear();
   for (const classifier::Trial& trial : parts) {
@@ -32,7 +32,7 @@ std::vector<double> medians(const Samples& samples) {
   return out;
 }
 
-/// Trials that some of the answers have in common.
+/// Trials that several predictors share.
 struct Common {
   struct User {
     const AnswerFunction* answer;
@@ -64,8 +64,9 @@ std::deque<Common> by_trials(std::span<const TimedAnswer> all,
   return out;
 }
 
-// An extractor keeps the tables of a few lengths of motion only: each trial is extracted once more
-// before it counts, or sets of many lengths would pay for tables at every trial, others for none.
+// An extractor keeps the tables of a few motion lengths only. Each trial is therefore extracted
+// once before it is timed. Otherwise sets with many lengths would include the time of tables in
+// every trial, and others in none.
 Status time_once(Common& common, const SecondsNow& now) {
   for (std::size_t k = 0; k < common.rows.size(); ++k) {
     if (Status ok = extract(common.extractor, (*common.trials)[k], common.rows[k]); !ok) return ok;

@@ -14,7 +14,7 @@ namespace {
 using classifier::FeatureMatrix;
 using classifier::Trial;
 
-/// Of each row, the numbers of its trials in the data set: one per exploration.
+/// For each row, the indices of its trials in the data set: one per exploration.
 using Rows = std::vector<std::vector<std::size_t>>;
 using RowKey = std::tuple<std::string, std::string, std::uint32_t>;  // label, group, repetition
 

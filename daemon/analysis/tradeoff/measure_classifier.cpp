@@ -23,21 +23,21 @@ struct Workload {
   std::shared_ptr<const std::vector<AnswerTrials>> timed;
 };
 
-/// What one training gave, split by split.
+/// Results of one training, split by split.
 struct Training {
   std::vector<std::shared_ptr<const classifier::TrainedLearner>> learners;
   std::vector<std::shared_ptr<const classifier::ClassProfile>> profiles;
-  std::map<std::string, std::size_t> chosen;  // recipes of a choice between learners
+  std::map<std::string, std::size_t> chosen;  // recipes chosen by a choice among learners
   double train_s = 0;
 };
 
-/// Right answers and test trials of one split.
+/// Correct predictions and test trials of one split.
 struct Count {
   std::size_t right = 0;
   std::size_t tested = 0;
 };
 
-// As classifier::evaluate() has it: the mean over the splits, and what is known of it.
+// As in classifier::evaluate(): the mean over the splits, with its interval.
 void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoint& point) {
   std::vector<classifier::SplitSizes> sizes;
   std::vector<double> accuracy;
@@ -54,7 +54,7 @@ void score(const SplitPlan& plan, const std::vector<Count>& counts, TradeoffPoin
   if (plan.groups_left_out) name_groups_left_out(point.ci95);
 }
 
-/// Answers one trial with the machine of a split.
+/// Classifies one trial with the model of a split.
 AnswerFunction answer_function(const StudyCondition& arm, const Training& training,
                                std::size_t split) {
   const auto learner = training.learners[split];
@@ -171,7 +171,7 @@ class Measurement {
     return out;
   }
 
-  // The default comes first: its training is there when a vote or a speed asks for it.
+  // The default is measured first, because votes and speeds use its training.
   Status measure(const StudyCondition& arm) {
     if (arm.sure) return measure_stop(arm);
     const StudyCondition& standard = plan_.arms.front();
@@ -215,7 +215,7 @@ class Measurement {
     return {};
   }
 
-  /// All rules judge the same votes: the slides are watched once.
+  /// All rules use the same votes, so the slides are evaluated only once.
   Status watch_all() {
     if (!watched_.empty()) return {};
     classifier::StagedOptions how;
@@ -256,7 +256,7 @@ class Measurement {
     return {};
   }
 
-  /// The look at a slide that has come as far as most come.
+  /// Times the evaluation of a slide at the stage that is reached in `slide_s`.
   void add_evaluation(double slide_s) {
     const auto model = watched_.front().model;
     std::size_t stage = 0;
@@ -372,7 +372,7 @@ class Measurement {
   const classifier::SecondsNow* now_;
   const TradeoffProgress* progress_;
   Workload base_;
-  Training trained_;  // of the default
+  Training trained_;  // the default's
   std::vector<WatchedSplit> watched_;
   double watched_s_ = 0;  // mean over the splits
   TradeoffPlan plan_;

@@ -1,6 +1,6 @@
 #pragma once
-// `weft trade classifier`: the classifier's settings, varied one family at a time around a default,
-// each trained and tested on the same splits and timed in the same run.
+// `weft trade classifier`: varies the classifier's settings one family at a time around a default.
+// Each choice is trained and tested on the same splits and timed in the same run.
 
 #include <functional>
 #include <optional>
@@ -20,92 +20,91 @@
 
 namespace weft::daemon {
 
-/// What may be varied.
+/// The settings that can be varied.
 enum class TradeoffFamily {
   features,     ///< feature count N of the cores
-  learner,      ///< kinds of cores, LDA, SVC, trees, the choice between them
+  learner,      ///< kinds of cores, LDA, SVC, trees, the choice among them
   slide,        ///< first seconds of phase M
-  speed,        ///< one speed's trials at a time, where names of recordings tell it
-  exploration,  ///< the others of the data set, and each pair side by side
-  vote,         ///< soft, DAG, short-lists
-  stop          ///< slides that end once a live vote is sure
+  speed,        ///< trials of one speed at a time, if the file names contain it
+  exploration,  ///< other explorations of the data set, and pairs side by side
+  vote,         ///< soft, DAG, short lists
+  stop          ///< slides that end when a live vote is certain
 };
 /// "features", "learner" ...
 std::string_view to_string(TradeoffFamily family);
-/// Refuses another word; says which one was probably meant.
+/// Refuses another word and suggests the most similar one.
 Result<TradeoffFamily> tradeoff_family_from(std::string_view word);
 std::vector<TradeoffFamily> all_tradeoff_families();
 
-/// How to split a feature matrix, and how that is said to a reader.
+/// The splits of a feature matrix, with a description for the reader.
 struct SplitPlan {
   std::vector<classifier::Split> splits;
   std::string words;
-  bool groups_left_out = false;  ///< each group tests once
+  bool groups_left_out = false;  ///< each group is tested once
 };
 using SplitMaker = std::function<Result<SplitPlan>(const classifier::FeatureMatrix&)>;
 
 struct ClassifierTradeoffOptions {
   std::vector<TradeoffFamily> vary = all_tradeoff_families();
-  classifier::Learner learner = classifier::Learner::pvalue;  ///< of the default
-  classifier::TrainOptions training;                          ///< cap: the default's N
+  classifier::Learner learner = classifier::Learner::pvalue;  ///< the default's learner
+  classifier::TrainOptions training;                          ///< cap: N of the default
   classifier::FeatureOptions features;
-  std::string exploration;  ///< of the default; empty: the data set's first
+  std::string exploration;  ///< the default's exploration; empty: the data set's first
   SplitMaker split;
-  std::size_t timings = 9;        ///< repetitions of which the median counts, at least 5
-  std::size_t timed_trials = 16;  ///< answers in each, spread over the trials
+  std::size_t timings = 9;        ///< repetitions for the median, at least 5
+  std::size_t timed_trials = 16;  ///< predictions per repetition, spread over the trials
 };
 
-/// Before each piece of work: which one, out of how many, what.
+/// Called before each step: index, number of steps, description.
 using TradeoffProgress = std::function<void(std::size_t, std::size_t, const std::string&)>;
 
 /// The default comes first, then the families in the order of TradeoffFamily. Accuracy and interval
 /// are those of classifier::evaluate(): the mean over the splits with split_interval(), or Wilson's
-/// of a single split.
-/// Answers (features and vote, one thread) are timed after all trainings, the points in turn in
-/// each repetition, so that a busy moment of the machine falls on all of them. The TradeoffSet's
-/// `dataset` and `sha256` are the caller's to fill. Refuses what training and splitting refuse,
-/// fewer than 5 timings, and options of which nothing can be varied on this data set.
+/// for a single split. Predictions (features and vote, one thread) are timed after all trainings.
+/// Each repetition times all points in turn, so that other load on the machine affects all equally.
+/// The caller fills the TradeoffSet's `dataset` and `sha256`. Refuses fewer than 5 timings, options
+/// that vary nothing on this data set, and everything that training and splitting refuse.
 Result<TradeoffSet> measure_classifier_tradeoff(const Dataset& dataset,
                                                 const ClassifierTradeoffOptions& options,
                                                 const classifier::SecondsNow& seconds_now,
                                                 const TradeoffProgress& progress = {});
 
-/// Compute time of one answer, and seconds of sliding.
+/// Compute time of one prediction, and duration of sliding.
 const std::vector<TradeoffCost>& classifier_costs();
 
-// Which choices it tries: the default and what differs from it in one setting.
+// The choices to measure: the default, and choices that differ from it in one setting.
 
-/// One choice, not yet measured.
+/// One choice before its measurement.
 struct StudyCondition {
   std::string name;
   std::string family;
   std::string exploration;
-  double slide_s = 0;  ///< 0: whole
+  double slide_s = 0;  ///< 0: the whole slide
   classifier::Learner learner = classifier::Learner::pvalue;
   std::size_t cap = 20;
   classifier::VoteOptions vote;
-  std::optional<double> speed_mm_s;  ///< test trials of this speed alone
+  std::optional<double> speed_mm_s;  ///< only test trials of this speed
   std::optional<double> sure;        ///< slides end at this probability
 
-  /// Trials are prepared and split as for `other`.
+  /// Both need the same preparation and splits of the trials.
   [[nodiscard]] bool same_material(const StudyCondition& other) const {
     return exploration == other.exploration && slide_s == other.slide_s;
   }
-  /// The same machines answer.
+  /// Both need the same trained models.
   [[nodiscard]] bool same_training(const StudyCondition& other) const {
     return same_material(other) && learner == other.learner && cap == other.cap;
   }
 };
 
-/// Of the arms whose slides end early: the first stage of their model.
+/// First stage of the model for slides that end early.
 inline constexpr double least_slide_s = 0.5;
 
 struct TradeoffPlan {
   std::vector<StudyCondition> arms;                           ///< the default first
-  std::vector<std::pair<std::string, std::string>> left_out;  ///< family, why
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< family, reason
 };
 
-/// `base` is what the default is prepared to; of `labels` classes.
+/// `base`: the material of the default, with `labels` classes.
 TradeoffPlan plan_tradeoff(const Dataset& dataset, const Material& base, std::size_t labels,
                            const std::string& exploration,
                            const ClassifierTradeoffOptions& options);

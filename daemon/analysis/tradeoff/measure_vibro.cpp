@@ -41,7 +41,7 @@ vibro::ProtocolOptions with(vibro::ProtocolOptions options, vibro::Protocol prot
   return options;
 }
 
-// What all learners of one source, window, set of features and protocol share.
+// Properties shared by all learners with the same source, window, features and protocol.
 struct Bed {
   std::string source;
   const std::vector<vibro::Recording>* recordings = nullptr;
@@ -49,7 +49,7 @@ struct Bed {
   vibro::ProtocolOptions protocol;
 };
 
-// Each recording once, however many sources and features leave it out.
+// Lists each recording once, even if several sources and features leave it out.
 void note_too_short(const Bed& bed, const std::vector<vibro::TooShort>& recordings,
                     VibroTradeoff& out) {
   if (recordings.empty()) return;
@@ -97,7 +97,7 @@ Status measure_bed(const Bed& bed, const VibroTradeoffOptions& options,
   return {};
 }
 
-// Whether a protocol's windows can be split, and one of them cut.
+// Checks that a protocol's windows can be split, and that one of them can be cut.
 Status check_windows(const RecordingSet& set, const vibro::ProtocolOptions& protocol) {
   const auto windows =
       vibro::lay_out(set.recordings, protocol.window_s, vibro::places_of(protocol));
@@ -122,7 +122,8 @@ Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordin
   if (!extractor) return pass(extractor.error());
   std::vector<double> seconds;
   for (std::size_t i = 0; i <= timings; ++i) {
-    const std::size_t row = i * 7919 % windows.places.size();  // a prime: all over the set
+    const std::size_t row = i * 7919 % windows.places.size();  // a prime, to spread the rows over
+                                                               // the set
     const auto window = vibro::window_at(recordings[windows.recording[row]],
                                          windows.places[row].start_s, windows.window_s);
     if (!window) return pass(window.error());
@@ -130,7 +131,7 @@ Result<double> vibro_features_time(const std::vector<vibro::Recording>& recordin
     const auto row_features = extractor->features(*window);
     const double ended = now();
     if (!row_features) return pass(row_features.error());
-    if (i > 0) seconds.push_back(ended - begun);  // the first one makes tables
+    if (i > 0) seconds.push_back(ended - begun);  // the first one builds tables
   }
   return compute_median(std::move(seconds));
 }

@@ -16,7 +16,8 @@ using classifier::Learner;
 using classifier::VoteKind;
 
 constexpr std::array<std::string_view, 7> family_names = {
-    "features", "learner", "slide", "speed", "exploration", "vote", "stop"};  // as TradeoffFamily
+    "features", "learner", "slide", "speed", "exploration", "vote", "stop"};  // in the order of
+                                                                              // TradeoffFamily
 constexpr std::size_t family_count = static_cast<std::size_t>(TradeoffFamily::stop) + 1;
 static_assert(family_names.size() == family_count);
 
@@ -45,7 +46,8 @@ std::string why_not(Learner learner, const std::string& reason) {
   return choice ? "what a choice comes to differs by split" : reason;
 }
 
-/// Adds the arms of one family after another; each function returns why there are none, or nothing.
+/// Adds the choices of one family after another. Each function returns the reason if there are
+/// none, or an empty text.
 class Planner {
  public:
   Planner(const Dataset& dataset, const Material& base, std::size_t labels, StudyCondition standard)

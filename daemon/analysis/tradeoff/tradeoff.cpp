@@ -35,7 +35,7 @@ Status check(const TradeoffSet& set, const TradeoffPoint& point, double cost_s) 
   return {};
 }
 
-/// fronts[k]: of costs[k], by rising cost.
+/// fronts[k] is the front of costs[k], by rising cost.
 using Fronts = std::vector<std::vector<std::size_t>>;
 
 Result<Fronts> find_fronts(const TradeoffSet& set, const std::vector<TradeoffCost>& costs) {
@@ -52,7 +52,7 @@ bool holds(const std::vector<std::size_t>& front, std::size_t i) {
   return std::ranges::find(front, i) != front.end();
 }
 
-// A family looks the same in every section.
+// A family has the same marks in every section.
 chart::Plot plot_of(const TradeoffReport& report, const TradeoffSet& set, const Fronts& fronts) {
   const std::string stamp(bench_text(set.bench));
   const std::vector<std::string> families = list_families(report.sets);
@@ -166,7 +166,7 @@ std::string badge_of(const TradeoffReport& report) {
   return joined(kinds, " AND ");
 }
 
-/// The choice with the highest measured value of each set.
+/// The choice with the highest measured value in each set.
 Blocks best_choices(const TradeoffReport& report) {
   Blocks out;
   for (const TradeoffSet& set : report.sets) {
@@ -185,7 +185,7 @@ using nlohmann::ordered_json;
 constexpr int schema_version = 1;
 
 ordered_json number_json(double value) {
-  constexpr double most = 1e15;  // whole numbers up to here look like whole numbers
+  constexpr double most = 1e15;  // whole numbers up to here are written without a decimal point
   if (std::nearbyint(value) == value && std::abs(value) < most)
     return static_cast<std::int64_t>(value);
   return value;
@@ -292,7 +292,7 @@ Result<std::vector<std::size_t>> pareto_front(std::span<const TradeoffChoice> ch
     return choices[a].gain > choices[b].gain;
   });
   std::vector<std::size_t> front;
-  double most = -std::numeric_limits<double>::infinity();  // gain of all that cost less
+  double most = -std::numeric_limits<double>::infinity();  // highest gain so far, at lower cost
   for (const std::size_t i : order) {
     const TradeoffChoice& choice = choices[i];
     const bool duplicate = !front.empty() && choices[front.back()].cost == choice.cost &&

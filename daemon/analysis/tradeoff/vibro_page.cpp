@@ -51,7 +51,7 @@ using classifier::Learner;
 using vibro::Family;
 using vibro::Protocol;
 
-// Table 2 of the paper: right answers [%], SMMRPFFT, 2 s, over all learners.
+// Table 2 of the paper: accuracy [%], SMMRPFFT, 2 s, over all learners.
 struct PaperMaterial {
   const char* name;
   double right;
@@ -83,7 +83,7 @@ std::string score(const VibroPoint* p) {
   return p == nullptr ? std::string(no_value) : fixed(p->result.f_score, 2);
 }
 
-// A line of ours: the learners' F-scores and their mean; a dash where one was not measured.
+// A line with our results: F-scores of the learners and their mean; a dash if one was not measured.
 std::vector<std::string> scores_of(const VibroTradeoff& tradeoff, const PapersRow& row,
                                    const std::string& source, Protocol protocol) {
   std::vector<std::string> out;
@@ -135,7 +135,7 @@ Blocks table_1(const VibroTradeoff& tradeoff, const std::string& source, const s
                 badge);
 }
 
-// Figure 4 a to d: F-score and time of an answer by learner, features (2 s) and source.
+// Figure 4 a to d: F-score and prediction time by learner, features (2 s) and source.
 Blocks figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
   HtmlTable out({"learner", "features", "source", "F, " + protocol_name(Protocol::random),
                  "F, " + protocol_name(tradeoff.honest), "features of a window", "an answer"},
@@ -263,7 +263,7 @@ Result<Document> vibro_document(const VibroEvaluation& evaluation) {
 Blocks vibro_tables(const VibroTradeoff& tradeoff, const std::string& badge_html) {
   if (tradeoff.points.empty()) return {};
   const std::string source =
-      tradeoff.points.back().source;  // the one with most channels comes last
+      tradeoff.points.back().source;  // the source with most channels is last
   return table_1(tradeoff, source, badge_html) + average_tables(tradeoff, badge_html) +
          figure_4(tradeoff, badge_html) + table_2(tradeoff, source, badge_html);
 }

@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 using vibro::Family;
 using vibro::Protocol;
 
-// The paper's nine of Table 1, then MLP2.
+// The nine learners of the paper's Table 1, then MLP2.
 constexpr std::array learners_of_paper = {
     Learner::nb,       Learner::knn, Learner::tree, Learner::forest, Learner::svm,
     Learner::logistic, Learner::nn,  Learner::xgb,  Learner::xgbrf,  Learner::mlp2};
@@ -31,7 +31,7 @@ constexpr std::array<std::array<double, in_table>, 4> f_scores_of_paper = {
      {0.98, 0.99, 0.97, 1.0, 0.98, 0.97, 1.0, 0.98, 0.99},
      {0.99, 0.96, 0.98, 0.99, 0.96, 0.96, 1.0, 0.99, 0.99}}};
 
-// Sums over averages, of which gains are.
+// Sums over averages, used for the gains.
 struct Totals {
   std::set<Family> families;
   std::size_t learners = 0;
@@ -71,10 +71,10 @@ ordered_json gain_json(const VibroGain& g) {
           {"classify_s", g.classify_s}, {"paper", papers}};
 }
 
-// The paper's figures are of random windows and all channels.
+// The paper's values apply to random windows and all channels.
 bool is_papers(const VibroTradeoff& tradeoff, const std::string& source, Protocol protocol) {
   return tradeoff.papers_recipe && protocol == Protocol::random &&
-         source == tradeoff.points.back().source;  // the one with most channels comes last
+         source == tradeoff.points.back().source;  // the source with most channels is last
 }
 
 std::optional<double> papers_average(Family family, double window_s) {

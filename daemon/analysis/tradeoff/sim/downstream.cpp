@@ -38,12 +38,12 @@ std::vector<double> extract_column(std::span<const std::vector<double>> rows, st
   return out;
 }
 
-/// Rows that train and rows that test.
+/// Training rows and test rows.
 struct Sides {
   std::vector<std::size_t> train, test;
 };
 
-/// Every swatch tests once, the others train.
+/// Tests every piece once and trains on the others.
 std::vector<Sides> across(const FeatureMatrix& features, std::size_t swatches) {
   std::vector<Sides> out(swatches);
   for (std::size_t s = 0; s < swatches; ++s)
@@ -52,7 +52,7 @@ std::vector<Sides> across(const FeatureMatrix& features, std::size_t swatches) {
   return out;
 }
 
-/// Within all swatches every other trial trains.
+/// Trains on every second trial within all pieces.
 std::vector<Sides> within(const FeatureMatrix& features) {
   std::vector<Sides> out(1);
   for (std::size_t row = 0; row < features.size(); ++row)
@@ -72,13 +72,13 @@ Result<double> measure_accuracy(const classifier::TrainedLearner& trained,
   return static_cast<double>(right) / static_cast<double>(rows.size());
 }
 
-/// How far the features of one level are from the yardstick's.
+/// Shifts of the features of one level relative to the reference level.
 struct Moved {
   std::vector<std::string> names;
   std::vector<std::vector<double>> by_seed;
 };
 
-/// All results of all seeds, in the order in which they are asked for.
+/// Collects the results of all seeds, in the order in which they are computed.
 class Collector {
  public:
   explicit Collector(const DownstreamOptions& options) : options_(options) {}
@@ -166,7 +166,7 @@ class Collector {
 
   const DownstreamOptions& options_;
   std::vector<Transfer> transfers_;
-  std::vector<std::size_t> tested_;  // trials of a seed
+  std::vector<std::size_t> tested_;  // test trials per seed
   std::vector<Moved> moved_;
   std::vector<FeatureShift> shifts_;
 };
@@ -205,7 +205,7 @@ Status check(const DownstreamOptions& options) {
 /// Sums of one column over the rows of each label.
 struct LabelSums {
   struct Sum {
-    double count = 0, mean = 0, squares = 0;  // squares: about the mean (Welford)
+    double count = 0, mean = 0, squares = 0;  // squares: sum of squares about the mean (Welford)
   };
   std::map<std::string, Sum> of;
 

@@ -1,8 +1,8 @@
 #pragma once
-// What a classifier notices of the plant's level: trained at one and tested at another, on the same
-// swatch of each cloth and across swatches; and how features move and re-rank from level to level.
-// Synthetic on synthetic: the numbers compare levels, they do not say how well cloths are told
-// apart.
+// Effect of the plant's fidelity level on a classifier: trained at one level and tested at another,
+// on the same piece of each fabric and across pieces. Also the shifts and rank changes of features
+// from level to level. All data is synthetic: the results compare levels and do not show how well
+// fabrics can be classified.
 
 #include <cstdint>
 #include <functional>
@@ -18,40 +18,41 @@
 
 namespace weft::daemon {
 
-// Trials of the paper's kind (rest, press, slide, rest) made of the plant at a given level. The
-// same trials at every level: cloths, places, spreads and noise are drawn from the same seeds.
+// Trials like the paper's (rest, press, slide, rest), computed by the plant at a given level. All
+// levels use the same trials: fabrics, places, spreads and noise have the same seeds.
 
-/// How the trials' plant is computed.
+/// How the plant of the trials is computed.
 struct DownstreamLevel {
   std::string name;  ///< "L2 0.192 ms"
   sim::Level level = sim::Level::quasistatic;
   double step_s = 0;  ///< from L2 on
 };
 
-/// What is made at each level.
+/// The trials made at each level.
 struct DownstreamCampaign {
-  std::size_t swatches = 2;  ///< of each cloth: different surfaces and waviness
-  std::size_t trials = 8;    ///< on each swatch: spreads of the material, skew, noise
+  std::size_t swatches = 2;  ///< pieces per fabric: different surfaces and waviness
+  std::size_t trials = 8;    ///< per piece: spreads of the material, skew, noise
   double slide_s = 12.5;     ///< 25 mm at 2 mm/s
-  std::size_t fabrics = 0;   ///< the first so many of the table; 0: all
+  std::size_t fabrics = 0;   ///< number of fabrics, from the start of the table; 0: all
 };
 
-/// The same trials seen by the 16 pads and by the force sensor (three channels, in steps of its
-/// resolution, with half a step of noise). Groups are swatches: "1", "2".
+/// The same trials measured by the 16 taxels, and by the force sensor (three channels, quantised to
+/// its resolution, with noise of half a step). Groups are the pieces: "1", "2".
 struct DownstreamTrials {
   std::vector<classifier::Trial> pads, force;
 };
 
-/// `seed` names the rig and all draws. Errors: what cut_patch() refuses.
+/// `seed` determines the rig and all random draws. Errors: those of cut_patch().
 Result<DownstreamTrials> make_downstream_trials(const sim::FabricLibrary& library,
                                                 const DownstreamCampaign& campaign,
                                                 const DownstreamLevel& level, std::uint64_t seed);
 
 struct DownstreamOptions {
   DownstreamCampaign campaign;
-  std::size_t seeds = 5;  ///< at least 2: intervals are over them
+  std::size_t seeds = 5;  ///< at least 2: intervals are computed over seeds
   std::uint64_t first_seed = 1;
-  std::vector<DownstreamLevel> levels;  ///< the last one is the yardstick; empty: the usual four
+  std::vector<DownstreamLevel> levels;  ///< the last one is the reference; empty:
+                                        ///< downstream_levels()
   std::vector<classifier::Learner> learners = {classifier::Learner::pvalue,
                                                classifier::Learner::lda, classifier::Learner::svc};
   classifier::TrainOptions training;
@@ -60,12 +61,12 @@ struct DownstreamOptions {
 /// L0, L1, L2 at 1.024 and at 0.192 ms.
 std::vector<DownstreamLevel> downstream_levels();
 
-/// Mean over the seeds, with Student's t; of accuracies that are the same with every seed, with
-/// Wilson's interval of one.
+/// Mean over the seeds with Student's t interval. If all seeds have the same accuracy, Wilson's
+/// interval of one seed.
 struct SeedMean {
   double mean = 0;
   classifier::Interval ci95;
-  std::vector<double> values;  ///< one per seed
+  std::vector<double> values;  ///< one value per seed
 };
 
 struct Transfer {
@@ -76,14 +77,15 @@ struct Transfer {
   SeedMean accuracy;
 };
 
-/// Features of one level beside those of the yardstick, all trials of a seed.
+/// Features of one level compared with the reference level, over all trials of a seed.
 struct FeatureShift {
   std::string channels;
   std::string level;
-  SeedMean spearman;    ///< of the features' F statistics between cloths
-  SeedMean max_shift;   ///< of the feature that moves most in the mean over the seeds: mean over
-                        ///< cloths of its shift, in its deviation within a cloth
-  std::string shifted;  ///< which feature that is
+  SeedMean spearman;    ///< of the features' F statistics between fabrics
+  SeedMean max_shift;   ///< largest shift in units of the feature's deviation within a fabric,
+                        ///< averaged over fabrics; for the feature with the largest mean over the
+                        ///< seeds
+  std::string shifted;  ///< name of that feature
 };
 
 struct DownstreamResult {
@@ -94,22 +96,22 @@ struct DownstreamResult {
   std::vector<FeatureShift> shifts;
 };
 
-/// F of a one-way analysis of variance of every column over the labels; 0 for a column without any
-/// variance, infinity for one that varies between labels alone.
+/// F of a one-way analysis of variance of every column over the labels; 0 for a column without
+/// variance, infinity for one that varies only between labels.
 std::vector<double> f_statistics(const classifier::FeatureMatrix& features);
-/// Spearman's rank correlation with mean ranks for ties; 0 where a side is constant.
+/// Spearman's rank correlation with mean ranks for ties; 0 if a side is constant.
 double spearman(std::span<const double> a, std::span<const double> b);
-/// Of every column: mean over the labels of |difference of the label's means| by the pooled
-/// deviation within labels of `yardstick`. 0 where neither varies.
+/// For every column: |difference of a label's means| divided by the pooled deviation within labels
+/// of `yardstick`, averaged over the labels. 0 if neither varies.
 std::vector<double> feature_shifts(const classifier::FeatureMatrix& features,
                                    const classifier::FeatureMatrix& yardstick);
-/// Of the shifts of every feature, seed by seed, the feature with the largest mean; the first of
-/// equals. There must be one of both.
+/// Index of the feature with the largest mean shift over the seeds; on a tie, the first. Needs at
+/// least one seed and one feature.
 std::size_t most_shifted(std::span<const std::vector<double>> by_seed);
 
 using DownstreamProgress = std::function<void(const std::string&)>;
 
-/// Refuses fewer than two seeds, two trials or two swatches, and what training refuses.
+/// Refuses fewer than two seeds, two trials or two pieces, and what training refuses.
 Result<DownstreamResult> measure_downstream(const sim::FabricLibrary& library,
                                             DownstreamOptions options,
                                             const DownstreamProgress& progress = {});

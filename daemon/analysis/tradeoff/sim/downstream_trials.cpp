@@ -32,12 +32,14 @@ BenchPlantParams make_plant_params(const DownstreamLevel& level) {
   out.plant.mount.slack_m = slack_m;
   out.plant.level = level.level;
   out.plant.set_point_n = set_n;
-  out.plant.dynamics.integrator = Integrator::midpoint;  // equal substeps, as the labels say
+  out.plant.dynamics.integrator = Integrator::midpoint;  // equal substeps, as the level's name
+                                                         // states
   if (level.step_s > 0) out.plant.dynamics.step_s = level.step_s;
   return out;
 }
 
-/// A swatch is its surface; a trial how it lies on the plate and what its material is like today.
+/// A piece determines the surface. A trial determines the position on the plate and the current
+/// material properties.
 Result<Patch> make_patch(const Fabric& fabric, const FabricLibrary& library, std::uint64_t swatch,
                          std::uint64_t trial) {
   const auto surface = cut_patch(fabric, library.params, library.spread, {}, swatch);
@@ -46,12 +48,12 @@ Result<Patch> make_patch(const Fabric& fabric, const FabricLibrary& library, std
   if (!out) return pass(out.error());
   out->field = surface->field;
   out->material.waviness = surface->material.waviness;
-  out->offset_x_m = surface->offset_x_m;  // each touches the swatch at the same place
+  out->offset_x_m = surface->offset_x_m;  // every trial touches the piece at the same place
   out->offset_y_m = surface->offset_y_m;
   return out;
 }
 
-/// One trial under way.
+/// One trial in progress.
 class Exploration {
  public:
   Exploration(const DownstreamLevel& level, const Patch& patch, std::uint64_t rig_seed)

@@ -21,12 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t fully_checked_trials = 10;  // for the price of a full check
+constexpr std::size_t fully_checked_trials = 10;  // number of full checks, for their cost
 constexpr double largest_failed_share = 0.2;
 constexpr std::size_t evaluated_fabrics = 17,
-                      evaluated_repetitions = 6;  // for an evaluation's price
+                      evaluated_repetitions = 6;  // for the cost of an evaluation
 
-/// Removed with all that is in it.
+/// Removed with all its contents on destruction.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -47,9 +47,9 @@ class ScratchFolder {
 
 /// Processor time of the measured trials [s].
 struct CostTally {
-  double bench_s = 0;             ///< of the runs
+  double bench_s = 0;             ///< duration of the runs in bench time
   double replayed_s = 0;          ///< bench time that was replayed
-  std::vector<double> contact_s;  ///< of each setting
+  std::vector<double> contact_s;  ///< per setting
   double pads_s = 0, emulators_s = 0, drivers_s = 0, recorder_s = 0, export_s = 0;
   double quick_check_s = 0, full_check_s = 0, fully_checked_s = 0;
   std::size_t trials = 0;
@@ -84,10 +84,10 @@ class PromiseMeasurement {
     };
     const double began_s = cpu_s_(), wall_began_s = steady_wall_seconds();
     const auto summary = run_campaign(*request, hooks);
-    // A campaign's parts are told in wall time.
+    // Times of a campaign's parts are wall times; this share converts them to processor time.
     const double cpu_share = (cpu_s_() - began_s) / (steady_wall_seconds() - wall_began_s);
     ++attempted_;
-    if (!summary || !found) {  // a trial that failed tells nothing of the error
+    if (!summary || !found) {  // a failed trial has no error to record
       if (first_failure_.empty()) first_failure_ = describe(scene, summary);
       return {};
     }
@@ -101,7 +101,7 @@ class PromiseMeasurement {
     return {};
   }
 
-  /// What the report of a campaign costs: one of a single cloth is not evaluated.
+  /// Cost of a campaign's report; a campaign of a single fabric is not evaluated.
   Status measure_evaluation(const std::vector<std::string>& fabrics) {
     if (fabrics.size() < 2) return {};
     const ScratchFolder folder;
@@ -150,7 +150,7 @@ class PromiseMeasurement {
   }
 
  private:
-  /// JSON knows no infinity, and no margin covers it.
+  /// JSON has no infinity, and no margin covers it.
   [[nodiscard]] Status check_finite() const {
     for (std::size_t i = 0; i < trials_.size(); ++i)
       for (std::size_t k = 0; k < options_.settings.size(); ++k)
@@ -169,7 +169,7 @@ class PromiseMeasurement {
     return scene_recipe(scene, 1) + ": " + why;
   }
 
-  /// An error without a folder, a file or the scene's rig.
+  /// Fails without a folder, if a file cannot be written, or if the scene's rig is invalid.
   Result<CampaignRequest> request_in(const fs::path& folder, const RecipeScene& scene,
                                      const std::string& recipe) const {
     if (folder.empty())
@@ -218,7 +218,7 @@ class PromiseMeasurement {
         played = run;
         costs_.pads_s += std::max(0.0, with_pads_s - contact_s);
       } else if (setting.level == sim::Level::quasistatic) {
-        played = led(setting, true);  // pads decide where a long step is balanced
+        played = led(setting, true);  // the taxels determine where a long step is balanced
       }
       out.error_n.push_back(sim::difference(played, reference, counted).force_max_n);
     }
@@ -227,8 +227,8 @@ class PromiseMeasurement {
     return out;
   }
 
-  /// L3 has the force of L2: the setting before that differs in this alone. What its sensors cost
-  /// is not measured, for the table's bench has none.
+  /// L3 has the same force as L2: returns an earlier setting that differs in the level only. The
+  /// cost of L3's sensors is not measured, because the table's bench has none.
   [[nodiscard]] std::optional<std::size_t> same_force(std::size_t setting) const {
     sim::FidelitySetting wanted = options_.settings[setting];
     if (wanted.level != sim::Level::modal) return std::nullopt;
@@ -239,7 +239,7 @@ class PromiseMeasurement {
   }
 
   void check_fully(const sim::Rig& rig, const ErrorCheck::StoredTrial& kept) {
-    constexpr double any_accuracy_n = 1000;  // references are not refined
+    constexpr double any_accuracy_n = 1000;  // large, so that references are not refined
     if (trials_.size() >= fully_checked_trials) return;
     const double began_s = cpu_s_();
     [[maybe_unused]] const auto error = rig.run_error(kept.motion, kept.sampled, any_accuracy_n);
@@ -259,7 +259,7 @@ class PromiseMeasurement {
 
   [[nodiscard]] double per_s_us(double seconds) const { return 1e6 * seconds / costs_.replayed_s; }
 
-  /// The plant's own work is taken off what plant and emulators need together.
+  /// Subtracts the plant's own work from the common time of plant and emulators.
   [[nodiscard]] sim::HostCost host_cost() const {
     sim::HostCost out;
     const auto per_bench_s_us = [this](double seconds) { return 1e6 * seconds / costs_.bench_s; };
@@ -298,7 +298,7 @@ class PromiseMeasurement {
   const std::function<double()>& cpu_s_;
   sim::Reference reference_;
   CostTally costs_;
-  double evaluate_s_ = 0;  ///< of a trial
+  double evaluate_s_ = 0;  ///< per trial
   std::vector<TrialErrors> trials_;
   std::vector<std::size_t> scene_of_;
   std::size_t attempted_ = 0;

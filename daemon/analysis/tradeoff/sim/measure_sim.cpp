@@ -14,7 +14,8 @@ using namespace weft::sim;
 
 constexpr std::uint64_t sensor_seed = 1;
 
-/// Reads every sample with `pressure_pa(state, pad, u_m, v_m)`, the place in the yarns' frame.
+/// Reads every sample with `pressure_pa(state, pad, u_m, v_m)`; u_m, v_m: position in the yarns'
+/// frame.
 template <class Pressure>
 void read_with(const SimCase& one, SimTrace& trace, const Pressure& pressure_pa) {
   PadParams params;
@@ -36,7 +37,8 @@ void read_with(const SimCase& one, SimTrace& trace, const Pressure& pressure_pa)
   }
 }
 
-/// Fills `trace.pads` from its samples. Level L0 reads linear pads, others the cloth's law.
+/// Fills `trace.pads` from its samples. Level L0 reads linear pads; other levels use the fabric's
+/// pressure law.
 void read_pads(const SimCase& one, Level level, SimTrace& trace) {
   std::array<TextureMap::Cursor, pad_count> cursors{};
   const ContactMaterial& cloth = one.patch.material;
@@ -57,8 +59,9 @@ void read_pads(const SimCase& one, Level level, SimTrace& trace) {
   });
 }
 
-constexpr double enough_s = 2e-3;       // processor time of one timing, against the clock's grain
-constexpr double finest_share = 27648;  // of a sample: 1 us
+constexpr double enough_s = 2e-3;       // processor time of one timing, large enough for the
+                                        // clock's resolution
+constexpr double finest_share = 27648;  // as a divisor of a sample: 1 us
 constexpr double finest_quick_share = 2304;
 constexpr double finest_l1_share = 2304;
 
@@ -136,8 +139,8 @@ double simulated_s(const SimScene& scene) {
   return sum;
 }
 
-/// What is tried: L0 once, L1 and both integrators of L2 at steps from one sample down, L3 at the
-/// steps of its sensors.
+/// The settings to measure: L0 once, L1 and both integrators of L2 at steps from one sample down,
+/// L3 at the steps of its sensors.
 std::vector<SimSetting> sim_settings(bool quick) {
   const std::vector<int> quasistatic =
       quick ? std::vector{1, 9, 72} : std::vector{1, 3, 9, 18, 36, 72, 144};
@@ -156,7 +159,7 @@ std::vector<SimSetting> sim_settings(bool quick) {
   return out;
 }
 
-/// What all settings of one scene are compared with.
+/// References for all settings of one scene.
 struct Yardsticks {
   std::vector<SimTrace> reference, finest_l1, finest_l2;
   SimErrors l1_to_l2;
@@ -208,7 +211,7 @@ class SceneTradeoff {
     return compare_with_l3();
   }
 
-  /// The force that rubbing adds, of the scenes in which something rubs.
+  /// The force added by rubbing, for scenes with sliding.
   Status compare_with_l3() {
     SimErrors errors;
     std::vector<double> largest, rms;

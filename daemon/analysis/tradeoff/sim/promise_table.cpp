@@ -15,8 +15,8 @@ namespace {
 constexpr std::array margins{1.0, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0};
 constexpr std::size_t trials_of_run = 34, resamples = 1000, folds = 3;
 
-using Largest = std::map<std::string, std::vector<double>>;  // of each cloth, by setting
-/// For each setting the margins that runs need.
+using Largest = std::map<std::string, std::vector<double>>;  // by fabric, then by setting
+/// For each setting, the margins that the runs need.
 using Needed = std::vector<std::vector<double>>;
 
 Largest largest_by_cloth(const std::vector<const TrialErrors*>& trials) {
@@ -30,7 +30,7 @@ Largest largest_by_cloth(const std::vector<const TrialErrors*>& trials) {
   return out;
 }
 
-/// By the nearest rank; `sorted` is not empty.
+/// Nearest-rank quantile; `sorted` is not empty.
 double quantile(const std::vector<double>& sorted, double share) {
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
   return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
@@ -61,7 +61,7 @@ double held_share(const std::vector<double>& needed, double margin) {
   return static_cast<double>(held) / static_cast<double>(needed.size());
 }
 
-/// Of a setting. It holds for each kind of run.
+/// The margin of a setting, which must hold for each kind of run.
 sim::Margin least_margin(const std::vector<Needed>& kinds_of_run, std::size_t setting) {
   sim::Margin out;
   for (const double margin : margins) {

@@ -18,17 +18,19 @@ constexpr MeasuredRange force_range_n{0.2, 10}, speed_range_mps{0.5e-3, 4e-3},
     approach_range_mps{1e-3, 4e-3}, seat_speed_range_mps{0.2e-3, 1e-3}, press_range_s{1, 10},
     lambda_range{0.7, 1.4}, stiffness_range_n_m{1e4, 5e4}, slack_range_m{0.6e-3, 3e-3};
 constexpr double share_below_weight = 0.2;
-constexpr double below_weight = 0.9, above_weight = 1.1;  // the loop has no set point between
+constexpr double below_weight = 0.9, above_weight = 1.1;  // the force loop has no set point in
+                                                          // between
 constexpr int path_count = 4;
 constexpr double mm_per_m = 1e3;
 
-/// One column of a Latin hypercube: a number in each of `count` equal parts of [0, 1), shuffled.
+/// One column of a Latin hypercube: one number in each of `count` equal parts of [0, 1), shuffled.
 std::vector<double> latin_column(std::size_t count, std::uint64_t seed) {
   sim::Random random(seed);
   std::vector<double> out(count);
   for (std::size_t i = 0; i < count; ++i)
     out[i] = (static_cast<double>(i) + random.uniform()) / static_cast<double>(count);
-  for (std::size_t i = count; i > 1; --i)  // std::shuffle differs between standard libraries
+  for (std::size_t i = count; i > 1; --i)  // not std::shuffle, which differs between standard
+                                           // libraries
     std::swap(out[i - 1], out[static_cast<std::size_t>(random.uniform() * static_cast<double>(i))]);
   return out;
 }
@@ -37,7 +39,7 @@ double within(const MeasuredRange& range, double share) {
   return range.least + share * (range.most - range.least);
 }
 
-/// Even in the logarithm.
+/// Evenly distributed in the logarithm.
 double within_log(const MeasuredRange& range, double share) {
   return std::min(range.most, range.least * std::pow(range.most / range.least, share));
 }
@@ -170,8 +172,8 @@ Result<std::string> scene_rig(std::string_view base_rig, const RecipeScene& scen
   }
 }
 
-// Pressure follows e^{d/lambda} from p_s on: with all lengths times s the work of compression is
-// times s too, and its linearity stays.
+// Pressure follows e^{d/lambda} from p_s on. If all lengths are scaled by s, the work of
+// compression scales by s too, and its linearity is unchanged.
 Result<std::string> scene_fabrics(std::string_view fabrics_json, const RecipeScene& scene) {
   auto table = parse_object(fabrics_json, "cloth table");
   if (!table) return pass(table.error());

@@ -28,7 +28,7 @@ std::string rounded(double value) {
   return fixed(value, digits);
 }
 
-/// Three digits at most, with the unit that suits.
+/// At most three digits, with a suitable unit.
 std::string force_cell(const SimDeviation& d) {
   const auto text = [](double n) {
     if (n >= 1) return rounded(n) + " N";
@@ -68,10 +68,10 @@ std::vector<std::string> list_families(const std::vector<SimSceneResult>& scenes
   return out;
 }
 
-/// What a panel shows of a point; nothing leaves the point out.
+/// The value of a point in a panel; nothing leaves the point out.
 using Shown = std::optional<SimDeviation> (*)(const SimPoint&);
 
-/// Marks the front of its own figures: another kind of error has another front.
+/// Marks the front of these points: another kind of error has another front.
 void mark_front(std::vector<chart::FamilySample>& points) {
   std::vector<TradeoffChoice> bargains;
   for (const auto& p : points) bargains.push_back({-p.sample.y, p.sample.x});
@@ -111,7 +111,7 @@ std::optional<SimDeviation> pads_of(const SimPoint& p) {
   return p.total.pads_lsb;
 }
 
-/// Two panels with one error axis.
+/// Two panels with a common error axis.
 chart::Plot two_panels(std::string words, const std::string& y_title, chart::Panel first,
                        chart::Panel second, const std::vector<chart::Limit>& limits) {
   chart::Plot out{std::move(words), std::string(page_stamp), 2, 1100, 300, false, true};
@@ -135,7 +135,7 @@ chart::Plot force_plot(const SimSceneResult& scene, const std::vector<std::strin
       {{fine_resolution_n, "Mini40 Fx, Fy: 10 mN"}, {coarse_resolution_n, "Mini40 Fz: 20 mN"}});
 }
 
-/// Nothing of a scene without pads.
+/// Empty for a scene without taxel counts.
 Blocks pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
   chart::Plot out = two_panels(
       "Pads' error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
@@ -244,7 +244,7 @@ Blocks failures(const std::vector<SimSceneResult>& scenes) {
                      : paragraph("None."));
 }
 
-/// Of each scene the front's most exact setting.
+/// The most accurate setting on the front, for each scene.
 Blocks exact_settings(const std::vector<SimSceneResult>& scenes) {
   Blocks out;
   for (const SimSceneResult& scene : scenes) {

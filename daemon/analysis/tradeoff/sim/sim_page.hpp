@@ -1,6 +1,6 @@
 #pragma once
-// What is shown of `weft trade sim`: the page and the same as JSON; of the table from which a run
-// chooses its level, a section.
+// The results of `weft trade sim` as a page and as JSON. Also a section on the fidelity table, from
+// which a run chooses its level.
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -15,12 +15,11 @@
 
 namespace weft::daemon {
 
-/// A section with a picture and the front as a table; `setting` ("L1 3.072 ms") is the campaign's,
-/// and marked. Empty where the table has no setting.
-/// Errors: what pareto_front() refuses.
+/// A section with a picture, and the front as a table; the campaign's `setting` ("L1 3.072 ms") is
+/// marked. Empty if the table has no setting. Errors: those of pareto_front().
 Result<Blocks> fidelity_section(const sim::FidelityTable& table, std::string_view setting);
 
-// The part of the page, of the data and of the text that is about trained classifiers.
+// The parts about trained classifiers.
 
 /// A section with the tables.
 Blocks downstream_section(const DownstreamResult& result);
@@ -29,17 +28,17 @@ nlohmann::ordered_json downstream_json(const DownstreamResult& result);
 struct SimTradeoffReport {
   std::vector<SimSceneResult> scenes;
   std::optional<DownstreamResult> downstream;
-  std::string command;   ///< as it was given
-  std::string timing;    ///< how times were taken
+  std::string command;   ///< as typed by the user
+  std::string timing;    ///< how times were measured
   std::string machine;   ///< threads, system, compiler
-  std::string load;      ///< of the machine at begin and end
+  std::string load;      ///< of the machine at start and end
   std::string software;  ///< version
-  std::string commit;    ///< empty when unknown
+  std::string commit;    ///< empty if not known
 };
 
 Document sim_document(const SimTradeoffReport& report);
 
-/// schema 1, keys in daemon/analysis/tradeoff/README.md.
+/// Schema 1; keys in daemon/analysis/tradeoff/README.md.
 nlohmann::ordered_json sim_tradeoff_json(const SimTradeoffReport& report);
 
 }  // namespace weft::daemon

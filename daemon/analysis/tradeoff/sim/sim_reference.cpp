@@ -9,9 +9,11 @@
 namespace weft::daemon {
 namespace {
 
-constexpr double absurd_ratio = 10;       // of the largest force of the reference
-constexpr double least_amplitude = 0.5;   // of a stick-slip cycle, else it is lost
-constexpr double cycle_tolerance = 0.10;  // of its amplitude and frequency, else it is wrong
+constexpr double absurd_ratio = 10;       // relative to the largest force of the reference
+constexpr double least_amplitude = 0.5;   // share of the reference's stick-slip amplitude; below it
+                                          // the cycle is lost
+constexpr double cycle_tolerance = 0.10;  // largest relative error of a cycle's amplitude and
+                                          // frequency
 
 constexpr std::uint64_t rubbing_seed = 1;
 

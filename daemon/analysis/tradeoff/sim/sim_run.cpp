@@ -29,7 +29,7 @@ struct Cubic {
   [[nodiscard]] double slope(double u) const { return c1 + u * (2 * c2 + 3 * u * c3); }
 };
 
-/// Where `f` changes sign between 0 and 1.
+/// Zero of `f` between 0 and 1.
 template <class Function>
 double root(const Function& f) {
   double low = 0, high = 1;
@@ -45,7 +45,7 @@ using namespace weft::sim;
 
 constexpr std::uint64_t vibration_seed = 1;
 
-/// a/b where that is a whole number, else 0.
+/// a/b if that is a whole number, else 0.
 std::size_t whole_ratio(double a, double b) {
   const double ratio = a / b, near = std::round(ratio);
   return near >= 1 && std::abs(ratio - near) < 1e-6 * near ? static_cast<std::size_t>(near) : 0;
@@ -58,20 +58,20 @@ DynamicsParams dynamics_of(const SimCase& one, const SimSetting& setting) {
   return out;
 }
 
-/// Height of the face above the cloth it will touch.
+/// Height of the face above the fabric below it.
 ForceSample gap_to_cloth(const ContactState& state, double lambda_m, double t_s, double rate_mps) {
-  const bool known = state.exponent > -1e8;  // L0 has none off the cloth
+  const bool known = state.exponent > -1e8;  // L0 has no exponent off the fabric
   return {t_s, -(known ? state.exponent * lambda_m : state.indentation_m), rate_mps};
 }
 
-/// The spring of the guide pulls the probe with this force along y, which is what a force sensor
-/// sees of stick-slip; level L1 has no guide, there it is the friction.
+/// Force of the guide's spring on the probe along y, as a force sensor measures it in stick-slip.
+/// Level L1 has no guide; it uses the friction.
 double guide_force_n(const SimCase& one, const ContactState& state, Level level) {
   if (level < Level::dynamic) return state.friction_n[1];
   return one.dynamics.lateral_stiffness_n_m * state.lag_m[1];
 }
 
-/// `step(state, pose, dt)` once per look.
+/// Calls `step(state, pose, dt)` once per observation.
 template <class Step>
 SimTrace follow(const SimRunner& run, const Step& step) {
   const SimCase& one = *run.one;
@@ -131,14 +131,14 @@ DynamicContact dynamic_contact(const SimRunner& run) {
           dynamics_of(*run.one, run.setting)};
 }
 
-/// Accelerometer and microphone as they come.
+/// With the default accelerometer and microphone.
 Result<SoundingContact> sounding_contact(const SimRunner& run) {
   return SoundingContact::make(dynamic_contact(run), {}, run.one->patch.field,
                                run.one->patch.skew_rad, vibration_seed, {});
 }
 
 SimTrace run_modal(const SimRunner& run) {
-  SoundingContact contact = *sounding_contact(run);  // make() has tried it
+  SoundingContact contact = *sounding_contact(run);  // cannot fail: make() has tested it
   return follow(run, [&](const ContactState& state, const Pose& to, double dt_s) {
     const ContactState after = contact.advance(state, to, from_seconds(dt_s));
     static_cast<void>(contact.take());
@@ -178,7 +178,7 @@ void CycleWatch::see(const ForceSample& force) {
     const double extreme = extreme_between(last_, force);
     low_ = std::min(low_, extreme);
     high_ = std::max(high_, extreme);
-    if (force.rate < 0) {  // the spring lets go
+    if (force.rate < 0) {  // a slip: the force of the spring falls
       ForceSample a{last_.t_s, last_.rate, 0}, b{force.t_s, force.rate, 0};
       a.rate = b.rate = (b.value - a.value) / (b.t_s - a.t_s);
       const double at_s = crossing_s(a, b);

@@ -20,7 +20,8 @@ constexpr std::uint64_t patch_seed = 1;
 constexpr MaterialSwitches without_memory{false, false, true, false, false, false};
 
 struct Heights {
-  double touch_m, pressed_m;  ///< of the z stage: first touch, 5 N at rest on the loading curve
+  double touch_m, pressed_m;  ///< of the z stage: at first touch; at 5 N at rest on the loading
+                              ///< curve
 };
 
 Heights sample_heights(const SimCase& one) {
@@ -53,7 +54,7 @@ Result<SimCase> make_case(const FabricLibrary& library, const std::string& fabri
   return out;
 }
 
-/// Down to 5 N; the time at which the stage stands.
+/// Lowers the probe to 5 N; returns the time at which the stage stops.
 double press(SimCase& one) {
   const Heights z = sample_heights(one);
   one.z = StagePath(z.touch_m - clearance_m);
@@ -92,8 +93,8 @@ void add_slide(SimCase& one) {
   press_and_slide(one, 6);
 }
 
-/// 1 N of friction that falls to it from 1.3 N, bristles of 10 um, guide of 1e4 N/m: the scene of
-/// docs/reference/plant.md, Friction, with bristles so short that the cycle is like the one there.
+/// Friction of 1 N that drops to it from 1.3 N, bristles of 10 um, guide of 1e4 N/m. This is the
+/// scene of docs/reference/plant.md, Friction. The bristles are short enough for a similar cycle.
 void add_stick_slip(SimCase& one) {
   one.grid_s = sim_grid_s / 8;
   one.patch.material.friction = {
@@ -103,11 +104,11 @@ void add_stick_slip(SimCase& one) {
   one.dynamics.friction_speed_mps = 1e3;
   const double pressed_s = press(one);
   slide(one, pressed_s + 0.3, 3);
-  one.cycle_from_s = pressed_s + 0.3 + 1.5;  // transients over
+  one.cycle_from_s = pressed_s + 0.3 + 1.5;  // transients are over
   one.cycle_to_s = pressed_s + 0.3 + 2.95;   // before the stage brakes
 }
 
-/// Pressed, lifted off, pressed again at the stages' full speed.
+/// Presses, lifts off, and presses again at the stages' full speed.
 void add_retouch(SimCase& one) {
   const Heights z = sample_heights(one);
   const double high_m = z.touch_m - clearance_m;

@@ -1,8 +1,8 @@
 #pragma once
-// The scenes on which the plant's levels are compared: a cloth, a probe and what the stages do. A
+// The scenes for comparing the plant's levels: a fabric, a probe and the motion of the stages. A
 // scene is the same for every level, integrator and step, and for a reference by another solver.
-// Stages have neither quantum nor play here, and the force loop sees the force as it is, so that
-// errors of the plant are not lost among a sensor's steps.
+// Here stages have neither quantum nor backlash, and the force loop uses the exact force. Otherwise
+// a sensor's steps would hide the errors of the plant.
 
 #include <cstddef>
 #include <optional>
@@ -16,8 +16,8 @@
 #include "sim/plant/fabric.hpp"
 #include "sim/plant/stage.hpp"
 
-/// The slide that the scenes of `weft trade sim` are about: what Khan and others press and how fast
-/// they go (000, section III-B), and where the plate lies on the simulated bench.
+/// The slide in the scenes of `weft trade sim`: force and speed of Khan and others (000, section
+/// III-B), and the plate height of the simulated bench.
 namespace weft::daemon::paper_slide {
 
 constexpr double set_n = 5;
@@ -28,17 +28,18 @@ constexpr double plate_z_m = 0.06;
 
 namespace weft::daemon {
 
-/// The stages' grid on a bench: one conversion of a pad.
+/// The stages' time grid on a bench: one conversion of a taxel.
 inline constexpr double sim_grid_s = 3.072e-3;
-/// Between samples: nine conversions, the sensor's frame of 1/37 s to 2 %.
+/// Time between samples: nine conversions, within 2 % of the sensor's frame of 1/37 s.
 inline constexpr double sim_sample_s = 9 * sim_grid_s;
 
-/// One stage: moves with limited acceleration, one after the other.
+/// One stage: consecutive moves with limited acceleration.
 class StagePath {
  public:
   explicit StagePath(double start_m = 0) : end_m_(start_m), start_m_(start_m) {}
 
-  /// From where the last move ends, beginning at `at_s`, which must not lie before its end.
+  /// Adds a move from the end of the last one. It starts at `at_s`, which must not be before that
+  /// end.
   void move(double at_s, double to_m, double speed_mps);
   [[nodiscard]] double at(double t_s) const;
   [[nodiscard]] double end_s() const;
@@ -52,7 +53,7 @@ class StagePath {
   double end_m_, start_m_;
 };
 
-/// Holds the normal force by the speed of z, once per sample.
+/// Regulates the normal force with the speed of z, once per sample.
 struct SimForceLoop {
   double set_n = 5;
   double gain_mps_n = 5e-4;
@@ -62,40 +63,39 @@ struct SimForceLoop {
 
 /// One run.
 struct SimCase {
-  std::string name;  ///< of the cloth
+  std::string name;  ///< name of the fabric
   sim::Patch patch;
   sim::ContactGeometry geometry;
   sim::Mount mount;
-  sim::DynamicsParams dynamics;  ///< all but step and integrator
+  sim::DynamicsParams dynamics;  ///< step and integrator are not used
   StagePath y, z;
   std::optional<SimForceLoop> loop;
-  double grid_s =
-      sim_grid_s;           ///< stages move in straight lines between its times; divides a sample
-  std::size_t samples = 0;  ///< run's length in samples
-  double cycle_from_s = 0, cycle_to_s = 0;  ///< when a stick-slip cycle is looked for; 0: never
+  double grid_s = sim_grid_s;  ///< stages move linearly between these times; divides a sample
+  std::size_t samples = 0;     ///< length of the run
+  double cycle_from_s = 0, cycle_to_s = 0;  ///< interval for detecting a stick-slip cycle; 0: never
   bool slides = false;
 
   [[nodiscard]] bool cycles_at(double t_s) const { return t_s >= cycle_from_s && t_s < cycle_to_s; }
   [[nodiscard]] double duration_s() const { return static_cast<double>(samples) * sim_sample_s; }
-  /// Of a sample.
+  /// Grid points per sample.
   [[nodiscard]] std::size_t grid_points() const;
-  /// The stages at rest before the run, the probe hanging.
+  /// The state before the run: stages at rest, probe hanging.
   [[nodiscard]] sim::ContactState start() const;
 };
 
 struct SimScene {
   std::string name;   ///< "press"
-  std::string words;  ///< what happens in it
+  std::string words;  ///< description of its course
   std::vector<SimCase> cases;
 };
 
-/// What the stages do of one run, told the force as it comes about.
+/// The motion of the stages during one run, controlled by the current force.
 class SimDrive {
  public:
   explicit SimDrive(const SimCase& one) : case_(one) {}
 
-  /// Where the stages are at grid point `to` > `from`, under the force at `from`. Points are asked
-  /// for in order, and every sample's first one is among them.
+  /// Pose of the stages at grid point `to` > `from`, with the force at `from`. Call in order of
+  /// time, and at the first point of every sample.
   sim::Pose move(std::size_t from, std::size_t to, double normal_n);
 
  private:
@@ -105,14 +105,14 @@ class SimDrive {
 
 /// press, press_plain, slide, stick_slip, retouch, fabrics17.
 const std::vector<std::string>& sim_scene_names();
-/// Cloths of a quick look.
+/// Number of fabrics with `quick`.
 inline constexpr std::size_t quick_fabrics = 3;
 /// `quick` keeps the first quick_fabrics of fabrics17. Refuses another name and a table without
 /// denim.
 Result<SimScene> make_sim_scene(std::string_view name, const sim::FabricLibrary& library,
                                 bool quick = false);
 
-/// Tells scenes apart that differ in any number; for files made of them.
+/// Differs between scenes that differ in any number; identifies scenes in files made from them.
 std::string sim_fingerprint(const SimScene& scene);
 
 }  // namespace weft::daemon

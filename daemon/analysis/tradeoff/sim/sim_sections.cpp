@@ -10,11 +10,11 @@
 namespace weft::daemon {
 namespace {
 
-/// A setting, the worst of its cloths.
+/// A setting with the largest errors of its fabrics.
 struct MeasuredRow {
   sim::FidelitySetting setting;
   double max_n = 0, q99_n = 0;
-  double times_real_time = 0;  ///< of the contact alone
+  double times_real_time = 0;  ///< of the contact computation only
 };
 
 std::vector<MeasuredRow> measured_rows(const sim::FidelityTable& table) {
@@ -93,7 +93,7 @@ std::vector<std::string> different(const std::vector<Transfer>& all, std::string
   return out;
 }
 
-/// Rows: learner and channels, columns: the level that trained; tested at one level.
+/// Rows: learner and channels; columns: training level; tested at one level.
 Blocks transfer_table(const DownstreamResult& result, const std::string& tested,
                       bool across_swatches) {
   std::vector<std::string> head{"channels", "learner"};
@@ -122,7 +122,7 @@ Blocks shift_table(const DownstreamResult& result) {
   return out.finish();
 }
 
-/// What is not finite becomes null where it is written.
+/// Values that are not finite become null in the JSON text.
 ordered_json mean_json(const SeedMean& m) {
   return {{"mean", m.mean},
           {"ci95", {m.ci95.low, m.ci95.high}},
