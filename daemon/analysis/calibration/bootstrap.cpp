@@ -19,7 +19,7 @@ std::size_t draw(sim::Random& random, std::size_t count) {
   return std::min(drawn, count - 1);
 }
 
-/// As many cells of each cloth as it has, as many strokes of each as it has.
+/// Draws as many cells of each fabric, and strokes of each cell, as there are.
 std::vector<DrawnCell> draw_sample(const Summaries& summaries, sim::Random& random) {
   std::vector<DrawnCell> out;
   for (std::size_t first = 0, last = 0; first < summaries.cells.size(); first = last) {

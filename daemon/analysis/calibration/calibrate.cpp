@@ -14,13 +14,13 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr std::size_t noise_windows = 8;  // simulated once, for what texture adds to the noise
-constexpr double known_noise_counts =
-    1;                                // of the plant: without any, counts that stand still hide it
-constexpr double failed_cost = 1e12;  // of a search whose scene failed
+constexpr std::size_t noise_windows = 8;  // simulated once, to measure the noise added by texture
+constexpr double known_noise_counts = 1;  // in the plant's counts; without noise, constant counts
+                                          // would hide the texture
+constexpr double failed_cost = 1e12;  // for a search in which the scene failed
 
-/// By which statistics a parameter of all cloths is seen. Without any of them another value only
-/// makes other strokes of the same kind, and Q changes by chance.
+/// Statistics that determine a common parameter. Without any of them, another value only gives
+/// other strokes of the same kind, and Q changes by chance.
 struct SeenBy {
   std::string_view parameter;
   std::array<std::string_view, 3> statistics;
@@ -166,22 +166,22 @@ void Calibration::estimate_noise() {
   estimate_one("noise_per_square", "noise_k2");
 }
 
-/// Recordings draw cells anew, but of one sensor: its few pads are a sample of gains themselves,
-/// with the interval of a standard deviation (chi square, Wilson and Hilferty).
+/// The bootstrap draws cells, but all from one sensor. Its few pads are themselves a sample of
+/// gains, which has the interval of a standard deviation (chi square, Wilson and Hilferty).
 void Calibration::widen_gain_spread() {
   const std::size_t i = model_.find("gain_spread");
   if (intervals_[i].standing == Standing::not_seen || fitted_.channels < 2) return;
   const double freedom = static_cast<double>(fitted_.channels) - 1, spread = 2 / (9 * freedom);
   const auto ratio = [&](double z) {
-    return std::pow(1 - spread + z * std::sqrt(spread), -1.5);  // sqrt(freedom/chi square)
+    return std::pow(1 - spread + z * std::sqrt(spread), -1.5);  // sqrt(freedom / chi square)
   };
   constexpr double z_95 = 1.96;
   intervals_[i].low = std::min(intervals_[i].low, values_[i] * ratio(z_95));
   intervals_[i].high = std::max(intervals_[i].high, values_[i] * ratio(-z_95));
 }
 
-/// Third differences have fine texture in them too: what simulated strokes of known noise have
-/// more than that. Where texture is not fitted yet it would take off too much.
+/// Third differences also contain fine texture. Subtracts the excess measured on simulated strokes
+/// with known noise. Runs after the texture is fitted; earlier it would subtract too much.
 Status Calibration::take_off_texture() {
   estimate_noise();
   const RecordingView fine = choose_strokes(finest_strokes(fitted_), noise_windows);
@@ -277,8 +277,8 @@ Status Calibration::fit_blocks() {
   return polish(searched());
 }
 
-/// The blocks once more in turn, from where they are: all parameters in one search would need a
-/// hundred evaluations before its first step.
+/// Fits the blocks again in turn, from the current values. A search over all parameters would need
+/// a hundred evaluations before its first step.
 Status Calibration::polish(const std::vector<std::size_t>& varied) {
   const auto of_varied = [&](std::vector<std::size_t> block) {
     std::erase_if(block,
@@ -299,8 +299,8 @@ Status Calibration::polish(const std::vector<std::size_t>& varied) {
   return {};
 }
 
-/// The estimate stays where nothing was seen, and the others follow: each alone changes little,
-/// all together may. An interval takes in where its value went.
+/// Resets parameters that are not seen to their estimates and fits the others again. Each change is
+/// small alone, but their sum may not be. Intervals are extended to the new values.
 Status Calibration::keep_unseen() {
   std::vector<std::size_t> seen;
   for (const std::size_t i : searched())
@@ -317,7 +317,7 @@ Status Calibration::keep_unseen() {
   return {};
 }
 
-/// One stroke, or draws that are all alike, leave an interval without width: that is no interval.
+/// A single stroke, or equal draws, give an interval of width 0, which is treated as no interval.
 void Calibration::name_unknown_intervals() {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     ParameterInterval& interval = intervals_[i];

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view page_title = "Calibration of the simulation";
 
-/// Recordings may be simulated themselves.
+/// The recordings may be simulated themselves.
 std::string sides_badge(const CalibrationSource& source) {
   return "recorded: " + bench_badge(source.bench) + ", beside " + simulated_badge();
 }
@@ -47,7 +47,7 @@ std::string_view explanation_of(Standing standing) {
   return {};
 }
 
-/// Each standing with the number of parameters that have it.
+/// Each standing, with its number of parameters.
 Blocks standings(const CalibrationResult& result) {
   std::vector<std::pair<std::string, std::string>> out;
   for (const Standing standing : all_standings) {
@@ -93,7 +93,7 @@ Blocks statistic_table(const CalibrationResult& result, const CalibrationSource&
                 sides_badge(source));
 }
 
-/// check_held_out() leaves the band empty where too few simulated sets have the statistic.
+/// check_held_out() leaves the interval empty if too few simulated sets have the statistic.
 std::string band_html(const HeldOutStatistic& s) {
   if (!(s.low < s.high)) return "too few simulated sets have it";
   return general(from_scale(s.low, s.real.scale)) + " to " +

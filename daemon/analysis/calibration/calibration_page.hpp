@@ -1,5 +1,5 @@
 #pragma once
-// The page of a calibration: pictures and tables of what was recorded beside what is simulated.
+// The page of a calibration: pictures and tables that compare recordings with the simulation.
 
 #include <string>
 

@@ -20,14 +20,15 @@ constexpr std::array<std::string_view, sides> side_names{"recorded", "SIMULATED,
 constexpr std::array<chart::Line, sides> side_lines{chart::Line::solid, chart::Line::dashed,
                                                     chart::Line::solid};
 constexpr std::size_t histogram_bins = 10;
-constexpr double side_step = 0.15;  // between the marks of one name, so that equal ones are seen
+constexpr double side_step = 0.15;  // horizontal offset between the marks of one name, so that
+                                    // equal values are visible
 
 /// Three lines on one pair of axes: recorded, simulated before and after.
 struct Picture {
   std::string title, x_title, y_title;
   bool is_log_x = false, is_log_y = false;
   std::array<std::vector<chart::Sample>, sides> lines{};
-  std::vector<std::string> names{};  ///< of whole numbers along x; empty: a scale
+  std::vector<std::string> names{};  ///< labels of whole numbers along x; empty: a numeric scale
 };
 
 chart::Plot plot_of(const Picture& picture) {
@@ -52,7 +53,7 @@ std::array<const RecordingView*, sides> views_of(const CalibrationResult& result
   return {&result.real, &result.before, &result.after};
 }
 
-/// Where a side's mark is, of the name at `x`.
+/// Position of a side's mark, for the name at `x`.
 double beside(double x, std::size_t side) {
   return x + side_step * (static_cast<double>(side) - 1);
 }
@@ -65,7 +66,7 @@ void add_statistic(Picture& out, const ComparedStatistic& s, const std::array<do
   if (s.after) out.lines[2].push_back({x[2], from_scale(*s.after, scale)});
 }
 
-/// Wave number, rms of the band that begins there.
+/// Wave number at the start of a band, and rms of that band.
 Picture spectrum_of(const CalibrationResult& result, const std::string& cloth) {
   Picture out{"Spectrum of " + cloth, "band from [1/mm]", "rms of the modulation", true, true};
   for (const ComparedStatistic& s : result.statistics) {
@@ -80,7 +81,7 @@ struct NamedStatistic {
   std::string_view statistic, name;
 };
 
-/// Statistics over all cloths, side by side. A name without marks: the statistic is not known.
+/// Statistics over all fabrics, side by side. A name without marks: the statistic is not known.
 void add_named(Picture& out, const CalibrationResult& result,
                std::span<const NamedStatistic> wanted) {
   for (const NamedStatistic& one : wanted) {
@@ -121,7 +122,7 @@ std::vector<double> stroke_modulations(const RecordingView& view) {
   return out;
 }
 
-/// Middle of a bin, number of values in it; nothing where there are no values.
+/// Middle of a bin, and number of values in it; empty without values.
 std::vector<chart::Sample> log_histogram(const std::vector<double>& values,
                                          const svg::Range& range) {
   if (values.empty()) return {};

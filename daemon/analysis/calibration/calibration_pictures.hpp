@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of a calibration: recorded beside SIMULATED before and after, told apart by shape and
+// Pictures of a calibration: recorded beside SIMULATED before and after, distinguished by shape and
 // colour.
 
 #include <string>
@@ -12,14 +12,15 @@
 namespace weft::daemon::calibration {
 
 struct CalibrationPicture {
-  std::string name;  ///< "modulation", "spectrum-Denim": as labels are, so not always a file's
+  std::string name;  ///< "modulation", "spectrum-Denim"; contains labels, so it is not always a
+                     ///< valid file name
   chart::Plot plot;
   std::string caption;
 };
-/// A picture without any recorded value is left out.
+/// A picture without a recorded value is left out.
 std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result);
 
-/// The same as figures, each with the badge in its caption.
+/// The pictures as figures, each with the badge in its caption.
 Blocks calibration_pictures(const CalibrationResult& result, std::string_view badge_html);
 
 }  // namespace weft::daemon::calibration

@@ -11,7 +11,7 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double m_per_um = 1e-6, m_per_mm = 1e-3, per_m_per_mm = 1e3, n_m_per_n_mm = 1e3;
-constexpr double start_cover_m = 60e-6;  // the table's own, where it has one
+constexpr double start_cover_m = 60e-6;  // the table's own value has priority
 constexpr double start_tilt_rad = 1e-3, start_pad_height_m = 1e-6, start_common_mode = 2e-3;
 constexpr double reference_smd_m = 5e-6;
 
@@ -47,7 +47,7 @@ double height_of(const sim::Fabric& fabric, const sim::MaterialParams& params) {
          std::pow(fabric.roughness_m / reference_smd_m, params.roughness_exponent);
 }
 
-/// A length that decides ln(height/Lambda): its bounds follow the cloth's own Lambda.
+/// A length that determines ln(height/Lambda): its bounds follow the fabric's own Lambda.
 Parameter height(const BaseCloth& cloth, double lambda_m, double start_m) {
   const double low = 0.003, high = 0.5;
   return {.name = "height_um",

@@ -9,16 +9,17 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double passing_share = 0.8;
-constexpr double least_band_sd = 1e-6;  // of a statistic that no seed changes
+constexpr double least_band_sd = 1e-6;  // for a statistic that does not depend on the seed
 
-/// Two-sided 95 % point of Student's t: Cornish-Fisher to the third order, within 1 % from 4 on.
+/// Two-sided 95 % point of Student's t: Cornish-Fisher to the third order, within 1 % from 4
+/// degrees of freedom on.
 double student_95(double freedom) {
   constexpr double z = 1.959964;
   const double z3 = z * z * z, z5 = z3 * z * z, n = freedom;
   return z + (z3 + z) / (4 * n) + (5 * z5 + 16 * z3 + 3 * z) / (96 * n * n);
 }
 
-/// Of one statistic over the replicates.
+/// Sums of one statistic over the replicates.
 struct ReplicateTally {
   double sum = 0, squares = 0, count = 0;
 

@@ -8,9 +8,10 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double difference_step = 0.02;  // of the bounds' width, to both sides
-constexpr double blind_share = 0.01;      // of the largest singular value
-constexpr double named_weight = 0.3;      // in a direction of length 1
+constexpr double difference_step = 0.02;  // as a share of the bounds' width, to both sides
+constexpr double blind_share = 0.01;      // as a share of the largest singular value
+constexpr double named_weight = 0.3;      // smallest weight that is named, in a direction of length
+                                          // 1
 constexpr double chi_square_95 = 3.84;    // one degree of freedom
 constexpr std::size_t profile_steps = 3;  // after the bound's own value
 constexpr std::size_t most_directions = 12;
@@ -22,7 +23,7 @@ Vector vector_of(const std::vector<double>& values) {
   return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// Looks at the objective around one point, in units of the bounds' width.
+/// Evaluates the objective around one point, in units of the bounds' width.
 class Around {
  public:
   Around(Objective& objective, const ClothModel& model, const std::vector<double>& values)
@@ -45,8 +46,8 @@ class Around {
     return model_->parameters()[parameter].to_unit(values_[parameter]);
   }
 
-  /// Q above its minimum with one parameter at `unit` and, of its block, the others where it is
-  /// least.
+  /// Rise of Q above its minimum with one parameter at `unit_there`. The others of its block are
+  /// unchanged or compensated, whichever gives the lower Q.
   Result<double> rise(std::size_t parameter, double unit_there) {
     std::vector<double> there = values_;
     there[parameter] = model_->parameters()[parameter].from_unit(unit_there);
@@ -75,7 +76,7 @@ class Around {
     return {};
   }
 
-  /// The Gauss-Newton step of the other parameters of the block.
+  /// Applies the Gauss-Newton step of the other parameters of the block.
   void compensate(std::size_t parameter, double moved, std::vector<double>& values) const {
     const Parameter& one = model_->parameters()[parameter];
     std::vector<Eigen::Index> others;
@@ -105,7 +106,7 @@ class Around {
   double least_ = 0;
 };
 
-/// Where the profile crosses the threshold between the minimum and `bound`; nothing: not before it.
+/// The first crossing of the threshold between the minimum and `bound`; nothing if there is none.
 Result<std::optional<double>> find_crossing(Around& around, std::size_t parameter, double bound,
                                             double threshold) {
   const double from = around.unit(parameter);
@@ -115,7 +116,7 @@ Result<std::optional<double>> find_crossing(Around& around, std::size_t paramete
   if (!(*at_bound > threshold)) return std::optional<double>();
   double inner = from, outer = bound, inner_root = 0, outer_root = std::sqrt(*at_bound);
   for (std::size_t i = 0; i < profile_steps; ++i) {
-    // A parabola is straight in the root.
+    // The square root of a parabola is linear.
     const double share = (std::sqrt(threshold) - inner_root) / (outer_root - inner_root);
     const double there = inner + std::clamp(share, 0.1, 0.9) * (outer - inner);
     const auto rise = around.rise(parameter, there);

@@ -1,16 +1,16 @@
 #pragma once
-// What the recordings say about each parameter at the minimum: an interval, or nothing.
+// The information in the recordings about each parameter at the minimum: an interval, or none.
 //
 // Blind directions: the Jacobian J of the residuals by central differences (2 % of the bounds'
-// width); singular vectors whose value is below 1 % of the largest change nothing that is compared.
+// width). Singular vectors with a value below 1 % of the largest change nothing that is compared.
 //
-// Interval: the profile Q(theta_j), the minimum over the other parameters, where it exceeds the
-// least Q by 3.84 (95 % of one parameter), times Q/(statistics - parameters) where that is above 1:
-// a model that fits badly knows less. A full profile is a search at each point and too dear. Here
-// the other parameters of the same block move by the Gauss-Newton step that J gives, and the lower
-// Q of moved and unmoved counts, each computed by the scene: an upper bound of the profile. So an
-// interval can be too short where the profile bends away from J, or through parameters of another
-// block.
+// Interval: the profile Q(theta_j) is the minimum over the other parameters. Its limit is the least
+// Q plus 3.84 (95 % for one parameter). The 3.84 is multiplied by Q/(statistics - parameters) if
+// that exceeds 1: a worse fit gives a wider interval. A full profile needs a search at each point
+// and is too expensive. Here the other parameters of the same block move by the Gauss-Newton step
+// from J. The lower Q of moved and unmoved parameters counts, each computed by the scene: an upper
+// bound of the profile. So an interval can be too short if the profile deviates from J, or through
+// parameters of another block.
 
 #include <optional>
 #include <string>
@@ -21,27 +21,27 @@
 namespace weft::daemon::calibration {
 
 enum class Standing {
-  estimated,   ///< not looked at, or a value without an interval
+  estimated,   ///< not examined, or a value without an interval
   calibrated,  ///< the interval is closed within the bounds
-  bounded,     ///< on one side
-  not_seen     ///< on none: the estimate stays
+  bounded,     ///< closed on one side
+  not_seen     ///< open on both sides: the estimate is kept
 };
-/// As the cloth table has it: "not_seen".
+/// As in the fabric table: "not_seen".
 std::string_view to_string(Standing standing);
 
 struct ParameterInterval {
   Standing standing = Standing::not_seen;
-  double low = 0, high = 0;  ///< natural scale; a bound where it is not closed
+  double low = 0, high = 0;  ///< natural scale; a bound if not closed
 };
 
 struct Identifiability {
   std::vector<ParameterInterval> intervals;   ///< [parameter]
-  std::vector<std::string> blind_directions;  ///< a sentence each
-  double threshold = 0;                       ///< of Q above its minimum
+  std::vector<std::string> blind_directions;  ///< one sentence each
+  double threshold = 0;                       ///< rise of Q above its minimum
 };
 
-/// At `values`, a minimum; `searched`: the parameters that were fitted there. Intervals of the
-/// others are left at `estimated`. Errors: the scene's.
+/// `values` is a minimum; `searched`: the parameters fitted there. The intervals of the others stay
+/// `estimated`. Errors: the scene's.
 Result<Identifiability> identify(Objective& objective, const ClothModel& model,
                                  const std::vector<double>& values,
                                  const std::vector<std::size_t>& searched);

@@ -64,10 +64,10 @@ std::vector<double> sobol_point(std::size_t index, std::size_t dimensions) {
 
 namespace {
 
-constexpr double first_step = 0.15;  // of the cube
+constexpr double first_step = 0.15;  // as a share of the cube
 constexpr double last_step = 1e-3;   // a tenth of a per cent of the bounds
 
-/// What the library calls, and the best that it has seen: it may end on another point.
+/// Data for the library's callback, and the best point so far: the library may end on another one.
 struct Search {
   const Cost* cost;
   Minimum best;
@@ -111,12 +111,12 @@ Result<Minimum> minimise(const Cost& cost, std::span<const double> start, std::s
   nlopt_set_upper_bounds1(method.get(), 1);
   nlopt_set_initial_step1(method.get(), first_step);
   nlopt_set_xtol_abs1(method.get(), last_step);
-  // No limit of the gain: it ends searches in curved valleys, where each step gains little.
+  // No limit on the gain: it would end searches in curved valleys, where each step gains little.
   nlopt_set_maxeval(method.get(), static_cast<int>(evaluations));
   nlopt_set_min_objective(method.get(), evaluate, &search);
   std::vector<double> x(start.begin(), start.end());
   double value = 0;
-  // Whatever ends it (limits, or steps below rounding) leaves the best point in `search`.
+  // `search` has the best point, even if NLopt stops at a limit or at steps below rounding.
   nlopt_optimize(method.get(), x.data(), &value);
   if (search.best.evaluations > 0) return search.best;
   return fail({.code = Errc::invalid_argument,

@@ -1,5 +1,5 @@
 #pragma once
-// A minimum within the unit cube, without derivatives: BOBYQA of NLopt (docs/adr/0023).
+// Minimum within the unit cube, without derivatives: BOBYQA of NLopt (docs/adr/0023).
 
 #include <cstddef>
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace weft::daemon::calibration {
 
-/// At least 0, finite. Called from one thread.
+/// At least 0 and finite. Called from one thread.
 using Cost = std::function<double(std::span<const double> at)>;
 
 struct Minimum {
@@ -20,21 +20,22 @@ struct Minimum {
   std::size_t evaluations = 0;
 };
 
-/// Whether Weft was built with NLopt.
+/// True if Weft was built with NLopt.
 bool has_nlopt();
 /// "2.7.1"; empty without it.
 std::string nlopt_version();
 
-/// The best point of at most `evaluations` from `start`; the start itself where nothing is better.
-/// Deterministic: ends by counts and by the size of a step, never by time.
-/// Errors: unsupported (Weft was built without NLopt; says what to install).
+/// The best point of at most `evaluations` from `start`; the start itself if nothing is better.
+/// Deterministic: stops by counts and step size, never by time. Errors: unsupported (Weft was built
+/// without NLopt; the hint names what to install).
 Result<Minimum> minimise(const Cost& cost, std::span<const double> start, std::size_t evaluations);
 
-/// Point `index` of Sobol's sequence (Joe and Kuo 2008), from 1 on; at most 8 dimensions.
+/// Point `index` of Sobol's sequence (Joe and Kuo 2008), starting at 1; at most 8 dimensions.
 std::vector<double> sobol_point(std::size_t index, std::size_t dimensions);
 
-/// minimise() from `start` and from points 1 to `starts` - 1 of Sobol's sequence, `evaluations` for
-/// each; once more from the best. More than 8 dimensions: from `start` alone. Errors: as above.
+/// Calls minimise() from `start` and from points 1 to `starts` - 1 of Sobol's sequence, with
+/// `evaluations` for each, then again from the best. With more than 8 dimensions, from `start`
+/// only. Errors: those of minimise().
 Result<Minimum> minimise_from_many(const Cost& cost, std::span<const double> start,
                                    std::size_t starts, std::size_t evaluations);
 

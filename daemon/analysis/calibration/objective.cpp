@@ -7,11 +7,11 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double least_target_sd = 0.02;  // 2 %: no model of this kind is better
+constexpr double least_target_sd = 0.02;  // 2 %: no model of this kind is more accurate
 constexpr double missing_residual = 5;
 constexpr std::size_t reported_evaluations = 100;
 
-/// Over the replicates that have it; 0 where fewer than two do.
+/// Standard deviation over the replicates that have the statistic; 0 if fewer than two do.
 double sd_over(std::span<const StatisticSet> sets, const Statistic& like) {
   double sum = 0, squares = 0, count = 0;
   for (const StatisticSet& set : sets)

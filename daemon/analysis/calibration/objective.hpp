@@ -1,7 +1,7 @@
 #pragma once
-// How far simulated strokes are from recorded ones: Q = sum of ((simulated - recorded)/s)^2 over
-// the statistics that some parameter can move, on their own scales. s^2 = s_boot^2 + s_sim^2: how
-// sure the recorded statistic is, and how much it depends on the simulation's seed.
+// Distance of simulated strokes from recorded ones: Q = sum of ((simulated - recorded)/s)^2 over
+// the statistics that some parameter can change, each on its scale. s^2 = s_boot^2 + s_sim^2:
+// uncertainty of the recorded statistic, and its dependence on the simulation's seed.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,8 +14,9 @@
 
 namespace weft::daemon::calibration {
 
-/// False: derived from others (median, spread between cloths), jumping (peak), read by an estimator
-/// (noise, level_spread), or moved by no parameter (jumps, control). They are shown and checked.
+/// False for statistics that are derived from others (median, spread between fabrics), jump (peak),
+/// are used by an estimator (noise, level_spread), or depend on no parameter (jumps, control).
+/// These are shown and checked.
 bool is_fitted(std::string_view statistic);
 
 struct Target {
@@ -27,17 +28,17 @@ struct Target {
 std::vector<Target> make_targets(const BootstrapSet& real,
                                  std::span<const StatisticSet> replicates);
 
-/// (simulated - recorded)/s of each target; a statistic that the simulation lacks counts as 5.
+/// (simulated - recorded)/s of each target; a statistic missing from the simulation counts as 5.
 std::vector<double> residuals(std::span<const Target> targets, const StatisticSet& simulated);
 double sum_of_squares(std::span<const double> residuals);
 
-/// The scene as a function of the parameters, with common random numbers: the seed stays.
+/// The scene as a function of the parameters, with common random numbers: the seed is constant.
 class Objective {
  public:
   Objective(Scene& scene, std::vector<Target> targets, std::uint64_t seed, std::size_t threads)
       : scene_(&scene), targets_(std::move(targets)), seed_(seed), threads_(threads) {}
 
-  /// `progress` is told the number of evaluations from time to time.
+  /// `progress` receives the number of evaluations from time to time.
   void report_to(std::function<void(std::size_t evaluations)> progress) {
     progress_ = std::move(progress);
   }

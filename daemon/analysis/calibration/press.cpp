@@ -9,19 +9,19 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double least_rest_n = 0.01;  // 40 Pa: nothing beside a pad's 20 kPa
+constexpr double least_rest_n = 0.01;  // 40 Pa, negligible compared with a pad's 20 kPa
 constexpr double most_ratio = 0.9;
-constexpr double most_of_range = 0.7;  // of a closed pad's counts, for the largest level
-constexpr double mean_neighbours = 3;  // of a pad in a square of 16
+constexpr double most_of_range = 0.7;  // share of a closed pad's counts, for the largest level
+constexpr double mean_neighbours = 3;  // per pad in a square of 16
 constexpr double closed_pa = 1e12, almost_closed = 0.999;
 constexpr int halvings = 100;
 
-/// Counts under a pressure above those at `ratio` of it.
+/// Counts under a pressure, minus those at `ratio` times that pressure.
 double counts_above_rest(const sim::PadParams& pads, double pressure_pa, double ratio) {
   return counts_under(pads, pressure_pa) - counts_under(pads, ratio * pressure_pa);
 }
 
-/// Where counts_above_rest() is largest: counts are a hyperbola C p/(p + h) of the pressure.
+/// Maximum of counts_above_rest(): counts are a hyperbola C p/(p + h) of the pressure.
 double best_pressure_pa(const sim::PadParams& pads, double ratio) {
   if (!(ratio > 0)) return closed_pa;
   const double half_pa = pressure_for(pads, 0.5 * counts_under(pads, closed_pa));
@@ -52,7 +52,7 @@ double counts_under(const sim::PadParams& pads, double pressure_pa) {
 double pressure_for(const sim::PadParams& pads, double counts) {
   const double held = std::clamp(counts, 0.0, almost_closed * counts_under(pads, closed_pa));
   double low_pa = 0, high_pa = closed_pa;
-  for (int i = 0; i < halvings; ++i) {  // in the root: small pressures need their digits
+  for (int i = 0; i < halvings; ++i) {  // bisects the square root: small pressures need more digits
     const double root = 0.5 * (std::sqrt(low_pa) + std::sqrt(high_pa)), middle_pa = root * root;
     (counts_under(pads, middle_pa) < held ? low_pa : high_pa) = middle_pa;
   }

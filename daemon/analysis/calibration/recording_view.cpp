@@ -13,21 +13,21 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double ns_per_s = 1e9;
-constexpr double trimmed_s = 0.5;        // at both ends: the stages accelerate
-constexpr std::size_t held_samples = 4;  // at a limit: shorter stays are noise
+constexpr double trimmed_s = 0.5;        // at both ends, where the stages accelerate
+constexpr std::size_t held_samples = 4;  // at a limit; shorter runs are noise
 constexpr std::size_t samples_a_glitch = 1000;
 constexpr double most_clipped_share = 0.01;  // of a channel's samples
-constexpr double least_speed_mps = 1e-5;     // below: the stages stand
+constexpr double least_speed_mps = 1e-5;     // below this the stages do not move
 
-/// A trial and where it came from.
+/// A trial and its origin.
 struct Source {
   const Dataset* dataset;
-  std::size_t number;  // of the data set
+  std::size_t number;  // index of the data set
   const classifier::Trial* trial;
   const TrialRecord* record;
 };
 
-/// The samples of phase M that are used.
+/// The used samples of phase M.
 using Rows = std::vector<std::size_t>;
 
 tl::unexpected<Error> refuse(const Source& source, std::string what, std::string expected = {},
@@ -93,7 +93,8 @@ std::optional<double> factor_speed(const Source& source) {
   return source.record->spec.factors[at];
 }
 
-/// Way along the named axis between two rows of the stages [m]; 0 where there is no such axis.
+/// Displacement along the named axis between two rows of the stages [m]; 0 if there is no such
+/// axis.
 double way_m(const Source& source, std::string_view name, std::size_t from, std::size_t to) {
   const std::vector<Axis>& axes = source.dataset->info.axes;
   for (std::size_t k = 0; k < axes.size(); ++k)
@@ -172,7 +173,7 @@ void each_stroke(const std::vector<Source>& sources, const std::vector<Rows>& ro
   }
 }
 
-/// Samples in stays of held_samples or more at `limit`.
+/// Samples in runs of at least held_samples at `limit`.
 std::size_t count_held(const std::vector<double>& values, double limit) {
   std::size_t held = 0, stay = 0;
   for (const double v : values) {
@@ -204,7 +205,7 @@ std::string channel_names(const std::vector<std::size_t>& channels) {
   return (out.size() == 1 ? "channel " : "channels ") + joined(out);
 }
 
-/// Fills `view.recorded` with the channels to use.
+/// Fills `view.recorded` with the channels to be used.
 Status choose_channels(const std::vector<Source>& sources, const std::vector<Rows>& rows,
                        RecordingView& view) {
   std::vector<std::size_t> constant, clipped;
@@ -259,7 +260,7 @@ double mean_force_n(const Source& source, const Rows& rows) {
   return mean(force_n);
 }
 
-/// Of the stroke and of phase S before it. A wrench that shows no load there is none.
+/// Forces of the stroke and of phase S before it. A wrench without a positive mean load is ignored.
 void add_forces(const Source& source, const Rows& rows, Stroke& stroke) {
   const double force_n = mean_force_n(source, rows);
   if (!(force_n > 0)) return;

@@ -1,6 +1,6 @@
 #pragma once
-// What a calibration reads of data sets: strokes in counts above the unloaded level. No label, no
-// accuracy and no classifier has a part in it.
+// Calibration input from data sets: strokes in counts above the unloaded level. Labels serve only
+// as names; no accuracy and no classifier is used.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,19 +14,21 @@
 
 namespace weft::daemon::calibration {
 
-/// One trial's phase M without 0.5 s at both ends (without an eighth where that is less).
+/// One trial's phase M without 0.5 s at both ends (without an eighth if that is less).
 struct Stroke {
   std::string cloth;
-  std::string conditions;  ///< exploration, factors, direction and speed of the name; not the cloth
-  std::string cell;        ///< cloth, conditions, mounting, patch: strokes of one path
-  std::uint32_t repetition = 0;  ///< as recorded; imported without one: counted within the cell
-  std::uint32_t mounting = 0;    ///< from 1 within the cloth; other pieces and files have others
+  std::string conditions;  ///< exploration, factors, direction and speed in the name; without the
+                           ///< fabric
+  std::string cell;        ///< fabric, conditions, mounting, patch: strokes along one path
+  std::uint32_t repetition = 0;  ///< as recorded; otherwise counted within the cell
+  std::uint32_t mounting = 0;    ///< from 1 within the fabric; other pieces and files have other
+                                 ///< numbers
   std::uint32_t patch = 0;       ///< as recorded; 0: not known
   double speed_mps = 0;          ///< > 0
   double rate_hz = 0;            ///< > 0
   double force_n = std::numeric_limits<double>::quiet_NaN();       ///< mean, > 0; NaN: not recorded
   double rest_force_n = std::numeric_limits<double>::quiet_NaN();  ///< mean of phase S before it
-  bool has_rest = false;  ///< phase S was recorded: counts are above what was read there
+  bool has_rest = false;  ///< phase S was recorded: counts are relative to its mean
   std::vector<std::vector<double>> counts;  ///< [channel][sample] above the unloaded level
   std::vector<double> level;                ///< [channel] mean of counts
   [[nodiscard]] std::size_t samples() const { return counts.empty() ? 0 : counts[0].size(); }
@@ -34,35 +36,38 @@ struct Stroke {
 };
 
 struct RecordingView {
-  std::vector<Stroke> strokes;        ///< in the order of the data sets; at least one
-  std::size_t channels = 0;           ///< of every stroke
-  std::vector<std::size_t> recorded;  ///< [channels] place on the recorded array, ascending
-  std::size_t recorded_channels = 0;  ///< on that array: more where channels are left out
-  std::vector<std::string> remarks;   ///< a sentence each
+  std::vector<Stroke> strokes;        ///< in the order of the data sets; not empty
+  std::size_t channels = 0;           ///< in every stroke
+  std::vector<std::size_t> recorded;  ///< [channels] index on the recorded array, ascending
+  std::size_t recorded_channels = 0;  ///< on that array: larger if channels are left out
+  std::vector<std::string> remarks;   ///< one sentence each
 };
 
-/// Ratio of pitches that count as one.
+/// Pitches with at most this ratio count as equal.
 constexpr double same_pitch = 1.05;
-/// Counts above the unloaded level: below, ratios to the level are noise.
+/// Counts above the unloaded level; below this, ratios to the level are noise.
 constexpr double least_level = 1;
-/// Fewer samples of phase M are no stroke.
+/// Trials with fewer samples in phase M are refused.
 constexpr std::size_t least_samples = 16;
 
 struct ViewOptions {
-  std::optional<double> speed_mps;  ///< > 0; where given, that of every stroke
+  std::optional<double> speed_mps;  ///< > 0; if given, the speed of every stroke
 };
 
 /// The complete trials of the data sets. Speed: that of the options, else the sweep's factor, else
-/// that of the recorded stages along x and y, else that in a file name of the fabricslide layout.
-/// Unloaded level: the channel's median in phase S; without S 0, which a remark says. (The least
-/// value of a recording that never leaves the cloth is a loaded one: on fabricslide taking it for
-/// unloaded makes all modulations four times as large.)
-/// Left out with a remark: a constant channel; a channel of which more than 1 % of the samples
-/// stay at its limit for 4 samples or longer. Limits: the largest and smallest values but for one
-/// sample in a thousand, or three, so that a glitch hides none.
+/// from the recorded stages along x and y, else from a file name in the fabricslide layout.
+///
+/// Unloaded level: the channel's median in phase S; without S 0, with a remark. (The minimum of a
+/// recording that never leaves the fabric is a loaded level: on fabricslide its use makes all
+/// modulations four times as large.)
+///
+/// Left out with a remark: a constant channel, and a channel with more than 1 % of the samples at
+/// its limit for 4 samples or longer. Limits: the largest and smallest values, ignoring one sample
+/// in a thousand or three samples, so that a glitch hides no limit.
+///
 /// Errors: invalid_argument (no complete trial; a trial without phase M or with a short one; rate
-/// or speed unknown; other numbers of channels); measurement (all channels constant; more than half
-/// of them clipped).
+/// or speed unknown; different numbers of channels); measurement (all channels constant; more than
+/// half of them clipped).
 Result<RecordingView> make_recording_view(std::span<const Dataset> datasets,
                                           const ViewOptions& options = {});
 

@@ -15,14 +15,15 @@ namespace {
 
 constexpr double sample_s = 1e-9 * static_cast<double>(sim::pad_timing::frame_ns);
 constexpr double conversion_s = 1e-9 * static_cast<double>(sim::pad_timing::stage_ns);
-constexpr double most_settling = 8;  // times that: work is by samples
+constexpr double most_settling = 8;  // limits the scaled settling time, because work grows with the
+                                     // samples
 constexpr double settling_s = 10;    // under load, before a stroke
-constexpr double slack_m = 20e-3;    // the probe rests in the middle of it
-constexpr double patch_m = 20e-3;    // between paths of one mounting: wider than the face
+constexpr double slack_m = 20e-3;    // the probe rests in the middle of this range
+constexpr double patch_m = 20e-3;    // between paths of one mounting; wider than the face
 constexpr std::size_t rest_scans = 15, press_scans = 20;
-constexpr double lead_s = 0.5;  // of the stroke, which a view leaves out
+constexpr double lead_s = 0.5;  // start of the stroke, which a view leaves out
 
-/// The times of the plant in samples of the recording.
+/// Scales the plant's times to samples of the recording.
 void scale_times(ClothModel::Inputs& inputs, double ratio) {
   inputs.pads.creep_time_s *= ratio;
   inputs.pads.drift_time_s *= ratio;
@@ -30,7 +31,7 @@ void scale_times(ClothModel::Inputs& inputs, double ratio) {
   for (double& time_s : inputs.params.relaxation_time_s) time_s *= ratio;
 }
 
-/// One sensor over one mounted piece.
+/// One sensor on one mounted piece.
 class Stylus {
  public:
   Stylus(const sim::PlantParams& params, std::uint64_t seed, const sim::Plant* textured,
@@ -43,10 +44,10 @@ class Stylus {
 
   using Counts = std::array<std::uint16_t, sim::pad_count>;
 
-  /// Puts the probe on the cloth: it rests there by its own weight.
+  /// Puts the probe on the fabric, loaded by its own weight.
   void rest(const sim::Patch& patch, double x_m) {
     sim::PlantMemory memory = plant_.memory();
-    memory.contact = {};  // the cloth has had the time to recover; pads and dose go on
+    memory.contact = {};  // the fabric has recovered; the state of pads and dose is kept
     pose_ = {.x_m = x_m, .z_m = -patch.material.thickness_m - slack_m / 2};
     plant_.mount(patch, pose_, {}, touched_ ? &memory : nullptr);
     touched_ = true;
@@ -74,7 +75,7 @@ class Stylus {
   [[nodiscard]] const sim::Plant& plant() const { return plant_; }
 
  private:
-  /// The cloth gives way too: each step is too short, never too long.
+  /// The fabric deforms too, so each step is too short, never too long.
   void approach(double force_n) {
     for (std::size_t i = 0; i < press_scans; ++i) {
       scan(0);
@@ -89,7 +90,7 @@ class Stylus {
   bool touched_ = false;
 };
 
-/// One stroke from the moment the probe is on the cloth; channels as in the view.
+/// One stroke, starting with the probe on the fabric; channels as in the view.
 Stroke slide_once(Stylus& stylus, const Stroke& like, const std::vector<std::size_t>& pads,
                   double force_n, double rest_n, double scale) {
   Stroke out = like;
@@ -116,7 +117,7 @@ Stroke slide_once(Stylus& stylus, const Stroke& like, const std::vector<std::siz
   return out;
 }
 
-/// Runs work(0) to work(count - 1), each once.
+/// Calls work(0) to work(count - 1), each once.
 template <class Work>
 void run_all(std::size_t count, std::size_t threads, const Work& work) {
   std::atomic<std::size_t> next{0};
@@ -152,7 +153,7 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
   return out;
 }
 
-/// Those of the group's cloth and those of all cloths: the rest has no effect on it.
+/// The parameters of the group's fabric and the common ones; others do not affect the group.
 std::vector<double> Scene::values_of(const SceneGroup& group,
                                      std::span<const double> values) const {
   std::vector<double> out;
@@ -179,8 +180,7 @@ Status Scene::make_group(Job& job, std::span<const double> values, std::uint64_t
 
 namespace {
 
-/// The plant's pads that stand for the recorded channels: those of a square array keep their
-/// neighbours.
+/// The plant's pads for the recorded channels: channels of a square array keep their neighbours.
 std::vector<std::size_t> pads_of(const RecordingView& like) {
   constexpr std::size_t pads_a_row = 4;
   std::size_t side = 1;

@@ -1,16 +1,16 @@
 #pragma once
-// The strokes of a view, made by the plant: same cloths, mountings, patches, speeds, lengths and
-// repetitions. SIMULATED.
+// The strokes of a view, made by the plant with the same fabrics, mountings, patches, speeds,
+// lengths and repetitions. SIMULATED.
 //
-// The probe is pressed by a spring, whose stiffness is a parameter: a soft one holds the force, a
-// stiff one the height, and then long waves are common to all pads. The cloth has relaxed before a
-// stroke begins. Force there: that which gives the recorded level (a nuisance: the recorded sensor
-// has another gain than the plant's). Where phase S was recorded with the probe on the cloth,
-// counts are above that load: a wrench gives its share of the force (press.hpp). A sensor that
-// reads more counts than the plant's can has its counts scaled down (ClothModel::scale()).
+// A spring presses the probe; its stiffness is a parameter. A soft spring keeps the force, a stiff
+// one the height; then long waves are common to all pads. The fabric has relaxed before a stroke
+// starts. The force is chosen to give the recorded level (a nuisance parameter: the recorded sensor
+// has another gain than the plant's). If phase S was recorded with the probe on the fabric, counts
+// are relative to that load, and a wrench gives its share of the force (press.hpp). For a sensor
+// with more counts than the plant's, counts are scaled (ClothModel::scale()).
 //
-// Frames of the plant are taken for samples of the recording, whatever its rate: path and noise are
-// per sample, and all times of the plant are scaled by the ratio of the rates.
+// One frame of the plant is one sample of the recording, whatever its rate: path and noise are per
+// sample, and all times of the plant are scaled by the ratio of the rates.
 
 #include <array>
 #include <cstdint>
@@ -21,23 +21,24 @@
 
 namespace weft::daemon::calibration {
 
-/// What one piece in one mounting sees.
+/// The strokes on one piece in one mounting.
 struct SceneGroup {
   std::string cloth;
   std::uint32_t mounting = 0;
   double rate_hz = 0;
-  std::vector<std::size_t> strokes;  ///< of the view, in its order
+  std::vector<std::size_t> strokes;  ///< indices in the view, in its order
 };
 
 class Scene {
  public:
-  /// `model` must outlive it. Errors: unsupported, for an array of more channels than the plant's.
+  /// `model` must outlive the scene. Errors: unsupported for an array with more channels than the
+  /// plant's.
   static Result<Scene> make(const RecordingView& like, const ClothModel& model);
 
-  /// Strokes in the order of `like`. Groups are computed apart, so that the number of threads
-  /// changes nothing, and a group whose parameters are those of one of its last two calls is not
-  /// computed again. Tiles of texture are kept while surface and seed stay. Errors: range, for
-  /// values that the plant refuses.
+  /// Strokes in the order of `like`. Groups are computed independently, so the number of threads
+  /// does not change the result. A group is not computed again if its parameters equal those of one
+  /// of its last two calls. Texture tiles are kept while surface and seed are unchanged. Errors:
+  /// range for values that the plant refuses.
   Result<RecordingView> simulate(std::span<const double> values, std::uint64_t seed,
                                  std::size_t threads);
 
@@ -47,7 +48,7 @@ class Scene {
     std::uint64_t seed = 0;
     std::vector<Stroke> strokes;
   };
-  /// Tiles of texture, and what they depend on.
+  /// Texture tiles, and the values on which they depend.
   struct Textured {
     std::vector<double> values;
     std::uint64_t seed = 0;

@@ -12,12 +12,13 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double third_difference_gain = 20;  // 1 + 9 + 9 + 1
-constexpr double iqr_of_one_sd = 1.349;       // of a normal distribution
+constexpr double iqr_of_one_sd = 1.349;       // for a normal distribution
 constexpr double jump_sds = 5;
-constexpr int noise_law_rounds = 20;   // of weights that follow the law
-constexpr double small_misfit = 0.05;  // below, it counts by its square
+constexpr int noise_law_rounds = 20;   // rounds of weights that follow the law
+constexpr double small_misfit = 0.05;  // smaller misfits count by their square
 constexpr double noise_quantile = 0.25;
-constexpr double least_law_share = 1e-6;  // of its largest value, so that weights are finite
+constexpr double least_law_share = 1e-6;  // as a share of its largest value, so that weights are
+                                          // finite
 
 std::vector<double> difference(Samples values) {
   std::vector<double> out;
@@ -25,7 +26,7 @@ std::vector<double> difference(Samples values) {
   return out;
 }
 
-/// Time of sample i about the middle.
+/// Index of sample i relative to the middle.
 double centred(std::size_t i, std::size_t samples) {
   return static_cast<double>(i) - (static_cast<double>(samples) - 1) / 2;
 }
@@ -42,7 +43,7 @@ bool holds(std::size_t band, double length_mm, double pitch_mm) {
   return band_edges_per_mm[band] * length_mm >= 1 && band_edges_per_mm[band + 1] * pitch_mm <= 0.5;
 }
 
-/// Mean squares by band of up to ColumnFft::lanes channels from `first` on.
+/// Mean squares by band for up to ColumnFft::lanes channels, starting at `first`.
 class BandPower {
  public:
   BandPower(std::size_t samples, double pitch_mm)
@@ -83,7 +84,8 @@ class BandPower {
   std::vector<double> re_, im_;
 };
 
-/// The columns of `design` in `subset` (a bit each), the others 0; nothing where one is negative.
+/// Solves for the columns of `design` in `subset` (one bit each), with the others 0; nothing if a
+/// coefficient is negative.
 std::optional<Eigen::Vector3d> solve_subset(const Eigen::MatrixX3d& design,
                                             const Eigen::VectorXd& target, unsigned subset) {
   std::vector<Eigen::Index> columns;
@@ -98,7 +100,7 @@ std::optional<Eigen::Vector3d> solve_subset(const Eigen::MatrixX3d& design,
   return out;
 }
 
-/// Three columns only: all subsets, the least residual.
+/// With three columns, tries all subsets and takes the least residual.
 Eigen::Vector3d solve_nonnegative(const Eigen::MatrixX3d& design, const Eigen::VectorXd& target) {
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double least = target.squaredNorm();
@@ -216,7 +218,7 @@ std::vector<std::array<std::optional<double>, bands>> band_rms(
 std::optional<NoiseLaw> fit_noise_law(Samples level, Samples noise) {
   const auto points = static_cast<Eigen::Index>(level.size());
   if (points < 3 || !(variance(level) > 0)) return std::nullopt;
-  const double scale = std::ranges::max(level);  // columns of one size
+  const double scale = std::ranges::max(level);  // makes the columns similar in size
   if (!(scale > 0)) return std::nullopt;
   Eigen::MatrixX3d design(points, 3);
   Eigen::VectorXd target(points);
@@ -226,8 +228,8 @@ std::optional<NoiseLaw> fit_noise_law(Samples level, Samples noise) {
     design.row(i) << 1, l, l * l;
     target[i] = noise[at] * noise[at];
   }
-  // Texture only adds to the noise: the law is that of the quiet quarter of the points (a quantile
-  // of the relative misfits, by weights that follow them).
+  // Texture only adds to the noise, so the law follows the quietest quarter of the points. It is a
+  // quantile of the relative misfits, computed with weights that follow them.
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(points);
   Eigen::Vector3d found;
   for (int round = 0; round < noise_law_rounds; ++round) {

@@ -24,7 +24,7 @@ void fill_trial(const Stroke& stroke, classifier::Trial& trial, TrialRecord& rec
   trial.phase.assign(stroke.samples(), Phase::motion);
   for (std::size_t i = 0; i < stroke.samples(); ++i) {
     for (const std::vector<double>& counts : stroke.counts)
-      trial.counts.push_back(std::round(counts[i]) + 0.0);  // no -0
+      trial.counts.push_back(std::round(counts[i]) + 0.0);  // avoids -0
     record.t_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / stroke.rate_hz));
   }
 }
@@ -33,7 +33,7 @@ DatasetInfo stroke_info(const DatasetInfo& recorded, BenchKind kind) {
   DatasetInfo out;
   out.kind = kind;
   out.name = recorded.name;
-  out.source = recorded.source;  // says how names and repetitions are to be read
+  out.source = recorded.source;  // determines how names and repetitions are interpreted
   out.taxel_rate_hz = recorded.taxel_rate_hz;
   out.factors = recorded.factors;
   out.group_columns = recorded.group_columns;

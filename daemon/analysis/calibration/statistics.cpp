@@ -12,13 +12,13 @@
 namespace weft::daemon::calibration {
 namespace {
 
-constexpr double least_shown = 1e-5;  // told apart from 0 on a scale that has no 0
+constexpr double least_shown = 1e-5;  // least value distinguished from 0, on scales without 0
 constexpr std::array band_names{"band_0.01", "band_0.03", "band_0.1", "band_0.3", "band_1"};
 static_assert(band_names.size() == bands);
 
 using Maybe = std::optional<double>;
 
-/// Collects statistics, and why some are absent.
+/// Collects statistics, and the reasons for absent ones.
 class Collector {
  public:
   void add(std::string name, const std::string& cloth, Scale scale, Maybe natural,
@@ -44,13 +44,13 @@ class Collector {
   std::map<std::pair<std::string, std::string>, std::vector<std::string>> absent_;
 };
 
-/// A sample, and what is asked of its strokes.
+/// A drawn sample, with queries over its strokes.
 class Sample {
  public:
   Sample(const Summaries& summaries, const std::vector<DrawnCell>& cells)
       : summaries_(summaries), cells_(cells) {}
 
-  /// Of a cloth (by number), or of all; in the order of the cells.
+  /// Strokes of one fabric (by index), or of all, in the order of the cells.
   [[nodiscard]] std::vector<std::size_t> strokes(std::optional<std::size_t> cloth = {}) const {
     std::vector<std::size_t> out;
     for (const DrawnCell& drawn : cells_)
@@ -58,7 +58,7 @@ class Sample {
         out.insert(out.end(), drawn.strokes.begin(), drawn.strokes.end());
     return out;
   }
-  /// Median of `get(stroke)` where it gives something.
+  /// Median of `get(stroke)` over the strokes with a value.
   template <class Get>
   [[nodiscard]] Maybe typical(std::optional<std::size_t> cloth, Get&& get) const {
     std::vector<double> out;
@@ -74,7 +74,7 @@ class Sample {
       for (const WindowSummary& window : summaries_.strokes[s].windows) out.push_back(get(window));
     return median(std::move(out));
   }
-  /// Whether a stroke of the view is sampled as finely as any.
+  /// True if a stroke of the view has the finest pitch.
   [[nodiscard]] bool is_finest(std::size_t stroke) const {
     return summaries_.view->strokes[stroke].pitch_mm() <= same_pitch * summaries_.finest_mm;
   }
@@ -188,7 +188,7 @@ void add_noise(const Sample& sample, Collector& out) {
 // 4 and 5
 
 std::vector<NestedValue> pattern_observations(const Sample& sample) {
-  std::map<std::pair<std::size_t, std::string>, std::size_t> fixed;  // cloth and conditions
+  std::map<std::pair<std::size_t, std::string>, std::size_t> fixed;  // fabric and conditions
   std::vector<NestedValue> out;
   for (std::size_t k = 0; k < sample.cells().size(); ++k) {
     const DrawnCell& drawn = sample.cells()[k];
@@ -202,7 +202,7 @@ std::vector<NestedValue> pattern_observations(const Sample& sample) {
       const auto& windows = sample.summaries().strokes[s].windows;
       for (std::size_t w = 0; w < windows.size(); ++w)
         if (!windows[w].log_pattern.empty())
-          // patches of one mounting are places of it, as the windows of a stroke are
+          // patches of one mounting count as places, like the windows of a stroke
           out.push_back({{group, first.mounting, k * 10'000 + w}, windows[w].log_pattern});
     }
   }
@@ -259,7 +259,7 @@ void add_drift(const Sample& sample, Collector& out) {
 
 // 8
 
-/// Pairs of different strokes that were drawn, each as often as the two were drawn together.
+/// Pairs of different drawn strokes, each repeated as often as its two strokes were drawn together.
 std::vector<PairSummary> drawn_pairs(const Sample& sample) {
   std::vector<PairSummary> out;
   for (const DrawnCell& drawn : sample.cells())

@@ -1,5 +1,5 @@
 #pragma once
-// Statistics of strokes, by which a simulation is compared with recordings: of signals, never of a
+// Statistics of strokes for comparing a simulation with recordings. They describe signals, never a
 // classifier's accuracy. Pure functions of a view.
 
 #include <cstddef>
@@ -12,9 +12,9 @@
 
 namespace weft::daemon::calibration {
 
-/// On which a statistic is compared: its differences have about one size there.
+/// Scale on which a statistic is compared: differences have about the same size everywhere on it.
 enum class Scale { natural, log, fisher_z, logit };
-/// From the natural scale; a log or logit of 0 is that of the least value told apart, 1e-5.
+/// From the natural scale; for log and logit, 0 is replaced by 1e-5, the least value distinguished.
 double to_scale(double natural, Scale scale);
 double from_scale(double value, Scale scale);
 
@@ -23,7 +23,7 @@ struct Statistic {
   std::string cloth;  ///< empty: over all cloths
   Scale scale = Scale::natural;
   double value = 0;  ///< on `scale`; always finite
-  double shown = 0;  ///< natural scale, in the unit below
+  double shown = 0;  ///< natural scale, in the unit listed below
 };
 
 /// Names, in this order. x: counts above the unloaded level; L: their mean over the stroke;
@@ -64,10 +64,11 @@ struct Statistic {
 /// The ninth, intraclass correlation of features, needs the classifier and is not computed here.
 struct StatisticSet {
   std::vector<Statistic> statistics;
-  std::vector<std::string> remarks;  ///< a sentence for each number that the data do not give
+  std::vector<std::string> remarks;  ///< one sentence for each statistic that the data do not
+                                     ///< determine
 };
 
-/// nullptr: not there.
+/// nullptr if there is none.
 const Statistic* find(std::span<const Statistic> statistics, std::string_view name,
                       std::string_view cloth = {});
 

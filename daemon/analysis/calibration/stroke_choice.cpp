@@ -12,17 +12,18 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double longest_stroke_mm = 200;
-constexpr double dense_pitch_mm = 0.2;       // bands end at 1.75 /mm
-constexpr std::size_t window_samples = 200;  // of 50 mm at 0.25 mm
+constexpr double dense_pitch_mm = 0.2;       // the bands end at 1.75 /mm
+constexpr std::size_t window_samples = 200;  // 50 mm at 0.25 mm
 constexpr double normalised_count = 1;
 constexpr std::size_t pair_of_strokes = 2;
-constexpr std::size_t cell_stride = 5;  // to other conditions; no factor of usual numbers of them
+constexpr std::size_t cell_stride = 5;  // step to other conditions; not a factor of usual numbers
+                                        // of conditions
 
 using Indices = std::vector<std::size_t>;
 
 struct CellStrokes {
   std::uint32_t mounting = 0;
-  Indices strokes;  ///< by repetition
+  Indices strokes;  ///< sorted by repetition
 };
 struct ClothCells {
   std::string cloth;
@@ -56,7 +57,7 @@ std::size_t count_windows(const Stroke& stroke) {
                    stroke.samples() / window_samples});
 }
 
-/// Mountings in turn, each time at other conditions.
+/// Alternates the mountings, each time with other conditions.
 Indices order_of(const ClothCells& cloth, std::size_t number) {
   std::map<std::uint32_t, std::vector<const CellStrokes*>> by_mounting;
   for (const CellStrokes& cell : cloth.cells) by_mounting[cell.mounting].push_back(&cell);
@@ -75,7 +76,7 @@ Indices order_of(const ClothCells& cloth, std::size_t number) {
   return out;
 }
 
-/// Strokes that keep one pitch.
+/// Strokes with equal keys keep the same pitch.
 using Sampling = std::pair<std::string, double>;  // conditions, rate [Hz]
 
 Sampling sampling_of(const Stroke& stroke) {
@@ -105,7 +106,7 @@ void take_every(std::size_t stride, Stroke& stroke) {
   stroke.rate_hz /= static_cast<double>(stride);
 }
 
-/// Every third cell; none where nothing would be left.
+/// Every third cell; none if nothing would be left to fit.
 bool holds_out_cell(std::size_t cell, std::size_t cells) {
   return cells >= 3 && cell % 3 == 2;
 }
@@ -142,7 +143,7 @@ RecordingView choose_strokes(const RecordingView& view, std::size_t windows) {
     }
     if (!any) break;
   }
-  std::ranges::sort(chosen);  // as recorded: what the pads remember comes in this order
+  std::ranges::sort(chosen);  // recorded order, because the pads' memory depends on it
   return subset(view, chosen);
 }
 

@@ -9,7 +9,8 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr std::size_t most_lag = 4;       // samples, between two strokes of a cell
-constexpr std::size_t most_partners = 4;  // later strokes of its cell that a stroke is held against
+constexpr std::size_t most_partners = 4;  // number of later strokes of its cell with which a stroke
+                                          // is compared
 
 using Signals = std::vector<std::vector<double>>;  // [channel][sample]
 using ChannelPairs = std::vector<std::pair<std::size_t, std::size_t>>;
@@ -79,7 +80,7 @@ double median_sd(const Signals& signals) {
   return median(std::move(out)).value_or(0);
 }
 
-/// ln of the means less the mean of that.
+/// Logarithms of the means, minus their mean.
 std::vector<double> log_pattern(const std::vector<double>& means) {
   if (std::ranges::any_of(means, [](double m) { return !(m > 0); })) return {};
   std::vector<double> out;
@@ -89,7 +90,7 @@ std::vector<double> log_pattern(const std::vector<double>& means) {
   return out;
 }
 
-/// z of the used channels.
+/// z for the used channels.
 Signals relative(const Stroke& stroke, const std::vector<std::size_t>& channels) {
   Signals out;
   for (const std::size_t c : channels) {
@@ -170,7 +171,7 @@ StrokeSummary summarise_stroke(const Stroke& stroke, const std::vector<std::size
   return out;
 }
 
-/// Mean over channels where b is `lag` samples late.
+/// Mean correlation over channels, with b delayed by `lag` samples.
 double lagged(const Signals& a, const Signals& b, std::ptrdiff_t lag) {
   const auto late = static_cast<std::size_t>(std::max<std::ptrdiff_t>(lag, 0));
   const auto early = static_cast<std::size_t>(std::max<std::ptrdiff_t>(-lag, 0));
@@ -206,7 +207,7 @@ std::vector<PairSummary> repetition_pairs(const Cell& cell, const RecordingView&
   return out;
 }
 
-/// For each stroke the next of another cloth under the same conditions, in circles.
+/// Pairs each stroke with the next one of another fabric under the same conditions, cyclically.
 std::vector<PairSummary> control_pairs(const RecordingView& view,
                                        const std::vector<Signals>& detrended) {
   std::vector<PairSummary> out;

@@ -1,6 +1,6 @@
 #pragma once
-// What the statistics need of each stroke and of pairs of strokes, computed once: a bootstrap
-// combines the same summaries hundreds of times.
+// Summaries of strokes and of pairs of strokes, needed by the statistics and computed once: a
+// bootstrap combines them hundreds of times.
 
 #include <array>
 #include <cstddef>
@@ -16,12 +16,12 @@ namespace weft::daemon::calibration {
 constexpr double window_mm = 50;
 constexpr std::size_t least_window_samples = 8;
 
-/// A stretch of 50 mm, or the whole of a shorter stroke.
+/// A section of 50 mm, or all of a shorter stroke.
 struct WindowSummary {
   double modulation = 0;           ///< median over channels of sd(zd)
   double neighbours = 0, far = 0;  ///< mean correlation of the pairs; 0: no pairs
   double common_share = 0;
-  std::vector<double> log_pattern;  ///< [channel]; empty where a mean is not positive
+  std::vector<double> log_pattern;  ///< [channel]; empty if a mean is not positive
 };
 
 struct StrokeSummary {
@@ -33,7 +33,7 @@ struct StrokeSummary {
   double drift = 0, jumps = 0;
 };
 
-/// Strokes first < second of one cell, or first and a stroke of another cloth.
+/// Two strokes of one cell with first < second, or first and a stroke of another fabric.
 struct PairSummary {
   std::size_t first = 0, second = 0;
   double correlation = 0, lag_mm = 0;
@@ -41,27 +41,27 @@ struct PairSummary {
 
 /// Strokes of one cell, in the view's order.
 struct Cell {
-  std::size_t cloth = 0;  ///< in Summaries::cloths
+  std::size_t cloth = 0;  ///< index in Summaries::cloths
   std::vector<std::size_t> strokes;
 };
 
 struct Summaries {
   const RecordingView* view = nullptr;
-  double finest_mm = 0;               ///< least pitch of the strokes
-  std::vector<std::size_t> channels;  ///< of the view, those with a level in every stroke
-  bool square = false;                ///< the array has rows and columns of one length
+  double finest_mm = 0;               ///< smallest pitch of the strokes
+  std::vector<std::size_t> channels;  ///< channels of the view with a level in every stroke
+  bool square = false;                ///< the array has equal numbers of rows and columns
   std::vector<StrokeSummary> strokes;
   std::vector<std::string> cloths;                    ///< sorted
-  std::vector<Cell> cells;                            ///< sorted by cloth, then by name
+  std::vector<Cell> cells;                            ///< sorted by fabric, then by name
   std::vector<std::vector<PairSummary>> repetitions;  ///< [cell]
-  std::vector<PairSummary> controls;                  ///< by first
+  std::vector<PairSummary> controls;                  ///< sorted by first
   std::vector<std::string> remarks;
 };
 
 /// `view` must outlive the result.
 Summaries summarise(const RecordingView& view);
 
-/// A cell of a sample: its number, and strokes of it, some perhaps several times.
+/// A drawn cell: its index, and strokes of it, possibly repeated.
 struct DrawnCell {
   std::size_t cell = 0;
   std::vector<std::size_t> strokes;

@@ -28,7 +28,7 @@ double largest_level(const RecordingView& view) {
   return out;
 }
 
-/// The names of a table are of lower case.
+/// Names in a table are in lower case.
 Status check_labels(const RecordingView& view) {
   std::map<std::string, std::string> labels;
   for (const Stroke& stroke : view.strokes) {
@@ -61,7 +61,7 @@ Status check_held_out_view(const RecordingView& fitted, const RecordingView& hel
   return {};
 }
 
-/// Without those of cloths that were not fitted, as all their strokes were off the cloth.
+/// Leaves out fabrics that were not fitted because all their strokes were off the fabric.
 RecordingView strokes_of_fitted(const RecordingView& view, const RecordingView& fitted) {
   std::vector<std::size_t> kept;
   std::set<std::string> dropped;

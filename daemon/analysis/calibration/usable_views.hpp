@@ -1,5 +1,5 @@
 #pragma once
-// What of the recordings a calibration can use.
+// Selects the part of the recordings that a calibration can use.
 
 #include <cstddef>
 #include <optional>
@@ -10,10 +10,11 @@ namespace weft::daemon::calibration {
 
 struct UsableViews {
   RecordingView fitted;
-  std::optional<RecordingView> held_out;  ///< without strokes where none was on a fitted cloth
+  std::optional<RecordingView> held_out;  ///< without strokes if none was on a fitted fabric
 };
-/// Thinned, cut, on the cloth (stroke_choice.hpp). Held-out cloths whose fitted strokes are all off
-/// the cloth are left out with a remark. Errors: those of calibrate() that are about views.
+/// Strokes are thinned, cut, and on the fabric (stroke_choice.hpp). Held-out fabrics without a
+/// fitted stroke on the fabric are left out with a remark. Errors: those of calibrate() about
+/// views.
 Result<UsableViews> usable_views(const RecordingView& fitted,
                                  const std::optional<RecordingView>& held_out, std::size_t windows);
 

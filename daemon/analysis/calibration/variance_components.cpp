@@ -7,12 +7,12 @@
 namespace weft::daemon::calibration {
 namespace {
 
-using Key = std::array<std::size_t, nested_levels>;  // members beyond the level are 0
+using Key = std::array<std::size_t, nested_levels>;  // entries beyond the level are 0
 
 struct Group {
   double members = 0;
   std::vector<double> mean;
-  /// Sum of squared numbers of members of the groups of each finer level inside.
+  /// For each finer level, the sum of the squared sizes of its groups inside this group.
   std::array<double, nested_levels> squares{};
 };
 
@@ -42,7 +42,8 @@ double square_distance(const std::vector<double>& a, const std::vector<double>& 
   return a.empty() ? 0 : sum / static_cast<double>(a.size());
 }
 
-/// Of the means of level `level` about those of the wider one; observations where level is last.
+/// Sum of squares of the means of `level` about those of the next wider level; uses observations at
+/// the last level.
 double sum_of_squares(const std::array<Level, nested_levels>& levels,
                       const std::vector<NestedValue>& observations, std::size_t level) {
   double sum = 0;
@@ -56,8 +57,8 @@ double sum_of_squares(const std::array<Level, nested_levels>& levels,
   return sum;
 }
 
-/// Weight of the variance of level `of` in the expected T of level `in` (sum over groups of
-/// members x mean^2); `of` is not wider than `in`.
+/// Weight of the variance of level `of` in the expected T of level `in` (sum over groups of members
+/// x mean^2); `of` must not be wider than `in`.
 double weight(const std::array<Level, nested_levels>& levels, std::size_t in, std::size_t of) {
   double sum = 0;
   for (const auto& [key, group] : levels[in])
@@ -82,7 +83,8 @@ NestedSpread nested_spread(const std::vector<NestedValue>& observations) {
   const auto in_total = [&](std::size_t in, std::size_t of) {
     return in == nested_levels ? static_cast<double>(observations.size()) : weight(levels, in, of);
   };
-  // Finest first: what a level's sum of squares owes to finer levels is known by then.
+  // Starts with the finest level: each level's sum of squares contains the variances of finer
+  // levels.
   std::array<std::optional<double>, nested_levels + 1> variance;
   for (std::size_t level = nested_levels; level > 0; --level) {
     const auto share = [&](std::size_t of) {

@@ -15,7 +15,7 @@ constexpr std::string_view table_format = "weft-fabrics-2";
 constexpr double written_per_m_per_mm = 1e3;
 constexpr std::size_t longest_line = 118;
 
-/// Four digits: compilers agree on them, and no statistic is known better.
+/// Four digits: equal on all compilers, and sufficient for every statistic.
 double rounded(double value) {
   std::array<char, 32> text{};
   const auto end =
@@ -25,7 +25,7 @@ double rounded(double value) {
   return out;
 }
 
-/// Where the parameters of all cloths are in the table.
+/// Sections of the table for the common parameters.
 struct Place {
   std::string_view parameter, section, level;
 };
@@ -45,7 +45,7 @@ const CalibratedParameter* find_parameter(const CalibrationResult& result, std::
   return at == result.parameters.end() ? nullptr : &*at;
 }
 
-/// Parameters in counts of the recorded sensor are written in counts of the plant's.
+/// Factor from counts of the recorded sensor to counts of the plant's, used in the table.
 double per_count(std::string_view name, double scale) {
   const bool is_in_counts =
       name == "noise_counts" || name == "noise_per_count" || name == "drift_counts";
@@ -60,7 +60,7 @@ ordered_json with_standing(const CalibratedParameter& p, const std::string& key,
           ordered_json::array({rounded(p.low * factor), rounded(p.high * factor)})};
 }
 
-/// An earlier calibration saw it.
+/// True if an earlier calibration determined the value.
 bool is_fitted_value(const ordered_json& level, std::string_view parameter) {
   const auto at = level.find(std::string(parameter));
   return at != level.end() && at->is_array() && at->size() == 4 && (*at)[1] != "not_seen";
@@ -74,7 +74,7 @@ void set_common(ordered_json& table, const CalibrationResult& result, const std:
     if (p->standing == Standing::not_seen && is_fitted_value(level, place.parameter)) continue;
     level[std::string(place.parameter)] = with_standing(*p, key, result.scale);
   }
-  // An older table's spread of trials would be read after these.
+  // An older table's spread of trials would be read after these and replace them.
   if (table.contains("trial_spread")) table["trial_spread"].erase("tilt_mrad");
 }
 
@@ -95,7 +95,7 @@ ordered_json structure_json(const sim::Structure& structure) {
       {"jitter_rad", structure.jitter_rad}};
 }
 
-/// Shares and band have no standing of their own in the format: the note has them.
+/// The format has no standing for shares and band, so the note holds it.
 ordered_json calibrated_structure(const CalibrationResult& result, const BaseCloth& cloth,
                                   const std::string& key) {
   const CalibratedParameter& band = *find_parameter(result, "band_low_per_mm", cloth.label);
@@ -176,7 +176,7 @@ std::string quoted(const std::string& text) {
   return ordered_json(text).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-/// On one line.
+/// The value on one line.
 std::string spaced(const ordered_json& value) {
   if (!value.is_structured())
     return value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);

@@ -1,7 +1,7 @@
 #pragma once
-// The calibrated cloth table, format weft-fabrics-2 (sim/README.md): the table that it began from,
-// with one cloth more per label, `sensor`, `spread` and `parameters` from the result, and an object
-// in `calibrations` that says where all this comes from.
+// The calibrated fabric table, format weft-fabrics-2 (sim/README.md). It is the initial table with
+// one more fabric per label, with `sensor`, `spread` and `parameters` from the result, and with an
+// object in `calibrations` that records the origin.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -13,29 +13,29 @@
 
 namespace weft::daemon::calibration {
 
-/// What was calibrated with; only written down.
+/// Conditions of the calibration; recorded only.
 struct CalibrationSource {
-  std::string prefix;  ///< of the cloths' names: "fabricslide" gives "fabricslide.denim"
-  std::vector<std::string> files, dataset_sha256;  ///< side by side
-  BenchKind bench = BenchKind::unknown;            ///< of the recordings; several kinds: unknown
+  std::string prefix;  ///< prefix of the fabric names: "fabricslide" gives "fabricslide.denim"
+  std::vector<std::string> files, dataset_sha256;  ///< same order
+  BenchKind bench = BenchKind::unknown;            ///< of the recordings; if they differ: unknown
   std::string held_out_file;                       ///< empty: part of `files`
   std::string software, commit, nlopt, command;
 };
 
-/// What the table calls the calibrated cloth of a label: "fabricslide.denim" of "Denim".
+/// The name of a label's calibrated fabric in the table: "fabricslide.denim" for "Denim".
 std::string name_in_table(const std::string& prefix, const std::string& label);
 
-/// "C1", or the next number that the table does not have.
+/// "C1", or the next number not used in the table.
 std::string next_calibration(const nlohmann::ordered_json& table);
 
-/// `table`: text that sim::parse_fabrics() accepts. An earlier cloth of the same name is replaced;
-/// a parameter that an earlier calibration saw and this one did not is left. Errors: parse, for
-/// other text.
+/// `table`: text that sim::parse_fabrics() accepts. An earlier fabric of the same name is replaced.
+/// A parameter seen by an earlier calibration but not by this one is kept. Errors: parse for other
+/// text.
 Result<nlohmann::ordered_json> calibrated_table(std::string_view table,
                                                 const CalibrationResult& result,
                                                 const CalibrationSource& source);
 
-/// The table as a file to read: what fits on a line is on one.
+/// The table as readable text: values that fit on one line are written on one.
 std::string table_text(const nlohmann::ordered_json& table);
 
 /// The result for programs: {bench, passes, held_out, parameters, statistics, ...}; natural scale.
