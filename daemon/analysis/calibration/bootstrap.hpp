@@ -11,7 +11,7 @@
 namespace weft::daemon::calibration {
 
 struct BootstrapStatistic {
-  Statistic statistic;        ///< of the original view
+  Statistic statistic;        ///< value for the original view
   double standard_error = 0;  ///< on the statistic's scale; 0: fewer than 2 draws had the statistic
   double low = 0, high = 0;   ///< 95 % interval on that scale
   std::size_t draws = 0;      ///< draws that had the statistic: a draw may lack a fabric's only

@@ -16,8 +16,8 @@ namespace weft::daemon::calibration {
 
 enum class Block {
   estimator,  ///< computed from the recordings without a search
-  cloth,      ///< of one fabric
-  common,     ///< of all fabrics
+  cloth,      ///< belongs to one fabric
+  common,     ///< common to all fabrics
   fixed       ///< keeps its estimate: varied only to find what it can be confused with
 };
 

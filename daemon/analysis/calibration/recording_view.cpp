@@ -13,10 +13,10 @@ namespace weft::daemon::calibration {
 namespace {
 
 constexpr double ns_per_s = 1e9;
-constexpr double trimmed_s = 0.5;        // at both ends, where the stages accelerate
+constexpr double trimmed_s = 0.5;        // removed at both ends, where the stages accelerate
 constexpr std::size_t held_samples = 4;  // at a limit; shorter runs are noise
 constexpr std::size_t samples_a_glitch = 1000;
-constexpr double most_clipped_share = 0.01;  // of a channel's samples
+constexpr double most_clipped_share = 0.01;  // as a share of a channel's samples
 constexpr double least_speed_mps = 1e-5;     // below this the stages do not move
 
 /// A trial and its origin.
@@ -288,7 +288,7 @@ void add_counts(const Source& source, const Rows& rows, const RecordingView& vie
   }
 }
 
-/// Numbers mountings within a cloth and repetitions within a cell.
+/// Numbers mountings within a fabric and repetitions within a cell.
 class Numbering {
  public:
   void apply(const Source& source, Stroke& stroke) {

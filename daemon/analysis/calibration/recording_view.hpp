@@ -63,7 +63,7 @@ struct ViewOptions {
 ///
 /// Left out with a remark: a constant channel, and a channel with more than 1 % of the samples at
 /// its limit for 4 samples or longer. Limits: the largest and smallest values, ignoring one sample
-/// in a thousand or three samples, so that a glitch hides no limit.
+/// in a thousand but at least three, so that a glitch hides no limit.
 ///
 /// Errors: invalid_argument (no complete trial; a trial without phase M or with a short one; rate
 /// or speed unknown; different numbers of channels); measurement (all channels constant; more than

@@ -20,7 +20,7 @@ double from_scale(double value, Scale scale);
 
 struct Statistic {
   std::string name;
-  std::string cloth;  ///< empty: over all cloths
+  std::string cloth;  ///< empty: over all fabrics
   Scale scale = Scale::natural;
   double value = 0;  ///< on `scale`; always finite
   double shown = 0;  ///< natural scale, in the unit listed below

@@ -77,7 +77,7 @@ RecordingView strokes_of_fitted(const RecordingView& view, const RecordingView& 
   return out;
 }
 
-/// Each cloth is simulated in every evaluation.
+/// Each fabric is simulated in every evaluation, so each needs a window.
 Status check_cloths(const RecordingView& fitted, std::size_t windows) {
   std::set<std::string_view> cloths;
   for (const Stroke& stroke : fitted.strokes) cloths.insert(stroke.cloth);

@@ -1,7 +1,7 @@
 #pragma once
 // The calibrated fabric table, format weft-fabrics-2 (sim/README.md). It is the initial table with
-// one more fabric per label, with `sensor`, `spread` and `parameters` from the result, and with an
-// object in `calibrations` that records the origin.
+// one more fabric per label. `sensor`, `spread` and `parameters` are from the result, and an object
+// in `calibrations` records the origin.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -17,7 +17,8 @@ namespace weft::daemon::calibration {
 struct CalibrationSource {
   std::string prefix;  ///< prefix of the fabric names: "fabricslide" gives "fabricslide.denim"
   std::vector<std::string> files, dataset_sha256;  ///< same order
-  BenchKind bench = BenchKind::unknown;            ///< of the recordings; if they differ: unknown
+  BenchKind bench = BenchKind::unknown;            ///< bench of the recordings; if they differ:
+                                                   ///< unknown
   std::string held_out_file;                       ///< empty: part of `files`
   std::string software, commit, nlopt, command;
 };

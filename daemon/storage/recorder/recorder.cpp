@@ -66,7 +66,7 @@ struct Recorder::Impl {
   bool finished = false;
   std::optional<Error> failure;  ///< the first one; ends all recording
   std::optional<std::chrono::nanoseconds> last_commit;
-  std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< of a resumed file
+  std::map<std::uint32_t, std::uint32_t> next_attempts;  ///< for a resumed file
   Continuation continuation;
   std::optional<ReplayVerifier> verifier;  ///< set during the replay
   bool resumed = true;                     ///< false: the file still records the end of the run

@@ -101,7 +101,7 @@ class Database {
   /// for reading. Errors: io, no_space, parse, busy if another process has locked the file; corrupt
   /// if a write-ahead log exists without its file.
   static Result<Database> open(const std::filesystem::path& path, Mode mode);
-  /// Opens a file for reading without its log: takes no lock and leaves the folder unchanged.
+  /// Opens a file for reading without its log: does not lock it and leaves the folder unchanged.
   /// Errors: io.
   static Result<Database> open_untouched(const std::filesystem::path& path);
 

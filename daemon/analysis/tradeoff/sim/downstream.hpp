@@ -81,7 +81,7 @@ struct Transfer {
 struct FeatureShift {
   std::string channels;
   std::string level;
-  SeedMean spearman;    ///< of the features' F statistics between fabrics
+  SeedMean spearman;    ///< for the features' F statistics between fabrics
   SeedMean max_shift;   ///< largest shift in units of the feature's deviation within a fabric,
                         ///< averaged over fabrics; for the feature with the largest mean over the
                         ///< seeds

@@ -20,7 +20,7 @@ const std::vector<sim::FidelitySetting>& promise_settings();
 struct PromiseTableOptions {
   std::size_t scenes = 800, seeds = 1;
   std::uint64_t space_seed = 1;
-  std::string rig_json;      ///< of a simulated bench: sim/rigs/bench17.json
+  std::string rig_json;      ///< a simulated bench: sim/rigs/bench17.json
   std::string fabrics_json;  ///< sim/fabrics.json
   std::vector<sim::FidelitySetting> settings = promise_settings();
 };

@@ -13,7 +13,7 @@ namespace {
 using namespace weft::sim;
 using namespace paper_slide;
 
-constexpr double acceleration_mps2 = 0.02;  // of all stages
+constexpr double acceleration_mps2 = 0.02;  // for all stages
 constexpr double start_y_m = 0.03, clearance_m = 0.3e-3;
 constexpr double press_mps = 1e-3, fastest_mps = 4e-3;
 constexpr std::uint64_t patch_seed = 1;
@@ -72,7 +72,7 @@ void slide(SimCase& one, double at_s, double for_s) {
   last_until(one, one.y.end_s());
 }
 
-/// Pressed, regulated, then slid.
+/// Presses, regulates the force, then slides.
 void press_and_slide(SimCase& one, double for_s) {
   const double pressed_s = press(one);
   one.loop = SimForceLoop{.from_s = pressed_s};
