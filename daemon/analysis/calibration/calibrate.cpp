@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t noise_windows = 8;  // simulated once, to measure the noise added by texture
 constexpr double known_noise_counts = 1;  // in the plant's counts; without noise, constant counts
                                           // would hide the texture
-constexpr double failed_cost = 1e12;  // for a search in which the scene failed
+constexpr double failed_cost = 1e12;      // for a search in which the scene failed
 
 /// Statistics that determine a common parameter. Without any of them, another value only gives
 /// other strokes of the same kind, and Q changes by chance.

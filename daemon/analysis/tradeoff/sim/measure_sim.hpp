@@ -29,7 +29,7 @@ struct SimError {
   SimDeviation normal_n;             ///< of the normal component
   std::optional<SimDeviation> pads;  ///< over all taxels, if both runs have counts [LSB]
   std::optional<double> touch_s;     ///< largest difference of touch-down times; nothing if the run
-                                  ///< has none or another number
+                                     ///< has none or another number
 };
 
 /// Both runs must have the case's samples.
