@@ -13,7 +13,7 @@ std::string range_text(NumberRange range) {
   return nlohmann::json(range.low).dump() + " to " + nlohmann::json(range.high).dump();
 }
 
-// Levenshtein's distance, one row at a time.
+// Levenshtein distance, computed row by row.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

@@ -1,6 +1,6 @@
 #pragma once
-// Strict reading of a driver's configuration: unknown keys, wrong types and values out of range are
-// refused, each with a sentence.
+// Strict reader of a driver's configuration. Unknown keys, wrong types and values out of range are
+// errors, each with its own sentence.
 
 #include <cstdint>
 #include <initializer_list>
@@ -20,8 +20,8 @@ struct NumberRange {
   double high;
 };
 
-/// Reads one flat JSON object. Each reader returns `fallback` where the key is absent or wrong; the
-/// first problem is kept and comes out of finish(), which is called last.
+/// Reads one flat JSON object. Each reader returns `fallback` if the key is missing or wrong.
+/// finish(), called last, returns the first problem.
 class ConfigReader {
  public:
   explicit ConfigReader(std::string_view json);
@@ -36,21 +36,21 @@ class ConfigReader {
                      const std::vector<std::string_view>& choices);
   /// A text of at most `longest` bytes.
   std::string text(std::string_view key, std::string_view fallback, std::size_t longest = 64);
-  /// Exactly as many numbers as `fallback` has, each within `range`.
+  /// An array of the same length as `fallback`, each number within `range`.
   std::vector<double> numbers(std::string_view key, std::vector<double> fallback,
                               NumberRange range);
 
-  /// Adds a problem that only the caller can see, at "/key".
+  /// Adds a problem that only the caller can detect, at "/key".
   void refuse(std::string_view key, std::string message, std::string expected = {},
               std::string got = {});
 
-  /// The first problem; unknown keys come last, with a did-you-mean.
-  /// Errors: parse (not a JSON object), invalid_argument (key or type), range.
+  /// Returns the first problem. Unknown keys come last, with a suggested name. Errors: parse (not a
+  /// JSON object), invalid_argument (key or type), range.
   Status finish();
 
  private:
   struct Document;
-  /// The value of `key`, which is known from now on; nullptr where it is absent.
+  /// The value of `key`, or nullptr if it is missing. Marks `key` as known.
   const nlohmann::json* find(std::string_view key);
   void note(Errc code, std::string_view key, std::string message, std::string expected,
             std::string got);
@@ -60,7 +60,7 @@ class ConfigReader {
   std::optional<Error> problem_;
 };
 
-/// The candidate with the smallest edit distance, or empty when none is near.
+/// The candidate with the smallest edit distance; empty if none is near.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace weft

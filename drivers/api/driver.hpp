@@ -1,6 +1,6 @@
 #pragma once
-// The driver interface. A driver owns no thread, socket or clock: its host gives it a Loop and a
-// Link. Built-in drivers throw nothing; what the code of a plugin throws ends at its border.
+// The driver interface. A driver owns no thread, socket or clock: its host provides a Loop and a
+// Link. Built-in drivers do not throw. The host contains exceptions of a plugin's code.
 
 #include <cstdint>
 #include <memory>
@@ -17,8 +17,8 @@
 
 namespace weft {
 
-/// Moves bytes and stamps their arrival; knows nothing about frames.
-/// Serial links deliver any chunking of the stream; datagram links deliver one datagram a call.
+/// Moves bytes and stamps their arrival; does not know frames. Serial links deliver any chunking of
+/// the stream; datagram links deliver one datagram per call.
 class Link {
  public:
   using Receiver = std::function<void(ByteView bytes, TimePoint arrival)>;
@@ -28,61 +28,62 @@ class Link {
   virtual Status write(ByteView bytes) = 0;
   /// Replaces the receiver; an empty function stops delivery.
   virtual void on_receive(Receiver receiver) = 0;
-  /// Called at most once, when the far end goes away.
+  /// Called at most once, when the remote end closes.
   virtual void on_closed(Closed closed) = 0;
 };
 
 enum class LogLevel { debug, info, warning, error };
 
-/// Closed, open, armed, faulted: see driver_base.hpp for the table.
+/// The transitions are in lifecycle_table (driver_base.hpp).
 enum class DriverState { closed, open, armed, faulted };
 
-/// Find the reference mark. Stages only.
+/// Homes the stage: finds its reference switch. Stages only.
 struct HomeCommand {};
-/// Go to `target` and stop there. [m, m/s] for linear axes, [rad, rad/s] for rotary ones.
+/// Moves to `target` and stops there. [m, m/s] for linear axes, [rad, rad/s] for rotary ones.
 struct MoveCommand {
   double target = 0;
   double speed = 0;
-  /// Also where the stage has not been homed: positions then count from where it was switched on,
-  /// and no travel bounds the target. A plugin gets the move without this, and refuses it.
+  /// Allows the move before homing: positions then count from the power-on position, and no travel
+  /// limit checks the target. The plugin ABI does not carry this flag, so a plugin refuses the
+  /// move.
   bool unhomed = false;
 };
-/// Move with `velocity` for at most `horizon` and then stop by itself: the finite form of a
-/// velocity command, so that a dead host leaves stages that stop. Sent again each cycle by the
-/// force loop. Velocity 0 stops along the acceleration ramp, whatever the horizon.
+/// Moves with `velocity` for at most `horizon`, then the stage stops by itself. This finite form of
+/// a velocity command stops the stages if the host dies. The force loop repeats it each cycle.
+/// Velocity 0 stops along the acceleration ramp, independent of the horizon.
 struct ServoCommand {
   double velocity = 0;  ///< [m/s] or [rad/s], signed
   Duration horizon{};
 };
-/// Ask for one status reading now. Stages only.
+/// Requests one status reading now. Stages only.
 struct PollCommand {};
-/// Take the present reading as zero. Force/torque sensors only.
+/// Takes the present reading as the bias. Force/torque sensors only.
 struct BiasCommand {};
 
 using Command = std::variant<HomeCommand, MoveCommand, ServoCommand, PollCommand, BiasCommand>;
 
-/// Who a device is: the provenance of its samples.
+/// Identity of a device: the provenance of its samples.
 struct DeviceIdentity {
-  /// What came over the wire and nothing else: {"serial", "45000001"}. Empty where the protocol
-  /// carries no identity.
+  /// Only values received from the device: {"serial", "45000001"}. Empty if the protocol carries no
+  /// identity.
   std::vector<std::pair<std::string, std::string>> reported;
-  /// What the driver turns counts into SI with: {"counts_per_m", 409.6e6}. Empty for raw counts.
+  /// The driver's factors from counts to SI: {"counts_per_m", 409.6e6}. Empty for raw counts.
   std::vector<std::pair<std::string, double>> scale;
 };
 /// {"reported": {...}, "scale": {...}}
 std::string to_json(const DeviceIdentity& identity);
 
-/// What a driver gets from the program that runs it. Outlives the driver.
+/// Interface of the program that runs a driver. Outlives the driver. Thread: the loop's.
 class DriverHost {
  public:
   virtual ~DriverHost() = default;
   virtual Loop& loop() = 0;
   virtual Link& link() = 0;
-  /// The device's HTTP port, where the rig file gives one (`http`); nullptr otherwise. Each write()
-  /// is a request on a connection of its own: a box may close it after a reply.
+  /// The device's HTTP port (rig key `http`); nullptr if the rig file has none. Each write() is a
+  /// request on its own connection: a box may close it after a reply.
   virtual Link* http() { return nullptr; }
   virtual void publish(const Sample& sample) = 0;
-  /// Once per conversation, before `open` is told.
+  /// Called once per open(), before state_changed(open).
   virtual void identified(const DeviceIdentity& identity) = 0;
   virtual void state_changed(DriverState state) = 0;
   /// The driver has left `armed` or `open` for `faulted`.
@@ -90,31 +91,31 @@ class DriverHost {
   virtual void log(LogLevel level, std::string_view text) = 0;
 };
 
-/// One device. open() and arm() return at once; the outcome comes as state_changed() or fault().
+/// One device. open() and arm() return at once; the outcome arrives as state_changed() or fault().
 class Driver {
  public:
   virtual ~Driver() = default;
   [[nodiscard]] virtual DriverState state() const noexcept = 0;
-  /// Starts the conversation: identity is read, checked and told. closed -> open.
+  /// Starts communication: reads, checks and reports the identity. closed -> open.
   virtual Status open() = 0;
   /// Makes the device ready: channel enabled, limits set, streams started. open -> armed.
   virtual Status arm() = 0;
-  /// Armed only. A motion command replaces the one under way. For moves the number to look for in
-  /// StageSample::move_id is returned; for other commands 0.
+  /// Armed only. A motion command replaces the current one. Returns the number that
+  /// StageSample::move_id will show for a move, and 0 for other commands.
   virtual Result<std::uint32_t> command(const Command& command) = 0;
-  /// Ends motion and streams now, in any state.
+  /// Ends motion and streams at once, in any state.
   virtual void stop() = 0;
-  /// Leaves the device quiet. Any state -> closed.
+  /// Leaves the device idle. Any state -> closed.
   virtual void close() = 0;
 };
 
-/// A driver as the program that holds it knows it. As a shared object the same driver stands behind
-/// the C table of weft_driver.h, which plugin.hpp makes from this.
+/// A driver as registered in a program. In a plugin, plugin.hpp makes the C table of weft_driver.h
+/// from it.
 struct DriverEntry {
   const char* name;                ///< "thorlabs_apt"
   const char* summary;             ///< one sentence
   const char* config_schema_json;  ///< JSON Schema of the configuration
-  /// `config_json` has been read from the rig file. The error is a sentence for the user.
+  /// `config_json` comes from the rig file. The error is a sentence for the user.
   Result<std::unique_ptr<Driver>> (*create)(std::string_view config_json, DriverHost& host);
 };
 

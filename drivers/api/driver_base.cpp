@@ -7,7 +7,7 @@
 
 namespace weft {
 
-// Text from a device need not be UTF-8: what is not becomes U+FFFD.
+// Text from a device may be invalid UTF-8: invalid bytes become U+FFFD.
 std::string to_json(const DeviceIdentity& identity) {
   nlohmann::json reported = nlohmann::json::object();
   nlohmann::json scale = nlohmann::json::object();

@@ -1,5 +1,6 @@
 #pragma once
-// What every driver does alike: the lifecycle, the link's callbacks, the way into a fault.
+// Common parts of all drivers: the lifecycle, the callbacks of the link and the transition to
+// faulted.
 
 #include <array>
 #include <exception>
@@ -10,7 +11,7 @@
 
 namespace weft {
 
-/// The lifecycle: a pair that is not in the table is refused.
+/// The lifecycle. A pair of state and event that is not in the table is refused.
 enum class LifecycleEvent { opened, armed, disarmed, fault, close };
 
 struct LifecycleRow {
@@ -45,9 +46,8 @@ constexpr std::string_view to_string(DriverState state) {
   return at < names.size() ? names[at] : "unknown";
 }
 
-/// Base for drivers. A driver that inherits it writes received(), make_safe() and the commands.
-/// A derived class owns its timers as members, so that none outlives it; ListeningDriver owns the
-/// watchdog of silence.
+/// Base of drivers. A derived class implements received(), make_safe() and the commands. It owns
+/// its timers as members, so no timer outlives it. ListeningDriver has a watchdog for silence.
 class DriverBase : public Driver {
  public:
   explicit DriverBase(DriverHost& host) : host_(&host) {}
@@ -60,7 +60,7 @@ class DriverBase : public Driver {
  protected:
   /// Bytes from the device, while attached.
   virtual void received(ByteView bytes, TimePoint arrival) = 0;
-  /// Called on the way into a fault: end motion and streams as far as the link still allows, and
+  /// Called before faulted is entered: end motion and streams as far as the link still allows, and
   /// cancel all timers.
   virtual void make_safe() noexcept = 0;
 
@@ -70,20 +70,22 @@ class DriverBase : public Driver {
   /// Errors: wrong_state, as a sentence: "open is refused: the driver is armed".
   Status require(DriverState wanted, std::string_view action) const;
 
-  /// The first step of open(): takes the link's callbacks. Errors: wrong_state, unless the driver
-  /// is closed and no conversation is under way.
+  /// The first step of open(): sets the callbacks of the link. Errors: wrong_state, unless the
+  /// driver is closed and not attached.
   Status attach();
   void detach();
   [[nodiscard]] bool attached() const { return attached_; }
 
-  /// Writes; a link that fails faults the driver. False then.
+  /// Writes to the link. If the write fails, faults the driver and returns false.
   bool send(ByteView bytes);
-  /// Writes and ignores a failure: for the last words to a device.
+  /// Writes and ignores a failure: for the last bytes to a device.
   void send_last(ByteView bytes);
 
-  /// Follows the lifecycle table and tells the host; pairs that it does not have change nothing.
+  /// Follows the lifecycle table and notifies the host; pairs that are not in the table have no
+  /// effect.
   void enter(LifecycleEvent event);
-  /// Runs `read`, which reads what a device sent: what it throws faults the driver (driver).
+  /// Runs `read`, which decodes received bytes. An exception in it faults the driver
+  /// (Errc::driver).
   template <class Read>
   void guard(Read&& read) {
     try {
@@ -92,7 +94,7 @@ class DriverBase : public Driver {
       raise_exception(e.what());
     }
   }
-  /// Makes the device safe, detaches and goes to faulted. Only the first fault counts.
+  /// Makes the device safe, detaches and enters faulted. Only the first fault counts.
   void raise(const Error& error);
 
  private:
@@ -103,7 +105,7 @@ class DriverBase : public Driver {
   bool attached_ = false;
 };
 
-/// DriverEntry::create of a driver: `read_settings` reads its configuration and checks it.
+/// DriverEntry::create of a driver: `read_settings` reads and checks its configuration.
 template <class DriverClass, auto read_settings>
 Result<std::unique_ptr<Driver>> create_driver(std::string_view config_json,
                                               DriverHost& host) noexcept {

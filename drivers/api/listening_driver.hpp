@@ -1,6 +1,5 @@
 #pragma once
-// What drivers of sensors that stream do alike: arming, coming to rest, the count of damaged
-// frames.
+// Common parts of drivers of streaming sensors: arming, ending, and the count of damaged frames.
 
 #include <cstdint>
 #include <string_view>
@@ -10,40 +9,40 @@
 
 namespace weft {
 
-/// Base for drivers of sensors that take no commands. A driver that inherits it writes open(),
-/// received() and what it waits for.
+/// Base of drivers of sensors that accept no commands. A derived class implements open(),
+/// received() and its waiting.
 class ListeningDriver : public DriverBase {
  public:
-  /// `device` with its article, "a tactile array"; must outlive the driver.
+  /// `device`: with its article, "a tactile array"; must outlive the driver.
   ListeningDriver(DriverHost& driver_host, std::string_view device)
       : DriverBase(driver_host),
         device_(device),
         silence_(driver_host.loop(), [this] { on_silence(); }) {}
 
-  /// Armed when the driver says so with be_armed().
+  /// Becomes armed when the derived class calls be_armed().
   Status arm() noexcept final;
-  /// Errors: wrong_state, unsupported: there is nothing to command.
+  /// Errors: wrong_state, unsupported: the sensor has no commands.
   Result<std::uint32_t> command(const Command& command) noexcept final;
   /// Ends publishing: armed -> open.
   void stop() noexcept final;
   void close() noexcept final;
 
  protected:
-  /// Arming has begun: wait for frames.
+  /// Called when arming begins: wait for frames.
   virtual void await_frames() = 0;
-  /// Nothing came as long as silence() expects it.
+  /// Called when no frame arrived within the limit of silence().
   virtual void on_silence() = 0;
-  /// Stop all waiting but that of silence().
+  /// Stop all waiting except that of silence().
   virtual void stop_waiting() noexcept {}
 
-  /// Awaits what the device sends by itself.
+  /// Watchdog for the frames that the device sends by itself.
   [[nodiscard]] Watchdog& silence() { return silence_; }
   [[nodiscard]] bool arming() const { return arming_; }
   void be_armed();
-  /// Once open, on a good frame: armed if that is under way, and the next frame awaited. False
-  /// while nothing is to be published.
+  /// Call for each good frame once open. Completes arming if it is in progress, and expects the
+  /// next frame within `stale_after`. Returns false while frames must not be published.
   bool advance(Duration stale_after);
-  /// So many more frames could not be used. Logged when damage begins, and then once a second.
+  /// Adds `frames` invalid frames. Logged when damage begins, then at most once per second.
   void count_damaged(std::uint64_t frames, TimePoint arrival);
 
  private:

@@ -9,7 +9,7 @@
 namespace weft::plugin {
 namespace {
 
-/// Runs the driver's code. What it throws ends here, and the host is told.
+/// Runs the driver's code. Catches its exceptions and reports them to the host.
 template <class Code>
 void contain(const weft_host_v1& host, const Code& code) noexcept {
   try {
@@ -83,7 +83,7 @@ class HostLink final : public Link {
   }
 
  private:
-  // The callback may replace itself: a copy runs.
+  // The callback may replace itself, so a copy runs.
   static void received(void* context, const std::uint8_t* bytes, std::size_t size,
                        std::int64_t arrival_ns) {
     const auto* link = static_cast<HostLink*>(context);
@@ -132,7 +132,7 @@ class Host final : public DriverHost {
   void log(LogLevel level, std::string_view text) override {
     host_->log(host_->self, static_cast<std::uint32_t>(level), std::string(text).c_str());
   }
-  /// The code that a C function returns.
+  /// Reports `error` to the host. Returns the result code of the C function.
   std::int32_t refuse(const Error& error) {
     const weft_error_v1 c = c_error(error);
     host_->refuse(host_->self, &c);
@@ -150,7 +150,7 @@ class Host final : public DriverHost {
 }  // namespace
 }  // namespace weft::plugin
 
-/// Driver last: it uses the host until it is gone.
+/// The driver is the last member: it uses the host until it is destroyed.
 struct weft_device {
   explicit weft_device(const weft_host_v1& table) : host(table) {}
   weft::plugin::Host host;
@@ -160,10 +160,10 @@ struct weft_device {
 namespace weft::plugin {
 namespace {
 
-/// Runs `code`, which returns a Status. The code that a C function returns.
+/// Runs `code`, which returns a Status. Returns the result code of the C function.
 template <class Code>
 std::int32_t outcome(weft_device* device, const Code& code) noexcept {
-  std::int32_t result = WEFT_DEVICE;  // stays when something was thrown
+  std::int32_t result = WEFT_DEVICE;  // result after an exception
   contain(device->host.table(), [&] {
     const Status done = code(*device->driver);
     result = done ? 0 : device->host.refuse(done.error());

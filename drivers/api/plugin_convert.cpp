@@ -9,7 +9,7 @@ std::string to_text(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
 }
 
-/// The struct behind a sample's value, if it is as large as this build's.
+/// The struct of a sample's value; nullptr if it is smaller than in this build.
 template <class C>
 const C* value_as(const weft_sample_v1& sample) {
   const auto* value = static_cast<const C*>(sample.value);

@@ -1,5 +1,5 @@
 #pragma once
-// Between the C++ types of drivers and the C structs of the plugin ABI; used on both sides.
+// Conversions between the C++ types of drivers and the C structs of the plugin ABI, for both sides.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,17 +16,16 @@ inline TimePoint time_of(std::int64_t ns) {
   return TimePoint(Duration(ns));
 }
 
-/// Points into `error`, which outlives it.
+/// The result points into `error`, which must outlive it.
 weft_error_v1 c_error(const Error& error);
-/// A code that is none of Errc's becomes Errc::device; NULL parts are empty.
+/// A code outside Errc becomes Errc::device; NULL parts are empty.
 Error error_of(const weft_error_v1& error);
 
 weft_command_v1 c_command(const Command& command);
-/// Errors: unsupported, for a kind that this build does not know.
+/// Errors: unsupported, for a kind unknown to this build.
 Result<Command> command_of(const weft_command_v1& command);
 
-/// Errors: unsupported (kind), range (a number of taxels or values, a rate or a struct's size that
-/// cannot be).
+/// Errors: unsupported (kind), range (number of taxels or values, rate or size of a struct).
 Result<Sample> sample_of(const weft_sample_v1& sample);
 
 using SampleValue = decltype(Sample::value);
@@ -58,7 +57,7 @@ static_assert(has_kind<Command, WEFT_SERVO, ServoCommand>);
 static_assert(has_kind<Command, WEFT_POLL, PollCommand>);
 static_assert(has_kind<Command, WEFT_BIAS, BiasCommand>);
 
-/// Calls `use` with the sample as C has it; nothing allocates.
+/// Calls `use` with the C form of the sample; does not allocate.
 template <class Use>
 void with_c_sample(const Sample& sample, const Use& use) {
   std::visit(

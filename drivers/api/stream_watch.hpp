@@ -1,6 +1,6 @@
 #pragma once
-// Watches a sensor's stream for what no single frame shows: values that do not change, another
-// rate, a clock that runs wrong.
+// Watches a sensor's stream for problems that no single frame shows: constant values, a wrong rate,
+// a wrong clock.
 
 #include <cstdint>
 #include <optional>
@@ -11,29 +11,30 @@
 
 namespace weft::drivers {
 
-/// A figure that is wrong in one window may be a machine that was busy and catches up; in two in a
-/// row it is believed.
+/// Filter for wrong values. A value that is wrong in one window may come from a busy machine that
+/// catches up; a value that is wrong in two windows in a row is a problem.
 class Suspicion {
  public:
-  /// True when `seen` is more than a quarter off `expected` (> 0), as it was in the window before.
+  /// True if `seen` is more than a quarter off `expected` (> 0), in this window and in the one
+  /// before.
   bool confirmed(double seen, double expected);
   void drop() { windows_ = 0; }
 
  private:
-  int windows_ = 0;  ///< in a row
+  int windows_ = 0;  ///< wrong windows in a row
 };
 
 struct StreamWatchSettings {
-  double rate_hz = 1;              ///< frames a second, lost ones included
-  Duration window{};               ///< judged at once; zero: nothing is looked for
-  std::uint32_t least_frames = 1;  ///< of a window
+  double rate_hz = 1;              ///< frames per second, lost ones included
+  Duration window{};               ///< length of a window; zero: no checks
+  std::uint32_t least_frames = 1;  ///< minimum per window
   bool has_clock = true;           ///< frames carry the sensor's own time
-  // The error about another rate.
+  // Code and texts of the error about a wrong rate.
   Errc rate_code = Errc::device_data;
   std::string_view rate_what, rate_unit, rate_hint;
 };
 
-/// Counts the frames of a window of time, and judges their rate and the sensor's clock.
+/// Counts the frames of a window of time, and checks their rate and the sensor's clock.
 class PaceWatch {
  public:
   explicit PaceWatch(const StreamWatchSettings& settings) : settings_(settings) {}
@@ -41,15 +42,16 @@ class PaceWatch {
   void restart() { from_.reset(); }
 
  protected:
-  /// What a frame is for the windows: the first of the first, one of a window, the last of one.
+  /// Place of a frame in the windows: `first` begins the first window, `last` ends a window and
+  /// begins the next.
   enum class Place : std::uint8_t { ignored, first, inside, last };
 
   /// Counts a frame. `lost`: frames missing before it.
   Place count(std::uint32_t lost, TimePoint arrival);
   void begin_window(std::uint32_t device_us, TimePoint arrival);
-  /// Of the window that ends with this frame. Errors: those of the settings, device_data.
+  /// Checks the window that ends with this frame. Errors: those of the settings, device_data.
   std::optional<Error> check_pace(std::uint32_t device_us, TimePoint arrival);
-  /// In this window.
+  /// Frames in this window.
   [[nodiscard]] std::uint32_t frames() const { return frames_; }
 
  private:
@@ -61,8 +63,8 @@ class PaceWatch {
   Suspicion rate_, clock_;
 };
 
-/// Pure. Judges one window after another; allocates only for the error. A driver says what of its
-/// frames' values is watched.
+/// Pure. Checks one window after the other; allocates only for the error. A derived class selects
+/// the values to watch.
 template <class Frame>
 class StreamWatch : public PaceWatch {
  public:
@@ -83,10 +85,10 @@ class StreamWatch : public PaceWatch {
   }
 
  protected:
-  /// A window begins with this frame.
+  /// Called for the first frame of a window.
   virtual void begin(const Frame& frame) = 0;
   virtual void note(const Frame& frame) = 0;
-  /// Of the window that ends with this frame.
+  /// Checks the window that ends with this frame.
   [[nodiscard]] virtual std::optional<Error> check_values(const Frame& frame) const = 0;
 
  private:

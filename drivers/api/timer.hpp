@@ -1,6 +1,6 @@
 #pragma once
-// The one source of time and timers, and timers that cannot outlive their owner. Two loops live in
-// daemon/base/loop: real (Asio) and virtual (ordered timers; when idle, jump to the next).
+// The only source of time and timers, and timers that cannot outlive their owner. daemon/base/loop
+// has two loops: real (Asio) and virtual (ordered timers; when idle, it jumps to the next).
 
 #include <cstdint>
 #include <functional>
@@ -13,17 +13,17 @@ namespace weft {
 
 using TimerId = std::uint64_t;
 
-/// Thread-bound: every call and every callback happens on the loop's own thread.
+/// Thread-bound: all calls and callbacks happen on the loop's own thread.
 class Loop {
  public:
   using Callback = std::function<void()>;
 
   virtual ~Loop() = default;
   [[nodiscard]] virtual TimePoint now() const = 0;
-  /// Runs `callback` once at `when` (at once, after what is queued, when that is past).
-  /// Callbacks due at the same instant run in the order in which they were asked for.
+  /// Runs `callback` once at `when`. If `when` is past, it runs after the queued callbacks.
+  /// Callbacks due at the same instant run in the order of the calls.
   virtual TimerId at(TimePoint when, Callback callback) = 0;
-  /// Forgets a timer; an id that already ran or never existed is ignored.
+  /// Cancels a timer; an id that already ran or never existed is ignored.
   virtual void cancel(TimerId id) = 0;
 
   TimerId after(Duration delay, Callback callback) {
@@ -31,7 +31,7 @@ class Loop {
   }
 };
 
-/// One timer with one callback, which cancels itself when destroyed; starting it again moves it.
+/// One timer with one callback. The destructor cancels it; start() again restarts it.
 class Timer {
  public:
   Timer(Loop& loop, Loop::Callback callback) : loop_(&loop), callback_(std::move(callback)) {}
@@ -59,27 +59,27 @@ class Timer {
   std::optional<TimerId> id_;
 };
 
-/// Calls back when nothing has come in time, and cancels itself when destroyed. Feeding it costs
-/// one comparison and no timer call, so that a stream of thousands of frames a second may do it: a
-/// timer that finds itself early sleeps on.
+/// Calls back if no reply or frame arrives in time; the destructor cancels it. Feeding it costs one
+/// comparison and no timer call, so it is cheap for thousands of frames per second: a timer that
+/// fires early starts again.
 class Watchdog {
  public:
   Watchdog(Loop& loop, Loop::Callback expired)
       : loop_(&loop), expired_(std::move(expired)), timer_(loop, [this] { poll(); }) {}
 
-  /// Something must come within `limit` from now.
+  /// Expects the next satisfy() or expect_within() within `limit` from now.
   void expect_within(Duration limit) {
     deadline_ = loop_->now() + limit;
     waiting_ = true;
     if (!timer_.pending() || deadline_ < timer_due_) wake_at_deadline();
   }
-  /// As above, unless something is awaited already.
+  /// As above, unless a deadline is pending already.
   void expect_reply_within(Duration limit) {
     if (!waiting_) expect_within(limit);
   }
-  /// It came. The timer is left to run out.
+  /// The expected data has arrived. The timer is not cancelled; it expires without effect.
   void satisfy() { waiting_ = false; }
-  /// Nothing is awaited and no timer is left.
+  /// Cancels the deadline and the timer.
   void stop() {
     waiting_ = false;
     timer_.cancel();

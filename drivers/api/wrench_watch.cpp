@@ -7,7 +7,7 @@ namespace weft::drivers {
 namespace {
 
 constexpr std::uint32_t least_same = 20;  // a slow stream may repeat a few values by chance
-/// The rate is looked at over so many seconds and so many records.
+/// The rate is checked over windows of at least this duration and this number of records.
 constexpr double window_s = 2;
 constexpr double least_records = 20;
 

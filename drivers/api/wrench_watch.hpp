@@ -1,6 +1,6 @@
 #pragma once
-// Looks at the stream of a force/torque sensor for what no single record shows: values that stand
-// still, and another rate than configured.
+// Watches the stream of a force/torque sensor for problems that no single record shows: constant
+// values and a wrong rate.
 
 #include <array>
 #include <optional>
@@ -13,8 +13,8 @@
 namespace weft::drivers {
 
 struct WrenchWatchSettings {
-  double rate_hz = 100;    ///< records a second that are looked at, lost ones included
-  Duration stuck_after{};  ///< zero: values that stand still are no fault
+  double rate_hz = 100;    ///< checked records per second, lost ones included
+  Duration stuck_after{};  ///< zero: constant values are no fault
   std::string_view rate_hint;
 };
 
@@ -24,8 +24,8 @@ class WrenchWatch {
   explicit WrenchWatch(const WrenchWatchSettings& settings) : settings_(settings) {}
 
   void restart();
-  /// `counts`: of the six components or gauges. `lost`: records missing before this one.
-  /// Errors: device.
+  /// `counts`: the six components or gauges. `lost`: records missing before this one. Errors:
+  /// device_data or device_settings.
   std::optional<Error> check(const std::array<double, 6>& counts, std::uint32_t lost,
                              TimePoint arrival);
 

@@ -14,13 +14,13 @@ using namespace protocols::modbus;
 
 namespace {
 
-/// Damage is logged when it begins, and then so often at most.
+/// Damage is logged when it begins, then at most once per this period.
 constexpr Duration damage_report_period = std::chrono::seconds(1);
-/// Set after a power cycle; says nothing about the values.
+/// Set after a power cycle; does not affect the values.
 constexpr std::uint16_t watchdog_bit = 1;
 
 std::span<const std::uint16_t> registers_of(const weft::protocols::modbus::Reply& reply) {
-  return std::get<ReadReply>(reply).registers.view();  // the exchange lets nothing else through
+  return std::get<ReadReply>(reply).registers.view();  // the exchange checked the kind
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ void DigitalDriver::make_safe() noexcept {
   end();
 }
 
-// Harmless to a sensor that sends nothing, and needed by one that does.
+// Needed by a sensor that streams, harmless to one that does not.
 void DigitalDriver::end() {
   phase_ = Phase::idle;
   exchange_.cancel();
@@ -145,7 +145,7 @@ void DigitalDriver::on_piece(const Reply& reply) {
 }
 
 void DigitalDriver::on_calibration() {
-  calibration_ = decode_calibration(registers_).value();  // as many as were asked for
+  calibration_ = decode_calibration(registers_).value();  // as many registers as requested
   Result<GaugeMatrix> matrix = gauge_matrix(calibration_);
   const std::string place = "calibration " + std::to_string(settings_.calibration);
   if (!settings_.calibration_serial.empty() && settings_.calibration_serial != calibration_.serial)
@@ -178,7 +178,7 @@ void DigitalDriver::on_setup(const Reply& reply) {
   request_setup();
 }
 
-/// Faults the driver when a vendor function is answered with a refusal.
+/// Faults the driver and returns false if a vendor function was refused.
 bool DigitalDriver::accepted(const Reply& reply) {
   const auto* vendor = std::get_if<Vendor>(&reply);
   if (vendor == nullptr || vendor->data == done) return true;
@@ -213,7 +213,7 @@ void DigitalDriver::on_read_back(const Reply& reply) {
   enter(LifecycleEvent::opened);
 }
 
-// The stream begins right behind the answer, perhaps in the same bytes.
+// The stream begins directly after the answer, perhaps in the same bytes.
 void DigitalDriver::on_started(const Reply& reply) {
   if (!accepted(reply)) return;
   phase_ = Phase::streaming;
@@ -267,8 +267,8 @@ Sample DigitalDriver::to_sample(TimePoint arrival) {
   return {arrival, sequence_, lost, wrench};
 }
 
-/// Beyond its rating the calibration does not hold, and the sensor is in danger. `wrench` is the
-/// whole load, before bias.
+/// Beyond its rating the calibration is invalid and the sensor may be damaged. `wrench`: the total
+/// load, before bias.
 bool DigitalDriver::within_rating(const std::array<double, 6>& wrench) {
   bool within = !mean_.saturated();
   for (std::size_t i = 0; i < wrench.size(); ++i)

@@ -19,12 +19,12 @@ namespace weft::drivers {
 
 struct DigitalSettings {
   std::uint8_t slave = 10;
-  int calibration = 1;  ///< 1 to 16, of those that the sensor holds
-  /// Fz of the sample = sign_z * Fz of the device. +1 where pushing the plate down is positive.
+  int calibration = 1;  ///< 1 to 16, number of a stored calibration
+  /// Fz of the sample = sign_z * Fz of the device. +1 if pushing the plate down is positive.
   double sign_z = 1;
-  double rate_hz = 100;       ///< samples a second
-  std::uint32_t average = 1;  ///< records of the stream whose mean is a sample
-  Duration reply_timeout{};   ///< of each of a few tries of a request
+  double rate_hz = 100;       ///< samples per second
+  std::uint32_t average = 1;  ///< number of records averaged to one sample
+  Duration reply_timeout{};   ///< per try of a request
   Duration stale_after{};
   Duration stuck_after{};          ///< zero: never
   std::string calibration_serial;  ///< empty: any
@@ -36,15 +36,15 @@ extern const char digital_config_schema[];
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<DigitalSettings> read_digital_settings(std::string_view config_json);
 
-/// Driver for an ATI Digital F/T sensor. One page about it: README.md.
+/// Driver for an ATI Digital F/T sensor; see README.md.
 extern const DriverEntry ati_digital_entry;
 
-/// Bit of WrenchSample::status that is not of the sensor's status word: a record of
-/// the stream said that the word is not 0. Its other bits are those read when the sensor was
-/// opened: the word cannot be read while the sensor streams.
+/// Bit of WrenchSample::status outside the sensor's status word: a record of the stream reported
+/// that the word is not 0. The other bits were read when the sensor was opened: the word cannot be
+/// read while the sensor streams.
 inline constexpr std::uint32_t stream_status_error = 1U << 31;
 
-/// The mean of a few records of the stream: adds them up until there are enough for a sample.
+/// Mean of a few records of the stream: sums them until a sample is complete.
 class WrenchMean {
  public:
   void add(const protocols::ati_digital::StreamRecord& record, std::uint32_t lost) {
@@ -66,7 +66,8 @@ class WrenchMean {
       mean[g] = static_cast<double>(sums_[g]) / static_cast<double>(count_);
     return mean;
   }
-  /// Samples that the lost records would have made; what is left over counts for the next.
+  /// Starts the next sample. Returns the number of samples that the lost records would have made;
+  /// the remainder is added to the next sample.
   std::uint32_t begin_next(std::uint32_t records_per_sample) {
     const std::uint32_t samples = lost_ / records_per_sample;
     const std::uint32_t left = lost_ % records_per_sample;
@@ -76,7 +77,7 @@ class WrenchMean {
   }
 
  private:
-  /// The ends of the converter: the gauge may be anywhere beyond.
+  /// End of the converter's range: the true value may be anywhere beyond.
   static constexpr std::int16_t rail = 32767;
   std::array<std::int64_t, protocols::ati_digital::gauges> sums_{};
   std::uint32_t count_ = 0;
@@ -85,17 +86,17 @@ class WrenchMean {
   bool status_error_ = false;
 };
 
-/// Reads the calibration, makes it the active one and publishes the stream as WrenchSamples in SI.
-/// Nothing allocates while streaming.
+/// Reads the calibration, activates it and publishes the stream as WrenchSamples in SI. Does not
+/// allocate while streaming.
 class DigitalDriver final : public DriverBase {
  public:
   DigitalDriver(const DigitalSettings& settings, DriverHost& driver_host);
 
-  /// Open when the calibration has been read, made active and read back.
+  /// Becomes open once the calibration has been read, activated and read back.
   Status open() noexcept override;
-  /// Armed when the first record of the stream has come.
+  /// Becomes armed with the first record of the stream.
   Status arm() noexcept override;
-  /// BiasCommand only; this host's own bias, the sensor knows none. Errors: wrong_state,
+  /// BiasCommand only. The driver keeps the bias; the sensor has none. Errors: wrong_state,
   /// unsupported.
   Result<std::uint32_t> command(const Command& command) noexcept override;
   /// Ends the stream: armed -> open.
@@ -137,14 +138,14 @@ class DigitalDriver final : public DriverBase {
   Exchange exchange_;
   Watchdog stale_;
 
-  // opening
-  std::vector<std::uint16_t> registers_;  ///< of the calibration, as far as they are read
-  std::vector<Request> setup_;            ///< to be sent, last first
+  // While opening.
+  std::vector<std::uint16_t> registers_;  ///< registers of the calibration read until now
+  std::vector<Request> setup_;            ///< requests to send, in reverse order
   protocols::ati_digital::Calibration calibration_;
   std::uint16_t status_word_ = 0;
   bool unlocked_ = false;
 
-  // streaming
+  // While streaming.
   protocols::ati_digital::GaugeMatrix matrix_;
   protocols::ati_digital::StreamSplitter stream_;
   WrenchMean mean_;
@@ -152,11 +153,11 @@ class DigitalDriver final : public DriverBase {
   std::array<double, 6> bias_{};  ///< N, N m
   std::array<double, 6> last_{};  ///< N, N m, before bias
   std::uint32_t sequence_ = 0;
-  bool overrange_ = false;  ///< said once per episode
-  bool errors_ = false;     ///< said once per episode
+  bool overrange_ = false;  ///< logged once per episode
+  bool errors_ = false;     ///< logged once per episode
   std::uint64_t damage_reported_ = 0;
   TimePoint damage_reported_at_{};
-  TimePoint arrival_{};  ///< of the bytes in hand
+  TimePoint arrival_{};  ///< arrival of the bytes being decoded
 };
 
 }  // namespace weft::drivers

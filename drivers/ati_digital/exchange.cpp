@@ -102,14 +102,15 @@ void Exchange::received(ByteView bytes) {
   }
 }
 
-/// The echo of jam() is no sign that the sensor still sends.
+/// Notes received bytes while waiting for silence. The echo of jam() does not show that the sensor
+/// still sends.
 void Exchange::note_while_quiet(ByteView bytes) {
   for (const std::uint8_t byte : bytes)
     if (byte != 0 || ++zeros_ > jam_bytes) received_ = true;
 }
 
-/// Skips the request where the line gives it back, behind zeros of a late echo of jam(). No answer
-/// begins with a whole request; one that begins as it does is passed on from its beginning.
+/// Skips the echo of the request, after zeros of a late echo of jam(). No answer begins with a
+/// complete request. An answer that shares its first bytes is passed on from its beginning.
 ByteView Exchange::without_echo(ByteView bytes) {
   while (awaits_echo_ && !bytes.empty()) {
     const std::uint8_t byte = bytes[0];
@@ -126,15 +127,16 @@ ByteView Exchange::without_echo(ByteView bytes) {
   return bytes;
 }
 
-/// Of a vendor function, which answers in the form of its request, behind other bytes.
+/// Whether `reply` is the echo of a vendor request after other bytes: the answer of a vendor
+/// function has the form of its request.
 bool Exchange::is_echo(const modbus::Reply& reply) const {
   const auto* request = std::get_if<modbus::Vendor>(&request_);
   const auto* answer = std::get_if<modbus::Vendor>(&reply);
   return echoes_ && request != nullptr && answer != nullptr && *request == *answer;
 }
 
-// An answer that came late may still come twice: it must not pass for that of the next request. Not
-// so behind the start of a stream, which hush() would end.
+// A late answer may arrive twice and must not count as the answer to the next request. So the line
+// is hushed first, except after a stream start, because hush() would end the stream.
 void Exchange::on_reply(const modbus::Reply& reply) {
   reply_.cancel();
   const auto* vendor = std::get_if<modbus::Vendor>(&request_);

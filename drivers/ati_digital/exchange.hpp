@@ -1,5 +1,5 @@
 #pragma once
-// One Modbus request and its answer at a time, repeated when it is lost, without waiting anywhere.
+// One Modbus request and its answer at a time; repeats a lost one. Never blocks.
 
 #include <functional>
 
@@ -13,8 +13,8 @@ struct ExchangeSettings {
   Duration reply_timeout{};
 };
 
-/// The owner passes on what the link delivers and writes what `send` is given. Each request ends in
-/// exactly one call of its `done`, unless cancel() comes first.
+/// The owner passes received bytes to received() and writes the bytes that `send` gets. Each
+/// request ends in exactly one call of its `done`, unless cancel() comes first.
 class Exchange {
  public:
   using Send = std::function<void(ByteView)>;
@@ -23,24 +23,23 @@ class Exchange {
 
   Exchange(Loop& loop, const ExchangeSettings& settings, Send send);
 
-  /// Ends whatever the sensor is sending, and calls back when the line has been quiet for a while.
-  /// Errors: timeout, when it does not fall silent.
+  /// Ends any transmission of the sensor and calls back after a time of silence. Errors: timeout,
+  /// if the line does not become quiet.
   void hush(Quiet done);
-  /// The reply is of the request's kind and not an exception. Errors: timeout, after a few tries
-  /// with a hush() before each repetition; device, when the sensor refuses, with its reason.
+  /// The reply has the request's kind and is not an exception. Errors: timeout, after a few tries
+  /// with a hush() before each repetition; device_refused, if the sensor refuses, with its reason.
   void send_request(const protocols::modbus::Request& request, Done done);
   void cancel();
 
   void received(ByteView bytes);
-  /// Whether the line gives back what is sent on it, as half-duplex adapters do; what comes back is
-  /// skipped.
+  /// Whether the line echoes sent bytes, as half-duplex adapters do. Echoes are skipped.
   [[nodiscard]] bool echoes() const { return echoes_; }
-  /// What came behind the last answer.
+  /// Bytes received after the last answer.
   [[nodiscard]] ByteView rest() const { return splitter_.rest(); }
 
   /// Written by hush(): 72 zeros end a stream (device-facts.md, ATI Digital F/T).
   static constexpr std::size_t jam_bytes = 72;
-  /// Longer than those zeros take at 19200 baud, 41 ms.
+  /// Longer than the transmission of those zeros at 19200 baud, 41 ms.
   static constexpr Duration quiet_time = std::chrono::milliseconds(50);
   static constexpr int most_tries = 3;
   static constexpr int most_hushes = 10;
@@ -64,9 +63,9 @@ class Exchange {
   Quiet quiet_done_;
   int tries_ = 0;
   int hushes_ = 0;
-  bool received_ = false;  ///< anything but an echo since the line was to be quiet
-  std::size_t zeros_ = 0;  ///< of those, what may be the echo of jam()
-  Bytes sent_;             ///< the request, whose echo is awaited up to `echoed_`
+  bool received_ = false;  ///< bytes other than an echo since silence began
+  std::size_t zeros_ = 0;  ///< received zeros, which may be the echo of jam()
+  Bytes sent_;             ///< the request; its echo has arrived up to `echoed_`
   std::size_t echoed_ = 0;
   bool awaits_echo_ = false;
   bool echoes_ = false;

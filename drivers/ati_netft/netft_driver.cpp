@@ -12,7 +12,7 @@ namespace weft::drivers {
 using namespace protocols::rdt;
 
 namespace {
-/// Datagrams may be lost: the one-sample request that opens is sent so often at most.
+/// Datagrams may be lost: maximum tries of the one-sample request of open().
 constexpr int max_opening_tries = 3;
 constexpr std::uint32_t late_run_of_a_restart = 5;
 
@@ -63,7 +63,8 @@ void NetftDriver::on_pages(const Result<BoxPages>& pages) {
   static_cast<void>(request_next());
 }
 
-/// Takes what the configuration leaves open from the box's pages, and refuses what differs.
+/// Takes missing settings from the pages of the box. Errors: values that differ from the
+/// configuration.
 Status NetftDriver::agree(const BoxPages& pages) {
   const char* hint = "Correct the rig file, or choose the calibration on the box's pages";
   const SettingsPage& page = pages.settings;
@@ -102,8 +103,8 @@ Status NetftDriver::agree(const BoxPages& pages) {
   return {};
 }
 
-/// The calibration page has the serial number; the settings page repeats it on boxes that have
-/// none.
+/// Checks the serial number: from the calibration page, or from the settings page if the box has no
+/// calibration page.
 Status NetftDriver::agree_on_serial(const BoxPages& pages) {
   const std::string& wanted = settings_.calibration_serial;
   const std::string found = pages.calibration_serial();
@@ -127,7 +128,7 @@ Status NetftDriver::agree_on_serial(const BoxPages& pages) {
                .hint = "Correct the rig file, or choose the calibration on the box's pages"});
 }
 
-/// RDT records carry no serial number and no calibration: only the pages tell who the box is.
+/// RDT records carry no serial number and no calibration: only the pages identify the box.
 DeviceIdentity NetftDriver::identity() const {
   DeviceIdentity identity;
   identity.scale = {{"counts_per_n", 1 / settings_.newton_per_count},
@@ -186,7 +187,7 @@ void NetftDriver::make_safe() noexcept {
   end_stream();
 }
 
-// A stop is harmless to a box that sends nothing, and needed by one that a dead host left sending.
+// Needed by a box that a dead host left sending, harmless to one that sends nothing.
 void NetftDriver::end_stream() {
   streaming_ = false;
   reader_.let_go();
@@ -214,7 +215,8 @@ void NetftDriver::on_bad_datagram(const Error& error) {
 
 void NetftDriver::on_record(const Record& record, TimePoint arrival) {
   if (state() == DriverState::closed) {
-    if (reader_.reading()) return;  // of a stream that a dead host left; who it is comes first
+    if (reader_.reading())
+      return;  // from a stream that a dead host left; the pages must be read first
     opening_.cancel();
     host().identified(identity());
     enter(LifecycleEvent::opened);
@@ -231,8 +233,8 @@ void NetftDriver::on_record(const Record& record, TimePoint arrival) {
   if (state() == DriverState::armed) host().publish(to_sample(record, step.lost, arrival));
 }
 
-/// A few come late over UDP. A whole run of them, each the next, is a box that counts anew: it has
-/// been off, and has lost its bias.
+/// A few records arrive late over UDP. A run of consecutive late numbers shows that the box has
+/// restarted its count: it was off and has lost its bias.
 void NetftDriver::on_late_record(const Record& record) {
   if (++late_records_ == 1)
     host().log(LogLevel::warning, "a record came twice or out of order and was dropped");
@@ -258,7 +260,7 @@ Sample NetftDriver::to_sample(const Record& record, std::uint32_t lost, TimePoin
   return {arrival, record.rdt_sequence, lost, wrench};
 }
 
-/// Beyond its rating the calibration does not hold, and the sensor is in danger.
+/// Beyond its rating the calibration is invalid and the sensor may be damaged.
 bool NetftDriver::within_rating(const WrenchSample& wrench) {
   bool within = true;
   for (std::size_t i = 0; i < 3; ++i)

@@ -20,18 +20,18 @@ namespace weft::drivers {
 struct NetftSettings {
   double newton_per_count = 1e-6;
   double newton_metre_per_count = 1e-6;
-  /// Fz of the sample = sign_z * Fz of the device. +1 where pushing the plate down is positive.
+  /// Fz of the sample = sign_z * Fz of the device. +1 if pushing the plate down is positive.
   double sign_z = 1;
   std::array<double, 3> rated_force_n{40, 40, 120};  ///< Mini40 SI-40-2, weak source
-  Duration reply_timeout{};                          ///< of each of a few opening requests
+  Duration reply_timeout{};                          ///< per opening request
   Duration stale_after{};
-  /// The configuration names counts per newton (metre): a page that differs is refused. Otherwise
-  /// the page's are taken.
+  /// True if the configuration gives counts per newton (metre): a page that differs is an error.
+  /// Otherwise the values of the page apply.
   bool force_scale_given = false;
   bool torque_scale_given = false;
-  std::string calibration_serial;  ///< compared with the page's; empty: any
+  std::string calibration_serial;  ///< compared with that of the page; empty: any
   double rate_hz = 100;
-  Duration stuck_after{};  ///< values that stay the same for so long are a fault; zero: never
+  Duration stuck_after{};  ///< constant values for this duration are a fault; zero: never
 };
 
 /// JSON Schema of the configuration.
@@ -40,19 +40,19 @@ extern const char netft_config_schema[];
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<NetftSettings> read_netft_settings(std::string_view config_json);
 
-/// Driver for an ATI force/torque sensor behind a Net F/T box. One page about it: README.md.
+/// Driver for an ATI force/torque sensor behind a Net F/T box; see README.md.
 extern const DriverEntry ati_netft_entry;
 
-/// Publishes each record of the stream as a WrenchSample in SI. Records that come twice or too late
-/// are dropped; the records missing before one are its `lost`. Nothing allocates while streaming.
+/// Publishes each record of the stream as a WrenchSample in SI. Duplicate and late records are
+/// dropped. `lost` is the number of records missing before one. Does not allocate while streaming.
 class NetftDriver final : public DriverBase {
  public:
   NetftDriver(const NetftSettings& settings, DriverHost& driver_host);
 
-  /// Open when the answer to a one-sample request has come; where the host gives an HTTP port, the
-  /// box's pages are read first and must agree with the configuration.
+  /// Becomes open with the answer to a one-sample request. If the host has an HTTP port, the pages
+  /// of the box are read first and must agree with the configuration.
   Status open() noexcept override;
-  /// Armed when the first record of the stream has come.
+  /// Becomes armed with the first record of the stream.
   Status arm() noexcept override;
   /// BiasCommand only. Errors: wrong_state, unsupported.
   Result<std::uint32_t> command(const Command& command) noexcept override;
@@ -81,8 +81,8 @@ class NetftDriver final : public DriverBase {
 
   NetftSettings settings_;
   protocols::rdt::SequenceTracker sequence_;
-  bool streaming_ = false;  ///< a start request went out
-  bool overrange_ = false;  ///< said once per episode
+  bool streaming_ = false;  ///< a start request was sent
+  bool overrange_ = false;  ///< logged once per episode
   std::uint64_t bad_datagrams_ = 0;
   std::uint64_t late_records_ = 0;
   std::uint32_t late_in_a_row_ = 0;

@@ -50,7 +50,7 @@ void PageReader::on_settings() {
   if (!page) return fail_with(page.error());
   pages_.settings = std::move(*page);
   at_calibration_ = true;
-  // A box closes its connection after each page, which a link opens anew to write.
+  // A box closes its connection after each page. The link opens a new one to write.
   link_->on_closed([this](const Error& why) { fail_with(why); });
   if (Status sent = send_request(calibration_path); !sent) fail_with(sent.error());
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The HTTP pages of a Net F/T box, as far as its driver needs them.
+// Reader of the HTTP pages of a Net F/T box.
 
 #include <functional>
 #include <optional>
@@ -14,17 +14,17 @@ namespace weft::drivers {
 struct BoxPages {
   protocols::rdt::SettingsPage settings;
   protocols::rdt::CalibrationPage calibration;
-  std::optional<Error> missing;  ///< why the calibration page could not be read
+  std::optional<Error> missing;  ///< reason if the calibration page could not be read
 
-  /// Of the calibration page, or as the settings page repeats it; empty where neither has it.
+  /// Serial number from the calibration page, else from the settings page; empty if neither has it.
   [[nodiscard]] const std::string& calibration_serial() const {
     return calibration.serial.empty() ? settings.calibration_serial : calibration.serial;
   }
 };
 
-/// Reads the settings and calibration pages of a Net F/T box over its HTTP port, one after the
-/// other on one link. Not every box has the second: that it is missing is no failure. `done` is
-/// called once a read, never from read().
+/// Reads the settings page, then the calibration page of a Net F/T box over one link to its HTTP
+/// port. Some boxes have no calibration page, so its absence is no failure. `done` is called once
+/// per read().
 class PageReader {
  public:
   using Done = std::function<void(Result<BoxPages>)>;
@@ -33,12 +33,12 @@ class PageReader {
   PageReader(const PageReader&) = delete;
   PageReader& operator=(const PageReader&) = delete;
 
-  /// Errors: io. `link` outlives the reading.
+  /// Errors: io. `link` must outlive the reading.
   Status read(Link& link);
-  /// No callback comes any more.
+  /// Detaches from the link; no callback follows.
   void let_go();
   [[nodiscard]] bool reading() const { return link_ != nullptr; }
-  /// Ends a reading whose calibration page does not come; false where the settings are missing.
+  /// Ends a reading without the calibration page; false if the settings page is missing too.
   bool go_without_calibration();
 
  private:

@@ -13,10 +13,10 @@ namespace imprint = protocols::imprint;
 namespace {
 
 constexpr double rate_tolerance = 1e-3;
-/// So many scans of another part may be under way when a part has been asked for anew.
+/// Scans of another part that may still arrive after a request for a new part.
 constexpr int most_foreign_scans = 3;
-constexpr std::uint32_t least_scans = 10;  // of a window that is watched
-/// So many taxels with noise of a fraction of a count never read the same for seconds.
+constexpr std::uint32_t least_scans = 10;  // minimum per window
+/// At least this many taxels with noise of a fraction of a count never read the same for seconds.
 constexpr std::size_t least_taxels = 64;
 
 std::string format_text(const imprint::Window& window) {
@@ -160,7 +160,8 @@ void ImprintDriver::on_scan(TimePoint arrival) {
   publish(lost, arrival);
 }
 
-/// Scans that were under way when the part was asked for, or an array that has forgotten it.
+/// Handles scans of another part: they were in progress when the part was requested, or the array
+/// has lost the request.
 void ImprintDriver::on_foreign_scan() {
   if (++foreign_scans_ > most_foreign_scans)
     return raise({.code = Errc::device_refused,
@@ -172,7 +173,7 @@ void ImprintDriver::on_foreign_scan() {
   if (state() != DriverState::closed) request_window();
 }
 
-/// The line keeps the order: an older number is an array that has begun anew.
+/// The link keeps the order, so an older number shows that the array has restarted.
 std::uint32_t ImprintDriver::count_lost() {
   const SequenceStep step = sequence_.observe(frame_.sequence);
   if (step.event != SequenceEvent::duplicate && step.event != SequenceEvent::out_of_order)

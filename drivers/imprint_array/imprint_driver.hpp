@@ -15,18 +15,18 @@
 namespace weft::drivers {
 
 struct ImprintSettings {
-  std::uint8_t rows = 0, cols = 0;  ///< of the part that is scanned
-  /// Its first row and column; none: in the middle of the array that answers.
+  std::uint8_t rows = 0, cols = 0;  ///< size of the scanned part
+  /// Its first row and column; nullopt: the centre of the array that answers.
   std::optional<std::uint8_t> first_row, first_col;
-  double rate_hz = 5;        ///< scans a second
-  std::uint32_t serial = 0;  ///< that the array must have; 0: any
+  double rate_hz = 5;        ///< scans per second
+  std::uint32_t serial = 0;  ///< required serial number; 0: any
   Duration reply_timeout{};  ///< for the description, and then for the first scan
   Duration stale_after{};
-  Duration watch{};  ///< windows in which scans, rate and clock are judged; zero: they are not
+  Duration watch{};  ///< length of the windows that check scans, rate and clock; zero: no checks
 };
 
-/// The part of an array of `rows` x `cols` taxels that the settings ask for.
-/// Errors: device, where it does not lie inside.
+/// The configured part of an array of `rows` x `cols` taxels. Errors: device_settings, if it
+/// exceeds the array.
 Result<protocols::imprint::Window> window_on(const ImprintSettings& settings, std::uint8_t rows,
                                              std::uint8_t cols);
 
@@ -36,13 +36,13 @@ extern const char imprint_config_schema[];
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<ImprintSettings> read_imprint_settings(std::string_view config_json);
 
-/// Driver for a dense array of taxels that keeps an imprint. One page about it: README.md.
+/// Driver for a dense imprint array; see README.md.
 extern const DriverEntry imprint_array_entry;
 
-/// Looks for frozen scans, another rate, a clock that runs wrong.
+/// Detects frozen scans, a wrong rate and a wrong clock.
 class ScanWatch final : public StreamWatch<protocols::imprint::Frame> {
  public:
-  /// `window` zero: it does not look.
+  /// `window` zero: no checks.
   ScanWatch(double rate_hz, Duration window);
 
  private:
@@ -51,23 +51,23 @@ class ScanWatch final : public StreamWatch<protocols::imprint::Frame> {
   [[nodiscard]] std::optional<Error> check_values(
       const protocols::imprint::Frame& scan) const override;
 
-  std::array<std::uint8_t, protocols::imprint::max_taxels> first_{};  ///< of the window
+  std::array<std::uint8_t, protocols::imprint::max_taxels> first_{};  ///< first scan of the window
   bool changed_ = false;
 };
 
-/// Asks for a part of the array and publishes each scan of it as a TaxelSample, row after row.
-/// Nothing allocates while streaming.
+/// Requests a part of the array and publishes each scan of it as a TaxelSample, row by row. Does
+/// not allocate while streaming.
 class ImprintDriver final : public ListeningDriver {
  public:
   ImprintDriver(const ImprintSettings& settings, DriverHost& driver_host);
 
-  /// Open when the array's description has come, is the configured one, and a scan of the part that
-  /// was asked for has come.
+  /// Becomes open once the description matches the configuration and a scan of the requested part
+  /// has arrived.
   Status open() noexcept override;
 
  private:
   void received(ByteView bytes, TimePoint arrival) override;
-  /// Armed when the next scan of the part that was asked for has come.
+  /// Becomes armed with the next scan of the requested part.
   void await_frames() override;
   void on_silence() override;
 
@@ -86,9 +86,9 @@ class ImprintDriver final : public ListeningDriver {
   protocols::imprint::SequenceTracker sequence_;
   protocols::imprint::Frame frame_;
   std::optional<protocols::imprint::Description> description_;
-  protocols::imprint::Window window_;  ///< asked for, once the description is known
+  protocols::imprint::Window window_;  ///< the requested part; valid once the description is known
   std::uint16_t requests_ = 0;
-  int foreign_scans_ = 0;  ///< in a row, of another part
+  int foreign_scans_ = 0;  ///< scans in a row of another part
   ScanWatch watch_;
   std::array<std::uint16_t, protocols::imprint::max_taxels> counts_{};
 };

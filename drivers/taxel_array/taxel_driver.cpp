@@ -14,16 +14,15 @@ namespace taxel = protocols::taxel;
 
 namespace {
 constexpr std::array<std::uint8_t, 1> hello{0};
-/// A frame that is older than the last one by less than this came late; by more, it is the first of
-/// a sensor that has started anew.
+/// An older frame by less than this arrived late. By more, it is the first of a restarted sensor.
 constexpr std::uint32_t latest_us = 2'000'000;
 constexpr int late_run_of_a_restart = 3;
 
 constexpr std::uint32_t least_frames = 20;
-/// Every AD7147 has noise of about a count (device-facts.md, CPM finger): a taxel that never
+/// Every AD7147 has noise of about a count (device-facts.md, CPM finger), so a taxel that never
 /// changes is dead.
-constexpr double noisy_counts = 200;  // mean change from frame to frame that no cloth makes
-constexpr double noisy_ratio = 10;    // of the median taxel's
+constexpr double noisy_counts = 200;  // mean change per frame that no fabric causes
+constexpr double noisy_ratio = 10;    // multiple of the median taxel's change
 Error fault(std::string message, std::string expected, std::string got, std::string hint) {
   return {.code = Errc::device_data,
           .what = std::move(message),
@@ -113,7 +112,7 @@ Status TaxelDriver::open() noexcept {
   silence().expect_within(settings_.reply_timeout);
   watch_.restart();
   late_ = 0;
-  // A gateway sends unasked; an emulated one learns from this where to.
+  // A gateway sends without a request; an emulated one learns the host's address from this.
   if (settings_.form == TaxelForm::cpm_udp && !send(hello))
     return fail({.code = Errc::io, .what = "the link refused the first datagram"});
   return {};
@@ -135,7 +134,7 @@ std::uint64_t TaxelDriver::on_stream(ByteView bytes, TimePoint arrival) {
   return splitter_.damaged() - before;
 }
 
-// The gateway sends no number: the driver counts, and cannot see what got lost.
+// The gateway sends no number: the driver counts and cannot detect losses.
 std::uint64_t TaxelDriver::on_datagram(ByteView datagram, TimePoint arrival) {
   const Result<taxel::cpm::Counts> counts = taxel::cpm::decode_datagram(datagram);
   if (!counts) return 1;
@@ -167,7 +166,7 @@ void TaxelDriver::on_frame(TimePoint arrival) {
   publish(*lost, arrival);
 }
 
-/// Nothing for a frame that came twice or late: it is dropped.
+/// Number of lost frames; nullopt for a duplicate or late frame, which is dropped.
 std::optional<std::uint32_t> TaxelDriver::count_lost() {
   const SequenceStep step = sequence_.observe(frame_.sequence);
   const bool older =
@@ -187,8 +186,8 @@ std::optional<std::uint32_t> TaxelDriver::count_lost() {
   return step.lost;
 }
 
-/// An older frame came late, unless its clock is far behind or a run of such frames shows that the
-/// sensor counts anew.
+/// Whether an older frame is late. Otherwise the sensor has restarted: its clock is far behind, or
+/// such frames form a run.
 bool TaxelDriver::came_late() {
   const bool next =
       late_in_a_row_ > 0 && frame_.sequence == static_cast<std::uint16_t>(last_late_ + 1);
@@ -240,7 +239,7 @@ const char taxel_config_schema[] = R"({
 
 namespace {
 
-/// By number, rows and columns or places, which must agree.
+/// The count from the number, from rows and columns, or from places; they must agree.
 std::uint8_t read_taxel_count(ConfigReader& config) {
   constexpr int most = taxel::max_taxels;
   const auto rows = config.integer("rows", 0, {1, most});

@@ -14,7 +14,7 @@
 namespace weft::drivers {
 
 enum class TaxelForm : std::uint8_t {
-  weft,     ///< our own framing over a serial stream (protocols/taxel/README.md)
+  weft,     ///< Weft's own framing over a serial stream (protocols/taxel/README.md)
   cpm_udp,  ///< datagrams of the CPM-Finger's gateway
 };
 
@@ -24,8 +24,8 @@ struct TaxelSettings {
   Duration reply_timeout{};  ///< for the first frame
   Duration stale_after{};
   double rate_hz = 37;
-  Duration watch{};  ///< windows in which taxels, rate and clock are judged; zero: they are not
-  bool has_noise = true;  ///< false: taxels that do not change are no fault
+  Duration watch{};  ///< length of the windows that check taxels, rate and clock; zero: no checks
+  bool has_noise = true;  ///< false: constant taxels are no fault
 };
 
 /// JSON Schema of the configuration.
@@ -34,10 +34,10 @@ extern const char taxel_config_schema[];
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<TaxelSettings> read_taxel_settings(std::string_view config_json);
 
-/// Driver for the tactile array, in either of its framings. One page about it: README.md.
+/// Driver for the tactile array, in either of its framings; see README.md.
 extern const DriverEntry taxel_array_entry;
 
-/// Errors: device_data, naming the taxel.
+/// Detects dead, saturated and noisy taxels. Errors: device_data, with the taxel.
 class FrameWatch final : public StreamWatch<protocols::taxel::Frame> {
  public:
   explicit FrameWatch(const TaxelSettings& settings);
@@ -47,7 +47,7 @@ class FrameWatch final : public StreamWatch<protocols::taxel::Frame> {
   struct Changes {
     std::uint32_t steps = 0;  ///< frames in which the taxel changed
     double path = 0;          ///< sum of the changes' sizes [counts]
-    double largest = 0;       ///< one step is no noise
+    double largest = 0;       ///< largest change; a single step is no noise
   };
 
   void begin(const Frame& frame) override;
@@ -61,22 +61,22 @@ class FrameWatch final : public StreamWatch<protocols::taxel::Frame> {
   std::array<Changes, protocols::taxel::max_taxels> changes_{};
 };
 
-/// Publishes each frame as a TaxelSample. The sensor sends without being asked, so this driver only
-/// listens. Nothing allocates while streaming.
+/// Publishes each frame as a TaxelSample. The sensor sends without a request, so this driver only
+/// receives. Does not allocate while streaming.
 class TaxelDriver final : public ListeningDriver {
  public:
   TaxelDriver(const TaxelSettings& settings, DriverHost& driver_host);
 
-  /// Open when the first good frame has come.
+  /// Becomes open with the first good frame.
   Status open() noexcept override;
 
  private:
   void received(ByteView bytes, TimePoint arrival) override;
-  /// Armed when the next good frame has come.
+  /// Becomes armed with the next good frame.
   void await_frames() override;
   void on_silence() override;
 
-  /// How many damaged frames or datagrams there were.
+  /// Return the number of damaged frames or datagrams.
   std::uint64_t on_stream(ByteView bytes, TimePoint arrival);
   std::uint64_t on_datagram(ByteView datagram, TimePoint arrival);
   void on_frame(TimePoint arrival);
@@ -90,9 +90,9 @@ class TaxelDriver final : public ListeningDriver {
   protocols::taxel::Frame frame_;
   FrameWatch watch_;
   std::uint32_t last_device_us_ = 0;
-  std::uint64_t late_ = 0;  ///< frames that came twice or late
+  std::uint64_t late_ = 0;  ///< duplicate or late frames
   std::uint16_t last_late_ = 0;
-  int late_in_a_row_ = 0;  ///< each the next of the one before
+  int late_in_a_row_ = 0;  ///< late frames in a row with consecutive numbers
 };
 
 }  // namespace weft::drivers

@@ -33,7 +33,7 @@ Family read_family(ConfigReader& config, const StageModel& model) {
                                                                          : Family::stepper;
 }
 
-// Fits for every stage of the table, whose limits are far inside the 32-bit fields.
+// Never fails: the limits of all stages of the table are far inside the 32-bit fields.
 std::int32_t counts_of(Result<std::int32_t> counts) {
   WEFT_ASSERT(counts.has_value());
   return *counts;
@@ -55,7 +55,7 @@ void read_limits(ConfigReader& config, StageSettings& settings) {
   const double speed = config.number(names.max_speed, model.max_speed, {1e-3, model.max_speed});
   const double acceleration =
       config.number(names.acceleration, model.default_acceleration, {0.1, model.max_acceleration});
-  // A rotary stage turns both ways from home; a linear one has its switch there.
+  // A rotary stage turns both ways from home; a linear one has its switch at home.
   const double lowest = model.axis == Axis::rotary ? -model.travel_high : model.travel_low;
   const std::vector<double> travel = config.numbers(
       names.travel, {model.travel_low, model.travel_high}, {lowest, model.travel_high});
@@ -72,8 +72,8 @@ void read_limits(ConfigReader& config, StageSettings& settings) {
   settings.travel_high_counts = counts_of(position_to_counts(scale, travel[1]));
 }
 
-// From the far end of the stage's own travel, or all the way round, at its homing speed; half as
-// much again for ramps and the second approach to the switch, and ten seconds.
+// Time over the full travel (or a full turn) at homing speed, plus half for ramps and the second
+// approach to the switch, plus ten seconds.
 double home_time_limit_s(const StageModel& model) {
   const double way = model.travel_high - model.travel_low + model.home_offset;
   return 1.5 * way / model.home_speed + 10;
@@ -87,8 +87,8 @@ void read_timing(ConfigReader& config, StageSettings& settings) {
   if (poll_hz > 0) settings.poll_period = from_seconds(1 / poll_hz);
 }
 
-/// Whether a controller of this model counts as `stage` says. Errors: device, with the controllers
-/// that would do.
+/// Whether a controller of this model has the scale of `stage`. Errors: device_identity, with the
+/// suitable controllers.
 Status check_scale(const StageModel& stage, std::string_view model) {
   const StageModel* known = protocols::apt::find_stage(stage.name, model);
   if (known != nullptr && known->scale == stage.scale) return {};
@@ -108,7 +108,7 @@ Status check_scale(const StageModel& stage, std::string_view model) {
                      "take a controller of the list"});
 }
 
-/// The stage with the scale of the controller that the rig file states, or of its usual one.
+/// The stage with the scale of the controller in the rig file, or of its usual controller.
 const StageModel& read_model(ConfigReader& config) {
   std::vector<std::string_view> names;
   for (const StageModel& model : protocols::apt::stage_models()) names.push_back(model.name);
@@ -123,7 +123,7 @@ const StageModel& read_model(ConfigReader& config) {
   return usual;
 }
 
-/// Refuses what an emulated unit would be refused for when it is opened.
+/// Refuses settings that open() would refuse on an emulated unit.
 void read_emulated(ConfigReader& config, const StageSettings& settings) {
   std::string model = config.text("emulated_controller", "", 8);
   const StageModel* stage = protocols::apt::find_stage(config.text("emulated_stage", "", 16));

@@ -1,5 +1,5 @@
 #pragma once
-// The configuration of one stage, checked and turned into SI and counts once.
+// The configuration of one stage, checked and converted to SI and counts.
 
 #include <cstdint>
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace weft::drivers {
 
-/// Lengths are m or rad, from home; speeds m/s or rad/s.
+/// Lengths in m or rad, from home; speeds in m/s or rad/s.
 struct StageSettings {
   const protocols::apt::StageModel* model = nullptr;
   protocols::apt::Family family = protocols::apt::Family::stepper;
@@ -25,25 +25,24 @@ struct StageSettings {
   double acceleration = 0;
   std::int32_t acceleration_counts = 0;
   std::int32_t max_velocity_counts = 0;
-  std::int32_t default_velocity_counts = 0;  ///< until the first motion names a speed
+  std::int32_t default_velocity_counts = 0;  ///< used until the first motion with a speed
   std::int32_t travel_low_counts = 0;
   std::int32_t travel_high_counts = 0;
-  /// A finished move may be this far from its target.
+  /// Largest distance of a finished move from its target.
   std::int32_t in_position_counts = 4;
   bool require_homed = true;
-  std::int32_t serial = 0;  ///< another unit is refused; 0: any
+  std::int32_t serial = 0;  ///< required serial number; 0: any
   bool identify = false;    ///< the front panel flashes on opening
-  /// Steppers: the status tells where an encoder sees the carriage.
+  /// Steppers: the status has the encoder's position of the carriage.
   bool encoder = false;
   std::int32_t encoder_tolerance_counts = 0;
-  bool check_jumps = true;     ///< readings that no motion explains are dropped
-  bool home_must_move = true;  ///< a homing during which the position never changed is a fault
+  bool check_jumps = true;     ///< drop readings that no motion explains
+  bool home_must_move = true;  ///< a homing without a change of position is a fault
   Duration home_timeout{};
   Duration reply_timeout{};
   Duration poll_period{};  ///< zero: only on PollCommand
 
-  /// A length [m] or an angle [rad] of the stage as the rig file has it: "12.3456 mm", "4.0000
-  /// deg".
+  /// A length [m] or an angle [rad] in the unit of the rig file: "12.3456 mm", "4.0000 deg".
   [[nodiscard]] std::string with_unit(double si) const;
 };
 
@@ -53,13 +52,14 @@ extern const char stage_config_schema[];
 /// Errors: parse, invalid_argument (key, type, unknown stage), range; each at its JSON pointer.
 Result<StageSettings> read_stage_settings(std::string_view config_json);
 
-// Is the unit at the other end the one that the configuration means?
+// Check that the connected unit is the configured one.
 
-/// Compares the controller's model, its stage id and its channels with the settings, and whether
-/// the stage's scale on that controller is known. Errors: device, naming both sides.
+/// Compares the controller's model, its stage id and its channels with the settings, and checks
+/// that the stage's scale on that controller is known. Errors: device_identity or device_settings,
+/// with both values.
 Status check_identity(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
 
-/// What the controller says of itself, and the scale of its counts.
+/// The controller's reported identity, and the scale of its counts.
 DeviceIdentity identity_of(const StageSettings& settings, const protocols::apt::HardwareInfo& info);
 
 }  // namespace weft::drivers

@@ -1,5 +1,5 @@
-// Lifecycle, commands and the bytes that go out. What comes in is in stage_status.cpp, which of
-// it is believed in stage_estimate.cpp.
+// Lifecycle, commands and sent bytes. stage_status.cpp handles received bytes; stage_estimate.cpp
+// decides which readings are accepted.
 #include "drivers/thorlabs_apt/stage_driver.hpp"
 
 #include <algorithm>
@@ -12,13 +12,13 @@ namespace {
 using namespace protocols::apt;
 
 constexpr Duration watch_period = std::chrono::milliseconds(250);
-/// A homing may be short, and must be seen to move.
+/// Shorter, because even a short homing must be seen to move.
 constexpr Duration home_watch_period = std::chrono::milliseconds(50);
-/// A stage on its way whose position stays the same for so long is stuck.
+/// A stage in motion with a constant position for this duration is stuck.
 constexpr Duration stall_limit = std::chrono::seconds(3);
 /// At least once a second (APT16 p. 98).
 constexpr Duration keep_alive_period = std::chrono::milliseconds(500);
-/// A stage hears a command so late, on a slow line.
+/// Delay of a command to the stage on a slow link.
 constexpr Duration command_latency = std::chrono::milliseconds(75);
 constexpr std::uint8_t enable = 1;
 constexpr auto stop_now = static_cast<std::uint8_t>(StopMode::immediate);
@@ -50,8 +50,8 @@ Status StageDriver::open() noexcept {
   implausible_ = unwell_ = 0;
   found_limits_.reset();
   stops_under_way_ = unacknowledged_ = 0;
-  // LTS units do not list 0x0018 (device-facts.md, APT controllers); a unit left streaming by a
-  // dead host is silenced.
+  // LTS units do not list 0x0018 (device-facts.md, APT controllers). The stop silences a unit that
+  // a dead host left streaming.
   if (is_servo_family()) put_short(MessageId::hw_no_flash_programming, 0, 0);
   put_short(MessageId::hw_stop_updatemsgs, 0, 0);
   put_short(MessageId::hw_req_info, 0, 0);
@@ -73,7 +73,7 @@ Status StageDriver::arm() noexcept {
   return {};
 }
 
-// SET messages have no answer: the status reply that follows them is the evidence.
+// SET messages have no answer: the status reply after them is the evidence.
 void StageDriver::put_arming() {
   const std::uint16_t channel = settings_.channel;
   const StageModel& model = *settings_.model;
@@ -86,16 +86,16 @@ void StageDriver::put_arming() {
   append_message(out_, MessageId::set_homeparams, home, route_);
   LimitSwitchParams limits{channel, model.forward_limit, model.reverse_limit, 0, 0, 1};
   if (model.axis == Axis::rotary) limits.soft_mode |= 0x80;
-  if (found_limits_) {  // soft limits that somebody set stay
+  if (found_limits_) {  // keep soft limits that were set before
     limits.forward_soft_counts = found_limits_->forward_soft_counts;
     limits.reverse_soft_counts = found_limits_->reverse_soft_counts;
     limits.soft_mode = found_limits_->soft_mode;
   }
   append_message(out_, MessageId::set_limswitchparams, limits, route_);
-  // Backlash correction would drive past each target of the force loop and come back.
+  // Backlash correction would drive past each target of the force loop and return.
   append_message(out_, MessageId::set_genmoveparams, ChannelCounts{channel, 0}, route_);
-  // An S-curve left in the controller would brake later than a trapezoid, with which all limits
-  // count.
+  // An S-curve left in the controller brakes later than a trapezoid, for which all limits are
+  // computed.
   if (!is_servo_family())
     append_message(out_, MessageId::set_bowindex, BowIndex{channel, 0}, route_);
   else if (model.is_brushless())
@@ -144,7 +144,7 @@ Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
 }
 
 Result<std::uint32_t> StageDriver::run(const ServoCommand& servo) {
-  if (servo.velocity == 0) {  // a stop is never refused: not for its horizon, not before homing
+  if (servo.velocity == 0) {  // a stop is never refused, neither for its horizon nor before homing
     if (!end_servo()) return link_failed();
     return 0;
   }
@@ -179,7 +179,7 @@ Result<std::uint32_t> StageDriver::run(const BiasCommand&) {
   return fail({.code = Errc::unsupported, .what = "a stage has no bias"});
 }
 
-// Before homing, positions have no origin, and the travel cannot be kept.
+// Before homing, positions have no origin and the travel limits cannot be checked.
 Status StageDriver::require_homed() const {
   if (!settings_.require_homed || (last_.status_bits & status::homed) != 0) return {};
   return fail({.code = Errc::wrong_state,
@@ -187,7 +187,7 @@ Status StageDriver::require_homed() const {
                .hint = "Home it first"});
 }
 
-/// A speed below one count is raised to one count: it is slow, not zero.
+/// A speed below one count is raised to one count, because it is not zero.
 Result<std::int32_t> StageDriver::speed_counts(double speed) const {
   Result<std::int32_t> counts = velocity_to_counts(settings_.scale, speed);
   if (!counts) return counts;
@@ -203,7 +203,7 @@ bool StageDriver::is_still() const {
          (last_.status_bits & status::any_motion) == 0;
 }
 
-// Several commands may have gone out while it brakes, so that the last one's speed says nothing.
+// Several commands may have been sent while it brakes, so the last speed alone is not enough.
 Braking StageDriver::braking() const {
   if (is_still()) return {};
   return drivers::braking(fastest_, settings_.acceleration, now() - last_at_ + command_latency);
@@ -231,8 +231,8 @@ void StageDriver::end_motion() {
   watch_.cancel();
 }
 
-// The status in hand may be older than the last command, so a motion that we started counts as
-// moving until the device has reported its end.
+// The latest status may be older than the last command. So a motion that we started counts as
+// moving until the device reports its end.
 bool StageDriver::end_servo() {
   const bool seen_moving = (last_.status_bits & status::any_motion) != 0 && stops_under_way_ == 0;
   if (motion_.kind == MotionKind::none && !seen_moving) return true;
@@ -268,7 +268,7 @@ void StageDriver::make_safe() noexcept {
   cancel_timers();
   out_.clear();
   splitter_.clear();
-  if (state() == DriverState::closed) return;  // not known to be our stage
+  if (state() == DriverState::closed) return;  // the identity of the stage is unknown
   put_short(MessageId::move_stop, settings_.channel, stop_now);
   send_last(out_);
   out_.clear();

@@ -1,6 +1,6 @@
 #pragma once
-// The state machine of one stage, and its motion under way: done when the device says so and the
-// position agrees.
+// The state machine of one stage and its current motion. A motion is done if the device reports it
+// and the position agrees.
 
 #include <cstdint>
 #include <cstdlib>
@@ -15,7 +15,7 @@
 
 namespace weft::drivers {
 
-/// What a status message says, whichever family it is from.
+/// The content of a status message of either family.
 struct StageReading {
   std::int32_t position_counts = 0;
   std::uint32_t status_bits = 0;
@@ -30,13 +30,14 @@ struct Motion {
   std::int32_t target_counts = 0;
   bool reported = false;  ///< the device sent MOVE_COMPLETED or MOVE_HOMED
 
-  // Progress: where the stage was when it last moved, and when.
+  // Position and time of the last change of position.
   std::int32_t progress_counts = 0;
   TimePoint progress_at{};
-  bool moved = false;   ///< the position was seen to change
-  bool homing = false;  ///< the status was seen to say so
+  bool moved = false;   ///< the position has changed
+  bool homing = false;  ///< a status had the homing bit
 
-  // At rest by its status: at its target without a report, or reported and away from it.
+  // Start of rest by the status: at the target without a report, or reported but away from the
+  // target.
   std::optional<TimePoint> silent_since, away_since;
 
   [[nodiscard]] bool awaited() const {
@@ -53,37 +54,37 @@ struct Motion {
   }
 };
 
-/// A reading that was read late, because the host was held up, is up to this much older than its
-/// arrival, and never older than the arrival of the one before. A host held up for longer is ended
-/// by its monitor.
+/// If the host was delayed, a reading may be older than its arrival by up to this. It is never
+/// older than the previous arrival. The monitor ends a host that is delayed for longer.
 inline constexpr Duration longest_wait = std::chrono::milliseconds(250);
 
-/// What a stage that is under way does before it turns to another target.
+/// Distance and time in which a moving stage brakes before it turns to another target.
 struct Braking {
   double way = 0;
   double time_s = 0;
 };
 
-/// From `speed`, for `unheard` of which the command has not reached it. In SI.
+/// Braking from `speed`, after the time `unheard` in which the command has not reached the stage.
+/// In SI.
 constexpr Braking braking(double speed, double acceleration, Duration unheard) {
   const double ramp_s = speed / acceleration;
   return {speed * (to_seconds(unheard) + 0.5 * ramp_s), to_seconds(unheard) + ramp_s};
 }
 
-/// How long a trapezoidal move over `distance` may take: its ideal time d/v + v/a, half as much
-/// again, and two seconds for the controller to settle. What the stage brakes before may lead it
-/// away from its target. Arguments are positive, in SI.
+/// Time limit of a trapezoidal move over `distance`: its ideal time d/v + v/a, plus half of it,
+/// plus two seconds for the controller to settle. The braking `before` may lead the stage away from
+/// its target. Arguments are positive, in SI.
 constexpr Duration move_time_limit(double distance, double speed, double acceleration,
                                    const Braking& before = {}) {
   const double way_s = (distance + before.way) / speed;
   return from_seconds(1.5 * (before.time_s + way_s + speed / acceleration) + 2.0);
 }
 
-/// Driver for one Thorlabs stage behind an APT controller. One page about it: README.md.
+/// Driver for one Thorlabs stage behind an APT controller; see README.md.
 extern const DriverEntry thorlabs_apt_entry;
 
-/// One stage on one link. Motion commands are finite, and are followed by a time limit. In steady
-/// state neither a command nor a status message allocates.
+/// One stage on one link. Motion commands are finite and have a time limit. In steady state neither
+/// a command nor a status message allocates.
 class StageDriver final : public DriverBase {
  public:
   StageDriver(const StageSettings& settings, DriverHost& driver_host);
@@ -92,7 +93,7 @@ class StageDriver final : public DriverBase {
   Status arm() noexcept override;
   /// Errors: wrong_state (not armed, not homed), range (target, speed, horizon), unsupported.
   Result<std::uint32_t> command(const Command& command) noexcept override;
-  /// Stops at once; stays armed, so that the stage can be driven out of contact.
+  /// Stops at once; stays armed so that the stage can leave the contact.
   void stop() noexcept override;
   void close() noexcept override;
 
@@ -112,9 +113,9 @@ class StageDriver final : public DriverBase {
   std::uint32_t begin(MotionKind kind, std::int32_t target_counts, Duration limit);
   void end_motion();
   bool end_servo();
-  /// Nothing moves it, by its status and by what it was sent since.
+  /// Whether the stage is at rest, by its status and by the commands since then.
   [[nodiscard]] bool is_still() const;
-  /// Before it heeds a command of now.
+  /// Braking before a command sent now takes effect.
   [[nodiscard]] Braking braking() const;
   void note_speed(double speed);
 
@@ -156,7 +157,7 @@ class StageDriver final : public DriverBase {
   bool flush();
   void cancel_timers();
 
-  /// Where the motion goes; empty for homing, which ends at a switch.
+  /// Text of the target; empty for homing, which ends at a switch.
   [[nodiscard]] std::string format_target() const;
   [[nodiscard]] double to_si(std::int32_t counts) const {
     return counts / settings_.scale.counts_per_unit;
@@ -172,22 +173,22 @@ class StageDriver final : public DriverBase {
   Bytes out_;
 
   StageReading last_;
-  TimePoint last_at_{};     ///< when it arrived
-  TimePoint last_since_{};  ///< and the earliest that it is taken to be from
-  bool have_last_ = false;  ///< and the next reading must be near it
+  TimePoint last_at_{};     ///< arrival of last_
+  TimePoint last_since_{};  ///< earliest possible time of last_
+  bool have_last_ = false;  ///< last_ is valid: the next reading must be near it
   int implausible_ = 0;     ///< readings in a row
-  int unwell_ = 0;          ///< readings in a row that show something wrong
-  std::optional<protocols::apt::LimitSwitchParams> found_limits_;  ///< before arming
+  int unwell_ = 0;          ///< readings in a row that show a problem
+  std::optional<protocols::apt::LimitSwitchParams> found_limits_;  ///< as found before arming
   Motion motion_;
   std::uint32_t last_id_ = 0;
   std::uint32_t confirmed_id_ = 0;
   std::uint32_t sequence_ = 0;
-  std::int32_t velocity_counts_ = 0;  ///< what the controller was told last
-  double fastest_ = 0;                ///< that it was sent with since it stood [m/s] or [rad/s]
+  std::int32_t velocity_counts_ = 0;  ///< last value sent to the controller
+  double fastest_ = 0;                ///< fastest speed sent since it was at rest [m/s] or [rad/s]
   std::uint32_t stops_under_way_ = 0;
   std::uint32_t unacknowledged_ = 0;
   bool arming_ = false;
-  bool lists_end_messages_ = false;  ///< the controller lists their switch
+  bool lists_end_messages_ = false;  ///< the controller supports resume_endofmovemsgs
 
   Timer opening_;
   Timer motion_limit_;

@@ -1,5 +1,5 @@
-// Which readings of a stage are believed. The protocol has no check value: a damaged message may
-// pass for a reading, and a stage that is given up cannot lift the probe any more.
+// Decides which readings of a stage are accepted. The protocol has no check value, so a damaged
+// message may look like a reading. A faulted stage can no longer lift the probe.
 
 #include <cstdlib>
 #include <string>
@@ -11,11 +11,11 @@ namespace {
 
 using namespace protocols::apt;
 
-/// Between two readings a stage moves no further than half as fast again as it can, and this [mm or
+/// Between two readings a stage moves at most 1.5 times its maximum speed, plus this [mm or
 /// degrees]. A reading may be older than its arrival, see longest_wait.
 constexpr double jump_margin = 0.1;
 constexpr int most_implausible = 3;
-/// So many statuses in a row must show what is wrong with the stage.
+/// Number of statuses in a row that must show a problem.
 constexpr int least_unwell = 2;
 
 std::string fault_names(std::uint32_t bits) {
@@ -64,7 +64,7 @@ bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
   return false;
 }
 
-/// What this reading alone says is wrong with the stage.
+/// The problem that this reading shows, if any.
 std::optional<Error> StageDriver::ailment(const StageReading& reading) const {
   if ((reading.status_bits & status::any_fault) != 0)
     return Error{.code = Errc::device,
@@ -88,11 +88,11 @@ std::optional<Error> StageDriver::ailment(const StageReading& reading) const {
                .hint = "Look for an obstacle; home the stage again"};
 }
 
-/// What is wrong with the stage is believed when a second status in a row shows something, which is
-/// asked for at once; so is that it is not homed any more, which keeps it from moving.
+/// A problem counts when two statuses in a row show one; the second is requested at once. This also
+/// applies to the loss of the homed bit, which prevents motion.
 bool StageDriver::believed(const StageReading& reading) {
   const std::optional<Error> wrong = ailment(reading);
-  // Homing itself begins without.
+  // Homing itself clears the bit.
   const bool lost_home = motion_.kind != MotionKind::home &&
                          (last_.status_bits & ~reading.status_bits & status::homed) != 0;
   if (!wrong && !lost_home) {

@@ -1,4 +1,4 @@
-// What comes in from the stage, and what follows from it.
+// Handles the messages from the stage.
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +14,13 @@ namespace {
 
 using namespace protocols::apt;
 
-/// A servo controller goes silent after about 50 status messages without an answer (APT16 p. 98).
+/// A servo controller stops sending after about 50 unacknowledged status messages (APT16 p. 98).
 constexpr std::uint32_t acknowledge_every = 10;
-/// A stage that is at rest at its target for so long has arrived, though its report got lost; one
-/// that has reported and rests elsewhere has not.
+/// A stage at rest at its target for lost_report_limit has arrived: its report was lost. A stage
+/// that reported the end but rests elsewhere for away_limit has not arrived.
 constexpr Duration lost_report_limit = std::chrono::seconds(1);
 constexpr Duration away_limit = std::chrono::milliseconds(500);
-/// Share by which a speed that was read back may differ.
+/// Relative tolerance of a speed that was read back.
 constexpr double read_back_tolerance = 1e-6;
 
 template <class Body>
@@ -75,14 +75,14 @@ void StageDriver::on_info(const Message& message) {
     raise(std::move(same.error()));
     return;
   }
-  // The LTS does not list it (device-facts.md, APT controllers).
+  // The LTS does not list the message (device-facts.md, APT controllers).
   lists_end_messages_ = !info->model.str().starts_with("LTS");
   host().identified(identity_of(settings_, *info));
   enter(LifecycleEvent::opened);
 }
 
-/// As found when the stage is opened: soft limits inside the rig file's travel would stop it there.
-/// As read back when it is armed: the switches must be those that were set.
+/// On open(): soft limits inside the rig file's travel would stop the stage there. On arm(): the
+/// limit switches read back must equal those that were set.
 void StageDriver::on_limit_switches(const Message& message) {
   const auto found = decode_body<LimitSwitchParams>(message.data);
   if (!found || state() == DriverState::closed) return;
@@ -124,8 +124,8 @@ void StageDriver::on_velocity(const Message& message) {
            .got = std::to_string(stored) + " counts",
            .hint = "Lower the " + what + " in the rig file to what the controller allows"});
   };
-  // A controller that computes in units of its own may round: by a count, or by more of the counts
-  // of a speed, of which there are hundreds of millions.
+  // A controller with internal units may round: by one count, or by more for a speed, which has
+  // hundreds of millions of counts.
   const auto differ = [](double sent, double stored) {
     return std::abs(sent - stored) > std::max(1.0, read_back_tolerance * sent);
   };
@@ -152,7 +152,7 @@ void StageDriver::on_status(const Message& message, TimePoint arrival) {
   const bool of_our_family = is_servo_family() == (message.id == MessageId::get_dcstatusupdate);
   const std::optional<StageReading> reading = read_status(message);
   if (!of_our_family || !reading) return;
-  reply_.satisfy();  // reports of ends do not: they come unasked
+  reply_.satisfy();  // reports of ends do not: they are spontaneous
   if (!accept(*reading, arrival)) return;
   confirm((reading->status_bits & status::any_motion) == 0, arrival);
   if (!attached()) return;
@@ -170,7 +170,7 @@ void StageDriver::on_completed(const Message& message, TimePoint arrival) {
     publish(arrival);
     acknowledge();
   }
-  // The end of a move that was replaced, or the short form that APT16's figure shows: look again.
+  // This may be the end of a replaced move, or the short form of APT16's figure: request a status.
   if (attached() && motion_.kind == MotionKind::move) {
     put_status_request();
     flush();
@@ -198,18 +198,18 @@ void StageDriver::on_stopped(const Message& message, TimePoint arrival) {
 
 void StageDriver::on_homed() {
   if (motion_.kind != MotionKind::home) return;
-  motion_.reported = true;  // believed when the next status has the homed bit
+  motion_.reported = true;  // confirmed when the next status has the homed bit
   put_status_request();
   flush();
 }
 
-/// Takes a reading in. False when it ended in a fault, is not believed, or comes before the driver
-/// is armed.
+/// Stores a reading. False if it ended in a fault, was rejected, or arrived before the driver is
+/// armed.
 bool StageDriver::accept(const StageReading& reading, TimePoint arrival) {
   if (state() == DriverState::closed) return false;
   if (!plausible(reading, arrival) || !believed(reading)) return false;
   last_ = reading;
-  // It was sent after the one before had arrived.
+  // It was sent after the previous one had arrived.
   last_since_ = have_last_ ? std::max(last_at_, arrival - longest_wait) : arrival;
   last_at_ = arrival;
   have_last_ = motion_.kind != MotionKind::home;  // homing moves the origin
@@ -237,7 +237,7 @@ bool StageDriver::finish_arming(const StageReading& reading) {
   return state() == DriverState::armed;
 }
 
-/// A host that died, or a person at the panel, may have left the stage on its way to a limit.
+/// A dead host, or a person at the panel, may have left the stage moving towards a limit.
 void StageDriver::stop_found_motion() {
   host().log(LogLevel::warning, "the stage was moving when it was armed, and is told to stop");
   ++stops_under_way_;
@@ -245,7 +245,7 @@ void StageDriver::stop_found_motion() {
   flush();
 }
 
-/// Done needs evidence: the device's own report, and a position that agrees.
+/// A motion is done only with the device's own report and a position that agrees.
 void StageDriver::confirm(bool device_is_at_rest, TimePoint arrival) {
   const bool arrived = motion_.at_target(last_.position_counts, settings_.in_position_counts);
   if (motion_.kind == MotionKind::servo && device_is_at_rest && arrived) motion_ = {};
@@ -263,8 +263,8 @@ void StageDriver::confirm(bool device_is_at_rest, TimePoint arrival) {
   end_motion();
 }
 
-/// A move whose stage is at rest. The message of its end may have got lost; the status that says so
-/// again and again has not.
+/// Handles a move with the stage at rest. The report of its end may have been lost, but the
+/// repeated status has not.
 void StageDriver::check_rest(bool arrived, TimePoint arrival) {
   std::optional<TimePoint>& since = arrived ? motion_.silent_since : motion_.away_since;
   (arrived ? motion_.away_since : motion_.silent_since).reset();
@@ -285,8 +285,8 @@ void StageDriver::check_rest(bool arrived, TimePoint arrival) {
          .hint = "Look at the backlash correction and at the stage"});
 }
 
-/// A homing whose stage is at rest, homed, where homing ends, and was seen to home: its report may
-/// have got lost too.
+/// Handles a homing with the stage at rest, homed, at the end position of homing, and seen to home:
+/// its report may also have been lost.
 void StageDriver::check_home_rest(TimePoint arrival) {
   const StageModel& model = *settings_.model;
   const std::int32_t offset = position_to_counts(model.scale, model.home_offset).value_or(0);

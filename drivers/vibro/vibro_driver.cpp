@@ -58,7 +58,7 @@ void BlockWatch::note(const vibro::Frame& block) {
     if (block.values[i] != first_values_[i % axes]) changed_[i % axes] = true;
 }
 
-/// Every such sensor has noise of about a count: an axis that never changes is not measured.
+/// Every such sensor has noise of about a count, so an axis that never changes is not measured.
 std::optional<Error> BlockWatch::check_values(const vibro::Frame& block) const {
   for (std::size_t axis = 0; axis < vibro::values_per_reading(block.kind); ++axis) {
     if (changed_[axis]) continue;
@@ -153,7 +153,7 @@ void VibroDriver::on_description() {
   enter(LifecycleEvent::opened);
 }
 
-/// Why a configured channel cannot be used as the sensor describes it.
+/// The reason why a configured channel cannot be used with the sensor's description, if any.
 std::optional<Error> VibroDriver::unfit(const Channel& channel,
                                         const vibro::ChannelDescription& description_seen) const {
   if (!channel.wanted()) return std::nullopt;
@@ -242,7 +242,7 @@ void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
   publish(channel, step.lost, arrival);
 }
 
-/// Moves along the lifecycle on a good block. False while nothing is to be published.
+/// Advances the lifecycle on a good block. False while blocks must not be published.
 bool VibroDriver::advance(Channel& channel) {
   if (arming()) {
     channel.came = true;

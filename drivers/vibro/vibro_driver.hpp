@@ -16,12 +16,12 @@
 namespace weft::drivers {
 
 struct VibroSettings {
-  double acceleration_rate_hz = 200;  ///< readings a second; 0: the channel is not looked at
+  double acceleration_rate_hz = 200;  ///< readings per second; 0: channel not used
   double sound_rate_hz = 8000;
-  std::uint32_t serial = 0;  ///< that the sensor must have; 0: any
-  Duration reply_timeout{};  ///< for the sensor's description, which comes once a second
+  std::uint32_t serial = 0;  ///< required serial number; 0: any
+  Duration reply_timeout{};  ///< for the description, which the sensor sends once a second
   Duration stale_after{};
-  Duration watch{};  ///< windows in which values, rate and clock are judged; zero: they are not
+  Duration watch{};  ///< length of the windows that check values, rate and clock; zero: no checks
 };
 
 /// JSON Schema of the configuration.
@@ -30,15 +30,15 @@ extern const char vibro_config_schema[];
 /// Errors: parse, invalid_argument, range; each at its JSON pointer.
 Result<VibroSettings> read_vibro_settings(std::string_view config_json);
 
-/// Driver for a vibration sensor: accelerometer and microphone. One page about it: README.md.
+/// Driver for a vibration sensor (accelerometer and microphone); see README.md.
 extern const DriverEntry vibro_entry;
 
-/// Looks for frozen or saturated values, a wrong rate, a wrong clock. Errors: device_data, naming
+/// Detects frozen or saturated values, a wrong rate and a wrong clock. Errors: device_data, with
 /// the axis.
 class BlockWatch final : public StreamWatch<protocols::vibro::Frame> {
  public:
-  /// `window` zero: it does not look. `blocks_hz`: blocks a second. `full_scale_counts`: the
-  /// largest count of the channel.
+  /// `window` zero: no checks. `blocks_hz`: blocks per second. `full_scale_counts`: the largest
+  /// count of the channel.
   BlockWatch(Duration window, double blocks_hz, int full_scale_counts);
 
  private:
@@ -52,8 +52,7 @@ class BlockWatch final : public StreamWatch<protocols::vibro::Frame> {
   std::array<bool, protocols::vibro::axes> changed_{};
 };
 
-/// Which block is new, how many are missing before it, which came late, and when the sensor has
-/// begun anew.
+/// Classifies blocks as new or late, counts missing blocks and detects a restart of the sensor.
 class BlockOrder {
  public:
   enum class Verdict : std::uint8_t { next, late, restarted };
@@ -64,9 +63,9 @@ class BlockOrder {
 
   void reset() { *this = {}; }
 
-  /// A block that is older than the last one came twice or late, unless its clock is far behind or
-  /// a run of such blocks shows that the sensor counts anew: a short one while its clock goes on,
-  /// which that of late datagrams does not.
+  /// An older block is a duplicate or late. Exceptions show a restarted sensor: a clock that is far
+  /// behind, or a run of such blocks. The run may be short if the clock advances, which it does not
+  /// for late datagrams.
   Step observe(const protocols::vibro::Frame& block) {
     const std::int32_t back_us = seen_ ? static_cast<std::int32_t>(last_us_ - block.device_us) : 0;
     const bool far_back = back_us > latest_us;
@@ -89,7 +88,7 @@ class BlockOrder {
   static constexpr int run_while_clock_runs = 3;
   static constexpr int run_with_clock_back = 10;
 
-  /// How many late blocks came right before, each the next of the one before.
+  /// Number of late blocks directly before, with consecutive numbers.
   int& late_in_a_row(const protocols::vibro::Frame& block) {
     if (block.sequence != static_cast<std::uint16_t>(last_late_ + 1)) late_run_ = 0;
     last_late_ = block.sequence;
@@ -103,13 +102,13 @@ class BlockOrder {
   int late_run_ = 0;
 };
 
-/// Publishes each block as an AccelerationSample or a SoundSample in SI. The sensor sends without
-/// being asked, so this driver only listens. Nothing allocates while streaming.
+/// Publishes each block as an AccelerationSample or a SoundSample in SI. The sensor sends without a
+/// request, so this driver only receives. Does not allocate while streaming.
 class VibroDriver final : public ListeningDriver {
  public:
   VibroDriver(const VibroSettings& settings, DriverHost& driver_host);
 
-  /// Open when the sensor's description has come and is the configured one.
+  /// Becomes open once the description has arrived and matches the configuration.
   Status open() noexcept override;
 
  private:
@@ -119,19 +118,19 @@ class VibroDriver final : public ListeningDriver {
     [[nodiscard]] bool wanted() const { return rate_hz > 0; }
 
     protocols::vibro::Kind kind;
-    double rate_hz;                                  ///< as configured; 0: not looked at
+    double rate_hz;                                  ///< as configured; 0: channel not used
     protocols::vibro::ChannelDescription described;  ///< by the sensor
     double unit_per_count = 0;                       ///< [m/s2] or [Pa]
-    int largest_count = 0;                           ///< its size at either end of the range
+    int largest_count = 0;                           ///< largest magnitude within the range
     BlockOrder order;
     BlockWatch watch{{}, 1, 1};
     Watchdog silence;
-    bool came = false;  ///< a block since arming began
+    bool came = false;  ///< a block has arrived since arming began
     bool late_reported = false;
   };
 
   void received(ByteView bytes, TimePoint arrival) override;
-  /// Armed when a block of every configured channel has come.
+  /// Becomes armed once a block of every configured channel has arrived.
   void await_frames() override;
   void on_silence() override;
   void stop_waiting() noexcept override;

@@ -1,4 +1,5 @@
-# cmake --install BUILD --component sdk --prefix WHERE: what a driver outside of this tree is built with.
+# cmake --install BUILD --component sdk --prefix DIR: installs the files to build a driver outside
+# this tree.
 include(CMakePackageConfigHelpers)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/weftConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 foreach(folder drivers/api protocols/base)

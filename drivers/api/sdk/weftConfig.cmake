@@ -1,5 +1,5 @@
-# What a driver outside of Weft's tree needs: find_package(weft), then weft_add_driver(NAME SOURCE...).
-# The SDK is source: its few files are compiled here, by the compiler and with the options of this project.
+# For drivers outside Weft's tree: find_package(weft), then weft_add_driver(NAME SOURCE...). The SDK
+# is source: the project's compiler builds its few files with the project's options.
 include(CMakeFindDependencyMacro)
 find_dependency(nlohmann_json)
 find_path(WEFT_TL_EXPECTED tl/expected.hpp)
@@ -20,7 +20,7 @@ if(NOT TARGET weft::driver_sdk)
   set_target_properties(weft_driver_sdk PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden)
 endif()
 
-# weft-driver-NAME.so from the sources; everything but its one symbol stays inside.
+# Builds weft-driver-NAME.so from the sources; all but its one symbol stays hidden.
 function(weft_add_driver name)
   add_library(weft-driver-${name} MODULE ${ARGN})
   target_link_libraries(weft-driver-${name} PRIVATE weft::driver_sdk)
