@@ -37,7 +37,7 @@ std::string micrometres(double m) {
   return fixed(m / m_per_um, 2) + " um";
 }
 
-/// One round in a row of the table.
+/// Adds one round as a row of the table.
 void add_row(Table& table, const std::string& name, const recipes::TiltFound& found) {
   table.row({name, degrees(found.tilt_x_rad), degrees(found.tilt_y_rad),
              fixed(found.lean_rad * urad_per_rad, 1), fixed(found.lean_sd_rad * urad_per_rad, 1),
@@ -45,7 +45,7 @@ void add_row(Table& table, const std::string& name, const recipes::TiltFound& fo
              std::to_string(found.plane.points)});
 }
 
-/// What was touched, where it was not a real plate.
+/// Banner of a bench that is not real; empty for a real bench.
 std::string align_banner(BenchKind bench) {
   if (bench == BenchKind::real) return {};
   return "SIMULATED: the plate is the plant model's, nothing was touched.\n";
@@ -141,7 +141,8 @@ void add_options(CLI::App& command, AlignArgs& args) {
   add_options(command, args.plugins);
 }
 
-/// exit_failure, after a sentence, when the plate was not found, is no plane or was not levelled.
+/// Returns exit_failure, after a sentence, if the plate was not found, is not flat or was not
+/// levelled.
 Result<int> run_align(const AlignArgs& args, Console& console) {
   const StopSignals signals;
   const Result<AlignSummary> summary = run_alignment(request_of(args, signals, console));

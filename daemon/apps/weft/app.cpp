@@ -12,7 +12,7 @@
 namespace weft::daemon::cli {
 namespace {
 
-/// The command line told to other programs.
+/// Commands that print the command line for other programs (manual page, completion).
 void add_texts(CLI::App& root, ChosenCommand& chosen) {
   const auto add_text = [&](const char* name, const char* what,
                             std::string (*text)(const CLI::App&)) {
@@ -40,7 +40,7 @@ std::string meant(const std::string& word, const CLI::App& group) {
   return name.empty() ? "" : ". Did you mean " + name + "?";
 }
 
-// One that nobody knows here belongs to a subcommand that was not read.
+// An option unknown here belongs to a subcommand that was not parsed.
 bool expects_value(const std::string& option, const CLI::App& root, const CLI::App& group) {
   const CLI::Option* known = group.get_option_no_throw(option);
   if (known == nullptr) known = root.get_option_no_throw(option);
@@ -48,7 +48,7 @@ bool expects_value(const std::string& option, const CLI::App& root, const CLI::A
          (known == nullptr || known->get_items_expected_max() > 0);
 }
 
-// The library only says that a subcommand is missing; this says which word is none.
+// The library only reports that a subcommand is missing; this names the wrong word.
 std::string mistake(const CLI::App& root, std::span<const char* const> arguments,
                     const CLI::ParseError& e) {
   if (dynamic_cast<const CLI::RequiredError*>(&e) == nullptr &&
@@ -74,7 +74,7 @@ std::string mistake(const CLI::App& root, std::span<const char* const> arguments
   return e.what();
 }
 
-// The exit status when the command line itself ends the program: help, version or a mistake in it.
+// The exit status if the command line itself ends the program: help, version or a mistake.
 std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Console& console) {
   if (argc == 1) {
     console.out << root.help();
@@ -84,7 +84,7 @@ std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Cons
     const std::span arguments(argv, static_cast<std::size_t>(argc));
     std::vector<std::string> words =
         join_learners(stop_arguments({arguments.begin() + 1, arguments.end()}));
-    std::ranges::reverse(words);  // as the library takes them
+    std::ranges::reverse(words);  // the library expects reverse order
     root.parse(std::move(words));
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
@@ -122,7 +122,7 @@ int run(int argc, const char* const* argv, Console& console) {
     if (const auto status = parse(root, argc, argv, console)) return *status;
     const Result<int> status = chosen(console);
     return status ? *status : report(console, status.error());
-  } catch (const std::exception& e) {  // std::bad_alloc and what else a library throws
+  } catch (const std::exception& e) {  // std::bad_alloc and other exceptions of libraries
     return report_thrown(console, e, "weft");
   }
 }

@@ -19,13 +19,13 @@ namespace weft::daemon::cli {
 namespace {
 
 constexpr std::size_t audit_parts = 5;
-constexpr double recording_window_s = 2.0;  // as the 2023 paper's
+constexpr double recording_window_s = 2.0;  // as in the 2023 paper
 
 struct AuditArgs {
   std::filesystem::path dataset;
   TrialChoice trials;
   SplitChoice split;
-  std::string groups_are;  ///< "mounting", "piece" or empty: what the groups of an import stand for
+  std::string groups_are;  ///< "mounting", "piece" or empty: meaning of the groups of an import
   classifier::AuditOptions options;
   std::size_t repeats = 5;
 };
@@ -96,7 +96,7 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
   return {};
 }
 
-/// Errors: invalid_argument, where the data set names mountings (pieces) itself.
+/// Errors: invalid_argument, if the data set names mountings (pieces) itself.
 Status name_groups(const AuditArgs& args, AuditTables& tables) {
   if (args.groups_are.empty()) return {};
   if (std::ranges::find(tables.columns, args.groups_are, &AuditColumn::name) !=
@@ -109,7 +109,7 @@ Status name_groups(const AuditArgs& args, AuditTables& tables) {
   return {};
 }
 
-/// Whether whole groups can be left out: every label is in at least two.
+/// Whether complete groups can be left out: every label is in at least two.
 bool can_leave_groups_out(const classifier::FeatureMatrix& matrix) {
   std::map<std::string, std::set<std::string>> groups;
   for (std::size_t r = 0; r < matrix.size(); ++r) groups[matrix.labels[r]].insert(matrix.groups[r]);
@@ -122,7 +122,7 @@ bool has_split(const SplitChoice& choice) {
   return !choice.test_groups.empty() || choice.leave_one_group_out || choice.train_fraction != 0.0;
 }
 
-/// As asked for, else in parts; says how in the report.
+/// The requested splits, else splits in parts; records the method in the report.
 Result<std::vector<classifier::Split>> choose_splits(const AuditArgs& args, AuditReport& out) {
   if (has_split(args.split)) {
     EvaluateArgs given;
@@ -156,7 +156,7 @@ Status add_beside(const AuditArgs& args, std::span<const classifier::Split> spli
     if (auto ok = add(changed.name, changed.features, splits); !ok) return ok;
   for (const AuditColumn& column : out.tables.columns) {
     classifier::FeatureMatrix matrix = out.tables.full;
-    if (column.of_row == matrix.groups) continue;  // the splits are those already
+    if (column.of_row == matrix.groups) continue;  // the splits use these groups already
     matrix.groups = column.of_row;
     const auto across = classifier::split_in_parts(matrix, true, audit_parts);
     if (across.empty())
@@ -167,7 +167,7 @@ Status add_beside(const AuditArgs& args, std::span<const classifier::Split> spli
   return {};
 }
 
-enum class AuditForm { whole, quick };  // quick: LDA alone is permuted, nothing stands beside
+enum class AuditForm { whole, quick };  // quick: only LDA is permuted, no comparisons
 
 Status measure_audit(const AuditArgs& args, AuditForm form,
                      std::span<const classifier::Split> splits, AuditReport& out) {
@@ -239,14 +239,14 @@ std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file,
   if (!dataset.info.ended_early.empty() || !dataset.info.factors.empty())
     return {{"all", "", "",
              "slides that a live vote ended early, and cells of a sweep, are no one experiment"}};
-  // Imprints are one exploration: what a recipe calls one is how hard they were pressed.
+  // Imprints are one exploration: the explorations of their recipe are press forces.
   const std::vector<std::string> explorations =
       holds_imprints(dataset) ? std::vector<std::string>{"imprints"} : list_explorations(dataset);
   for (const std::string& exploration : explorations) {
     AuditArgs args;
     args.dataset = file;
     if (!holds_imprints(dataset)) args.trials.exploration = exploration;
-    args.options.permutations = 99;  // the fewest whose p can be 2 %
+    args.options.permutations = 99;  // the minimum for p = 2 %
     out.push_back(make_headline(exploration, compute_audit(args, AuditForm::quick)));
   }
   return out;

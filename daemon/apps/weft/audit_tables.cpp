@@ -19,7 +19,7 @@ namespace {
 using classifier::FeatureMatrix;
 using classifier::Trial;
 
-// A row and a list of its values; empty where the data set does not have them.
+// Values of each row; empty if the data set does not have them.
 using Rows = std::vector<std::vector<double>>;
 
 constexpr const char* not_recorded = "not recorded";
@@ -49,7 +49,7 @@ void add_probe(AuditTables& tables, const std::string& name, const Rows& rows,
   tables.probes.push_back({name, std::move(matrix)});
 }
 
-/// Mean, deviation and range of every pad in phase S.
+/// Mean, deviation and range of every taxel in phase S.
 std::vector<double> rest_figures(const Trial& trial) {
   std::vector<double> out;
   for (std::size_t pad = 0; pad < trial.taxels; ++pad) {
@@ -64,7 +64,7 @@ std::vector<double> rest_figures(const Trial& trial) {
   return out;
 }
 
-/// Mean of every pad in phase M.
+/// Mean of every taxel in phase M.
 std::vector<double> pad_levels(const Trial& trial) {
   std::vector<double> out(trial.taxels, 0.0);
   for (std::size_t i = 0; i < trial.samples(); ++i)
@@ -74,7 +74,7 @@ std::vector<double> pad_levels(const Trial& trial) {
   return out;
 }
 
-/// Over their sum: how hard the array pressed is not part of it. Empty for a single pad.
+/// Levels divided by their sum, so the total pressure has no effect. Empty for a single taxel.
 std::vector<double> pad_pattern(const Trial& trial) {
   std::vector<double> out = pad_levels(trial);
   const double sum = std::accumulate(out.begin(), out.end(), 0.0);
@@ -154,10 +154,10 @@ void add_columns(const std::vector<GroupColumn>& named, const std::vector<std::s
   std::ranges::stable_partition(tables.columns, &AuditColumn::of_cloth);
 }
 
-/// 1 in the column of a row's value.
+/// One column per value: 1 in the column of the row's value, else 0.
 Rows indicators(const std::vector<std::string>& values) {
   const std::set<std::string> all(values.begin(), values.end());
-  // Values of one row each only number the rows.
+  // Values that occur in one row each would only number the rows.
   const bool numbers_rows = 2 * all.size() > values.size();
   Rows rows;
   for (const std::string& own : values) {

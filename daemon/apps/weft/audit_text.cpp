@@ -17,10 +17,10 @@ using classifier::CannotTell;
 using classifier::ProbeFigure;
 using nlohmann::json;
 
-/// What a named probe means, and what would settle it.
+/// Meaning of a named probe, and the next step to resolve it.
 struct Meaning {
   std::string_view probe;
-  std::string_view confounded;  ///< the label and this
+  std::string_view confounded;  ///< the quantity confounded with the label
   std::string_view next;
 };
 
@@ -54,12 +54,12 @@ const Meaning& meaning_of(const std::string& probe) {
   return *std::ranges::find(meanings, std::string_view(probe), &Meaning::probe);
 }
 
-/// The name of a column that is a probe; empty of other probes.
+/// The column name of a column probe; empty for other probes.
 std::string column_of(const ProbeFigure& one) {
   return one.name.starts_with(column_probe) ? one.name.substr(column_probe.size()) : "";
 }
 
-/// What goes with the label.
+/// Name of the quantity that is confounded with the label.
 std::string confounded_by(const ProbeFigure& one) {
   const std::string column = column_of(one);
   return column.empty() ? std::string(meaning_of(one.name).confounded) : column;
@@ -76,9 +76,8 @@ bool is_contact(const ProbeFigure& one) {
   return one.name == "phase S" || one.name == "pad pattern";
 }
 
-/// What the share of a probe comes from. Level, force error and contact differ with the material
-/// too; splits that keep mountings (pieces) whole cannot be helped by what one mounting (piece) has
-/// in common.
+/// Origin of a probe's share. Level, force error and contact also differ with the material. Splits
+/// that keep mountings (pieces) whole gain nothing from the common traits of one mounting (piece).
 enum class Carrier { nuisance, undecided, material };
 
 Carrier carrier_of(const AuditReport& report, const ProbeFigure& one) {
@@ -93,7 +92,7 @@ Carrier carrier_of(const AuditReport& report, const ProbeFigure& one) {
   return is_whole("mounting") ? Carrier::undecided : Carrier::nuisance;
 }
 
-/// By falling share.
+/// Named probes of this carrier, in descending order of share.
 std::vector<const ProbeFigure*> named_probes(const AuditReport& report, Carrier carrier) {
   std::vector<const ProbeFigure*> out;
   if (report.figures)
@@ -109,7 +108,7 @@ std::string verdict_code(const AuditReport& report) {
   return named_probes(report, Carrier::undecided).empty() ? "no_sign" : "cannot_tell";
 }
 
-/// Why nothing can be told: a code for programs, a sentence, and what to record.
+/// Reason for a missing result: a code for programs, a sentence, and the data to record next.
 struct Obstacle {
   std::string code, text, next;
 };
@@ -144,7 +143,7 @@ std::string had_from(const ProbeFigure& one) {
          (one.name == "phase S" ? "phase S alone" : "the " + one.name + " alone");
 }
 
-/// What is left where the features do not know level and pattern.
+/// Accuracy of the features without level and pattern.
 std::string remaining_text(const AuditReport& report) {
   const auto at =
       std::ranges::find(report.beside, "without level and pattern", &BesideFigure::name);
@@ -153,7 +152,7 @@ std::string remaining_text(const AuditReport& report) {
          " %, by the material or by what else one mounting or piece has in common.";
 }
 
-/// Of slides: mounting and piece, where the data set does not name them.
+/// For slides: of mounting and piece, those that the data set does not name.
 std::vector<std::string> unnamed_columns(const AuditReport& report) {
   std::vector<std::string> out;
   if (report.tables.rows != "trials") return out;

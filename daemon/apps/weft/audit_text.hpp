@@ -1,5 +1,5 @@
 #pragma once
-// What `weft audit` found, for people and for programs.
+// The result of `weft audit` as text and as JSON.
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -14,7 +14,7 @@
 
 namespace weft::daemon::cli {
 
-/// What changed features, or the full ones on other splits, reach.
+/// Accuracy of changed features, or of the full ones on other splits.
 struct BesideFigure {
   std::string name;
   classifier::Reached reached;
@@ -28,17 +28,17 @@ struct AuditReport {
   AuditTables tables;
   std::string split_text;
   std::size_t splits = 0;                           ///< 0: each label is one recording
-  std::optional<classifier::AuditFigures> figures;  ///< nothing without a split
+  std::optional<classifier::AuditFigures> figures;  ///< nullopt without a split
   std::vector<BesideFigure> beside;
-  std::vector<std::string> single_columns;  ///< mounting, piece: of which there is but one
+  std::vector<std::string> single_columns;  ///< mounting, piece: columns with a single value
 };
 
-/// One page: table, verdict, what to record next. Ends with a newline.
+/// One page: table, verdict and the data to record next. Ends with a newline.
 std::string audit_text(const AuditReport& report);
 
 nlohmann::json audit_json(const AuditReport& report);
 
-/// Why nothing can be told, without a full stop; empty where it can.
+/// Reason for a missing result, without a full stop; empty if there is a result.
 std::string obstacle_text(const AuditReport& report);
 
 }  // namespace weft::daemon::cli

@@ -21,7 +21,7 @@ using nlohmann::json;
 using recipes::Cleanup;
 using recipes::RigFact;
 
-// Past the streams, which the thread that hangs may hold.
+// Bypasses the streams, because the hanging thread may hold their locks.
 void write_line(int descriptor, const std::string& line) {
   [[maybe_unused]] const auto written = ::write(descriptor, line.data(), line.size());
 }
@@ -41,7 +41,8 @@ std::optional<double> read(const std::string& text, Parse parse) {
   return value ? std::optional<double>(*value) : std::nullopt;
 }
 
-/// What is a number, a flag or a quoted text by itself is that; everything else is a text.
+/// JSON text of a typed value: a number, a flag or a quoted text as it is; any other text as a
+/// string.
 std::string scalar_text(const std::string& typed) {
   const auto value = parse_json(typed);
   const bool is_scalar = value && value->is_primitive() && !value->is_null();
@@ -178,7 +179,7 @@ std::string format_rig(Cleanup cleanup, RigFact rig) {
   const std::string cleanup_text =
       "; look at the bench before anything moves, and lift the probe by hand if a stage is dead: "
       "the next run homes z, upwards, before all else";
-  // What is done finally begins only where the probe is up.
+  // The final steps begin only with the probe at the clear height.
   if (cleanup == Cleanup::partial)
     return rig == RigFact::safe
                ? "the probe is up, but what the recipe does finally was not done to its end"

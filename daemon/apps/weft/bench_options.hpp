@@ -1,5 +1,5 @@
 #pragma once
-// What the commands on a rig share: `run`, `check`, `align` and `doctor`.
+// Common options of the commands on a rig: `run`, `check`, `align` and `doctor`.
 
 #include <filesystem>
 #include <string>
@@ -17,13 +17,13 @@ class App;
 
 namespace weft::daemon::cli {
 
-// `--accuracy` and `--budget`, of the commands that simulate a campaign or look at one.
+// `--accuracy` and `--budget`, of the commands that simulate or check a campaign.
 
 struct FidelityArgs {
-  std::string accuracy, budget;  ///< as typed; empty: not asked for
+  std::string accuracy, budget;  ///< as typed; empty: not given
   bool strict = false;           ///< `--accuracy-strict`, of commands that run
 };
-/// A text that cannot be read is refused with the command line.
+/// An unreadable text is a usage error.
 void add_options(CLI::App& command, FidelityArgs& args);
 /// `--accuracy-strict`.
 void add_strict_option(CLI::App& command, FidelityArgs& args);
@@ -35,17 +35,17 @@ FidelityRequest fidelity_request(const FidelityArgs& args);
 struct ParameterArgs {
   std::vector<std::string> set;  ///< NAME=VALUE
 };
-/// A text that cannot be read is refused with the command line.
+/// An unreadable text is a usage error.
 void add_options(CLI::App& command, ParameterArgs& args);
 
-/// {NAME: value} as CampaignRequest takes it, empty without any: 3 and true are a number and a
-/// flag, "3" and anything else a text. A name that was given twice is in it twice.
+/// {NAME: value} for CampaignRequest; empty without any. 3 and true are a number and a flag; "3"
+/// and any other text are texts. A name given twice appears twice.
 std::string parameters_json(const ParameterArgs& args);
-/// Puts them into the parameters of a call, where there are any. Errors: invalid_argument, a name
+/// Adds them to the parameters of a call, if there are any. Errors: invalid_argument, for a name
 /// given twice.
 Status put_parameters(const ParameterArgs& args, nlohmann::json& params);
 
-// `--plugins` and `--plugins-only`, of the commands that make a rig's drivers.
+// `--plugins` and `--plugins-only`, of the commands that create a rig's drivers.
 
 struct PluginArgs {
   std::vector<std::filesystem::path> folders;
@@ -57,18 +57,17 @@ void add_options(CLI::App& command, PluginArgs& args);
 /// that hangs ends the process with exit_failure after the sentence (and the object of --json).
 PluginSettings make_settings(const PluginArgs& args, const Console& console);
 
-/// Warnings and errors of a driver, as they come, on `err`.
+/// Prints warnings and errors of a driver at once on `err`.
 void print_device_log(const DeviceLogEntry& line, Console& console);
 
 /// {"pointer", "message", "expected", "got", "hint", "sentence"}
 nlohmann::json diagnostic_json(const recipes::Diagnostic& diagnostic);
 
-/// Every problem under the name of its file; with --json also in the error object. Returns
+/// Prints every problem under the name of its file; with --json also in the error object. Returns
 /// exit_failure.
 int refuse(const std::vector<FileProblem>& problems, Console& console);
 
-/// What is not as after a good end, and what to do; empty where the probe is up and nothing was
-/// left out.
+/// Differences from a good end, and advice; empty if the probe is up and no step was left out.
 std::string format_rig(recipes::Cleanup cleanup, recipes::RigFact rig);
 
 }  // namespace weft::daemon::cli

@@ -1,5 +1,5 @@
 #pragma once
-// What `weft run` does with a finished campaign: classify it and write report.html and report.json.
+// Evaluation and report of a finished campaign in `weft run`: report.html and report.json.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -15,18 +15,18 @@
 
 namespace weft::daemon::cli {
 
-// What `weft run` does with a complete campaign that is evaluated.
+// Handover of a complete campaign in `weft run`.
 
-/// One of the two.
+/// Result of a handover: `done` or `failed`.
 struct RunHandover {
   std::optional<HandoverResult> done;
-  std::optional<Error> failed;        ///< the campaign and its data are what they are all the same
-  std::filesystem::path folder = {};  ///< of what was done
+  std::optional<Error> failed;        ///< the campaign and its data stay valid
+  std::filesystem::path folder = {};  ///< folder of `done`
   bool by_default = false;            ///< the recipe does not ask for it
 };
 
-/// Nothing where the campaign is not complete or its recipe wants none. Progress goes to the
-/// console's `err`; SIGINT and SIGTERM end it.
+/// Runs the handover. nullopt if the campaign is incomplete or its recipe requests none. Progress
+/// goes to the console's `err`; SIGINT and SIGTERM end it.
 std::optional<RunHandover> handover_of_run(const CampaignSummary& summary,
                                            const std::filesystem::path& folder, Console& console);
 
@@ -35,15 +35,15 @@ nlohmann::json json_of(const RunHandover& handover);
 
 struct WrittenReport {
   CampaignReport report;
-  std::filesystem::path html, json;  ///< where it is
+  std::filesystem::path html, json;  ///< written files
 };
 
 /// --beside, for run and report.
 void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside);
 
-/// make_report(), written into `html` and the JSON document beside it under the same name.
-/// Progress goes to the console's `err`. `audit`: its quick form, a second for a small campaign,
-/// ten for 680 trials.
+/// Writes make_report() into `html`, and the JSON document beside it under the same name. Progress
+/// goes to the console's `err`. `audit`: adds the quick audit, about one second for a small
+/// campaign and ten for 680 trials.
 Result<WrittenReport> write_report(const CampaignSummary& summary, const Dataset& dataset,
                                    const std::filesystem::path& html, ReportOptions options,
                                    bool audit, Console& console);

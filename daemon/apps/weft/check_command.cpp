@@ -45,7 +45,7 @@ json to_json(const recipes::Forecast& forecast) {
 
 constexpr std::size_t max_listed_prompts = 100;
 
-/// The first that people are asked for, each with the machine's time until then.
+/// The first operator prompts, each with the machine time until then.
 template <class Callback>
 void for_first_prompts(const Plan& plan, std::size_t most, const Callback& callback) {
   for (std::size_t trial = 0; most > 0; ++trial) {
@@ -174,8 +174,8 @@ void add_options(CLI::App& command, CheckArgs& args) {
   add_options(command, args.plugins);
 }
 
-/// Prints plan, duration, bytes, envelope and margins. A refused recipe is not an error of this
-/// function: all its problems are printed and exit_failure is returned.
+/// Prints plan, duration, bytes, envelope and margins. A refused recipe is no error of this
+/// function: it prints all its problems and returns exit_failure.
 Result<int> run_check(const CheckArgs& args, Console& console) {
   CampaignRequest request{args.recipe, args.rig, {}, {}, fidelity_request(args.fidelity)};
   request.plugins = make_settings(args.plugins, console);

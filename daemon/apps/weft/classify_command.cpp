@@ -49,9 +49,9 @@ json by_label(const Labels& labels, const std::vector<Number>& of_class) {
   return out;
 }
 
-constexpr std::size_t most_named = 10;  // of hundreds of fabrics nobody reads the last
+constexpr std::size_t most_named = 10;  // limit for data with hundreds of fabrics
 
-// The winner first, then the others that got votes, most votes first; nothing without votes.
+// The winner first, then the others in descending order of votes; empty without votes.
 std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
   if (ballot.votes.empty()) return {};
   std::vector<std::size_t> order;
@@ -67,7 +67,7 @@ std::string votes_text(const Labels& labels, const classifier::Ballot& ballot) {
   return out + ")";
 }
 
-// The fabric that has a larger probability than the winner of the vote, if any.
+// The fabric with a larger probability than the winner of the vote, if any.
 std::optional<std::size_t> find_likelier(const classifier::Prediction& answer) {
   const std::vector<double>& p = answer.probability;
   if (p.empty()) return std::nullopt;
@@ -82,7 +82,7 @@ std::string disagreement_text(const Labels& labels, const classifier::Prediction
          percent(answer.probability[*likelier], 0) + " %)";
 }
 
-/// A line that says so where the model learnt from simulated data; nothing otherwise.
+/// A warning line if the model was trained on simulated data; otherwise empty.
 std::string trained_banner(const classifier::Provenance& provenance) {
   return provenance.bench == "simulated" ? "The model was trained on SIMULATED data.\n" : "";
 }
@@ -131,11 +131,11 @@ Result<LoadedImprints> load_imprints(const std::filesystem::path& path, std::ist
   return LoadedImprints{dataset->info.kind, *grid, std::move(*imprints)};
 }
 
-/// How an answer compares with what is known of its recording, over all of them.
+/// Comparison of predictions with the true labels, over all recordings.
 struct AnswerCounts {
   std::size_t answers = 0;
-  std::size_t trained_on = 0;  ///< the model learnt from the very recording
-  std::size_t known = 0;       ///< recordings whose label is one of the model's
+  std::size_t trained_on = 0;  ///< recordings that the model was trained on
+  std::size_t known = 0;       ///< recordings with a label of the model
   std::size_t right = 0;
   std::size_t known_of_new = 0, right_of_new = 0;  ///< of recordings not trained on
   std::vector<std::string> other_labels = {};      ///< true labels that the model does not have
@@ -157,7 +157,7 @@ struct AnswerCounts {
   }
 };
 
-/// The last lines: of how many the model had learnt, and how many answers are right.
+/// The last lines: the number of trained-on recordings and of right predictions.
 std::string counts_text(const AnswerCounts& counts, const std::string& things) {
   std::string out;
   const auto of = [](std::size_t n, std::size_t all) {
@@ -176,7 +176,7 @@ std::string counts_text(const AnswerCounts& counts, const std::string& things) {
   return out + "\n";
 }
 
-/// What of a command is the same for each modality.
+/// The JSON members that are equal for every modality.
 json head_json(const ClassifyArgs& args, const classifier::Provenance& provenance,
                classifier::Modality modality, classifier::Learner learner, BenchKind bench,
                const AnswerCounts& counts) {
@@ -196,7 +196,7 @@ bool is_in(const std::vector<std::uint64_t>& digests, std::uint64_t one) {
   return std::ranges::find(digests, one) != digests.end();
 }
 
-/// Text, counts and JSON of answers with votes, of trials or imprints.
+/// Text, counts and JSON of predictions with votes, of trials or imprints.
 struct Answered {
   std::string text;
   AnswerCounts counts;
@@ -307,8 +307,8 @@ Result<Dataset> open_trials(const std::filesystem::path& path, std::istream* in)
   return is_csv_name(path) ? import_trial(path) : open_dataset(path);
 }
 
-// The model's own exploration. Imported recordings name none, and are taken for what the model
-// knows; so is the only exploration of a campaign by a model of imported recordings.
+// The model's own exploration. Imported recordings name none and count as the model's exploration.
+// With a model of imported recordings, so does the only exploration of a campaign.
 Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const Dataset& dataset) {
   const std::vector<std::string> present = list_explorations(dataset);
   if (present.empty())
@@ -322,7 +322,7 @@ Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const
                .got = joined(present)});
 }
 
-// Prepared as the training trials were.
+// Prepares the trials in the same way as the training trials.
 Result<std::vector<Trial>> prepared(const classifier::FeatureSetup& setup, const Dataset& dataset) {
   const Result<std::string> exploration = exploration_for(setup, dataset);
   if (!exploration) return pass(exploration.error());
@@ -359,7 +359,7 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
               text_for(classifier::Modality::imprint,
                        "imprints (.h5), or one (.csv, .txt, .pgm, .npy)"))
       ->required();
-  if (args.modality == classifier::Modality::vibro) return;  // its answers are no votes of cores
+  if (args.modality == classifier::Modality::vibro) return;  // vibro models have no votes of cores
   add_keyword(
       command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
       "majority or soft: all cores; dag: one core less than fabrics; shortlist: the cores of "
@@ -368,7 +368,7 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
       ->each([&args](const std::string&) { args.shortlist_given = true; });
 }
 
-/// Which model the file is.
+/// Kind of model in the file.
 Result<classifier::ModelKind> kind_of_model(const std::filesystem::path& path) {
   std::error_code unseen;
   std::ifstream in(path, std::ios::binary);

@@ -1,5 +1,5 @@
 #pragma once
-// What `weft fabric classify` says of one trial.
+// Text of `weft fabric classify` for one trial.
 
 #include <string>
 
@@ -7,15 +7,15 @@
 
 namespace weft::daemon::cli {
 
-/// A trial and the answer on it.
+/// A trial and its prediction.
 struct PredictedTrial {
   std::string file;
   std::string true_label;         ///< empty: not known
-  classifier::Prediction answer;  ///< without probability and refusal where the model has no aids
+  classifier::Prediction answer;  ///< without probability and refusal if the model has no aids
 };
 
-/// "trial.csv: denim 97 %, or none of these  (votes: denim 3 silk 2)" and a line break; the ten
-/// fabrics with most votes are named.
+/// "trial.csv: denim 97 %, or none of these  (votes: denim 3 silk 2)" and a line break. It names
+/// the ten fabrics with most votes.
 std::string answer_line(const classifier::TrainedLearner& learner, const PredictedTrial& answered);
 
 }  // namespace weft::daemon::cli

@@ -1,6 +1,6 @@
 #pragma once
-// The command line as a whole, and how each command puts itself into it. For .cpp files: it brings
-// CLI11.
+// The command line as a whole, and the registration of each command. Include in .cpp files only: it
+// includes CLI11.
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -16,11 +16,11 @@ namespace weft::daemon::cli {
 /// Runs `weft` with these arguments. Never throws. Returns exit_ok, exit_failure or exit_usage.
 int run(int argc, const char* const* argv, Console& console);
 
-/// The command that was typed, with what was typed for it; empty before the command line is parsed.
+/// The typed command with its arguments; empty before the command line is parsed.
 using ChosenCommand = std::function<Result<int>(Console&)>;
 
-/// Commands that are typed after one name, such as "weft" or "weft dataset". The application and
-/// `chosen` outlive it.
+/// Commands below one name, such as "weft" or "weft dataset". The application and `chosen` must
+/// outlive it.
 class CommandGroup {
  public:
   CommandGroup(CLI::App& app, ChosenCommand& chosen) : app_(&app), chosen_(&chosen) {}
@@ -31,7 +31,7 @@ class CommandGroup {
     return {*below, *chosen_};
   }
 
-  /// What the group does without a command of its own.
+  /// Action of the group without a command.
   template <class Args>
   void by_default(const std::function<Result<int>(const Args&, Console&)>& execute) const {
     app_->require_subcommand(0, 1);
@@ -39,7 +39,7 @@ class CommandGroup {
     add_options(*app_, *args);
     app_->callback([app = app_, chosen = chosen_, args, execute] {
       if (!app->get_subcommands().empty()) {
-        // It has options of the same names, and another daemon would be meant without a word.
+        // The subcommand has options of the same names; the group's would be ignored silently.
         for (const char* const name : {"--socket", "--daemon", "--token-file"})
           if (app->count(name) > 0)
             throw CLI::ExtrasError(app->get_name(), {std::string(name) + " (type it last)"});
@@ -49,8 +49,8 @@ class CommandGroup {
     });
   }
 
-  /// A command. add_options(CLI::App&, Args&) says what can be typed, and `execute` gets it.
-  /// `preset`: what is not typed.
+  /// Adds a command. add_options(CLI::App&, Args&) declares its options; `execute` receives them.
+  /// `preset`: defaults.
   template <class Args>
   CLI::App* add(const char* name, const char* text,
                 const std::function<Result<int>(const Args&, Console&)>& execute,
@@ -73,7 +73,7 @@ class CommandGroup {
 /// All commands of `weft`, in the order in which --help lists them.
 void add_commands(CLI::App& root, ChosenCommand& chosen);
 
-// The four that learn, under a modality, or under none for all kinds of data.
+// The four learning commands, under a modality, or under none for all kinds of data.
 CLI::App* add_features_command(const CommandGroup& group, CommandModality modality);
 CLI::App* add_evaluate_command(const CommandGroup& group, CommandModality modality);
 CLI::App* add_train_command(const CommandGroup& group, CommandModality modality);
@@ -81,7 +81,7 @@ CLI::App* add_classify_command(const CommandGroup& group, CommandModality modali
 /// scene, tables and search.
 void add_imprint_commands(const CommandGroup& imprint);
 
-// Each in a file of its own, with the arguments that it takes.
+// Each command is in its own file, with its arguments.
 void add_run_command(const CommandGroup& weft);
 void add_check_command(const CommandGroup& weft);
 void add_doctor_command(const CommandGroup& weft);
@@ -94,17 +94,17 @@ void add_report_command(const CommandGroup& weft);
 void add_audit_command(const CommandGroup& weft);
 /// fabric, vibro and imprint, each with features, evaluate, train and classify.
 void add_modality_commands(const CommandGroup& weft);
-/// The four of any modality: version 1 had no others.
+/// The four learning commands without modality, as in version 1.
 void add_earlier_commands(const CommandGroup& weft);
 void add_trade_commands(const CommandGroup& weft);
 void add_design_commands(const CommandGroup& weft);
 void add_sim_commands(const CommandGroup& weft);
-/// What is asked of a running weftd.
+/// Commands for a running weftd.
 void add_daemon_commands(const CommandGroup& weft);
 /// halt and estop.
 void add_stop_commands(const CommandGroup& weft);
-/// The words after "weft" with all that halt and estop do not know moved into their reason: a stop
-/// never fails for its arguments. Those of other commands stay as they are.
+/// The words after "weft". For halt and estop, unknown words move into the reason: a stop never
+/// fails for its arguments. The words of other commands stay unchanged.
 std::vector<std::string> stop_arguments(std::vector<std::string> words);
 /// Motion outside a run.
 void add_rig_commands(const CommandGroup& weft);
@@ -113,7 +113,7 @@ void add_page_command(const CommandGroup& weft);
 void add_queue_commands(const CommandGroup& weft);
 void add_token_commands(const CommandGroup& weft);
 
-// The command line told to other programs, from the table that it is parsed by.
+// The command line for other programs, generated from the parser's table.
 
 /// A page of section 1 in roff (man(7)): every command with its arguments and options.
 std::string manual_page(const CLI::App& root);

@@ -11,13 +11,13 @@ namespace {
 
 using nlohmann::json;
 
-// Text from outside may be anything; what is not UTF-8 becomes U+FFFD instead of an exception.
+// External text may be invalid: bytes that are not UTF-8 become U+FFFD instead of an exception.
 constexpr int pretty = 2, on_one_line = -1;
 void put(std::ostream& out, const json& object, int indent = pretty) {
   out << object.dump(indent, ' ', false, json::error_handler_t::replace) << '\n';
 }
 
-// What somebody called a fabric or a file could hold sequences that a terminal obeys.
+// Names of fabrics or files could contain terminal control sequences.
 std::string harmless(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -31,7 +31,7 @@ std::string harmless(std::string_view text) {
   return out;
 }
 
-// Characters, not bytes: continuation bytes of UTF-8 take no room on the screen.
+// Counts characters, not bytes: continuation bytes of UTF-8 need no space on the screen.
 std::size_t text_width(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;

@@ -125,8 +125,9 @@ Result<int> print_run(const Result<json>& run, Console& console) {
 
 namespace {
 
-/// The lease of this user that no connection keeps, such as the page's, whose calls are connections
-/// of their own; null where he has none. A program of his that is there may keep him out.
+/// The lease of this user that no connection keeps, such as that of the page, which uses one
+/// connection per call; null if there is none. The lease of a connected program of the same user
+/// does not count.
 Result<json> acquire_lease(Client& daemon) {
   const auto me = call(daemon, "session.whoami");
   if (!me) return pass(me.error());
@@ -146,8 +147,8 @@ Result<json> acquire_lease(Client& daemon) {
 
 }  // namespace
 
-// A lease that is over by the time it is given back was looked at when the change began; one that
-// cannot be given back ends by itself. What the daemon answered stands either way.
+// The lease was checked at the beginning of the change, and a lease that cannot be released
+// expires. So the daemon's reply is valid in both cases.
 Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std::string_view method,
                          json params) {
   const auto lease =
@@ -160,7 +161,7 @@ Result<json> under_lease(Client& daemon, const LeaseRequest& lease_request, std:
         method == "run.start" || method == "queue.add" || method == "queue.edit";
     if (!held->is_string() && !only_queues) return pass(lease.error());
     if (held->is_string()) params["lease"] = *held;
-    // A run may be added behind one for which another user's lease is kept.
+    // A run may be queued after one for which another user's lease is kept.
     auto done = call(daemon, method, params);
     return done || held->is_string() ? done : pass(lease.error());
   }
@@ -177,8 +178,8 @@ std::string from_environment(const char* name) {
 
 namespace {
 
-/// The daemon that is meant. The environment counts where the command line names none: what
-/// somebody has typed is not turned elsewhere by a variable that he has forgotten.
+/// The selected daemon. The environment counts only if the command line names none: a forgotten
+/// variable must not redirect a typed command.
 Result<SocketArgs> meant(SocketArgs args) {
   if (!args.socket.empty() || !args.daemon.empty()) return args;
   args.socket = from_environment("WEFT_SOCKET");
@@ -193,7 +194,7 @@ Result<SocketArgs> meant(SocketArgs args) {
   return args;
 }
 
-/// A token on the command line would be in everybody's list of processes.
+/// Not on the command line: a token there would be visible in the list of processes.
 Result<std::string> load_token(const SocketArgs& args) {
   if (args.token_file.empty()) return from_environment("WEFT_TOKEN");
   auto text = read_text_file(args.token_file);

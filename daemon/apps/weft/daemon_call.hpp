@@ -1,5 +1,5 @@
 #pragma once
-// How commands speak to a running weftd. For .cpp files of daemon/apps/weft.
+// Calls of commands to a running weftd. For .cpp files of daemon/apps/weft.
 
 #include <chrono>
 #include <cstdint>
@@ -15,8 +15,8 @@
 
 namespace weft::daemon::cli {
 
-/// Where the daemon is: --socket or --daemon; where there is neither, the environment's WEFT_SOCKET
-/// or WEFT_DAEMON; where these are not set either, the unit's socket.
+/// Address of the daemon: --socket or --daemon, else WEFT_SOCKET or WEFT_DAEMON of the environment,
+/// else the socket of the systemd unit.
 struct SocketArgs {
   std::filesystem::path socket;
   std::string daemon;                ///< "tls://HOST:PORT" or "tcp://127.0.0.1:PORT"
@@ -24,7 +24,7 @@ struct SocketArgs {
   std::filesystem::path token_file;  ///< one token; else the environment's WEFT_TOKEN
 };
 void add_options(CLI::App& command, SocketArgs& args);
-/// What the commands that add a run to the queue take.
+/// Options of the commands that add a run to the queue.
 struct RunRequestArgs : SocketArgs {
   std::string recipe;
   std::optional<std::uint64_t> seed;
@@ -34,24 +34,24 @@ struct RunRequestArgs : SocketArgs {
   ParameterArgs parameters;
 };
 void add_options(CLI::App& command, RunRequestArgs& args);
-/// Errors: put_parameters()'s.
+/// Errors: those of put_parameters().
 Result<nlohmann::json> request_params(const RunRequestArgs& args);
 
-/// Of the systemd unit: the daemon of every command that names none.
+/// Socket of the systemd unit: the default daemon of all commands.
 inline constexpr const char* unit_socket = "/run/weft/weftd.sock";
-/// Empty where it is not set.
+/// Empty if it is not set.
 std::string from_environment(const char* name);
 
-/// A client, and whether it came by the Unix socket.
+/// A client, and whether it uses the Unix socket.
 struct Reached {
   client::Client client;
   bool is_local = false;
 };
-/// What is typed is meant, whatever the environment says. Errors: invalid_argument, where neither
-/// names a daemon or the environment names two; the token file's; Client::open()'s.
+/// The command line has priority over the environment. Errors: invalid_argument, if neither names a
+/// daemon or the environment names two; those of the token file; those of Client::open().
 Result<Reached> reached(const SocketArgs& args);
 
-/// A command on the daemon that its options name.
+/// Adds a command on the daemon selected by its options.
 template <class Args>
 void add_daemon_command(const CommandGroup& group, const char* name, const char* text,
                         Result<int> (*execute)(client::Client&, const Args&, Console&)) {
@@ -66,23 +66,23 @@ Result<nlohmann::json> call(client::Client& daemon, std::string_view method);
 Result<nlohmann::json> call(client::Client& daemon, std::string_view method,
                             const nlohmann::json& params);
 
-/// A run for people, with what a person is asked for.
+/// Text of a run, with its operator prompt.
 std::string format_run(const nlohmann::json& run);
-/// A run as one line that is rewritten in place: bar, trials, time left, what happens.
+/// A run as one line that is rewritten in place: bar, trials, time left, current action.
 std::string watch_line(const nlohmann::json& run);
-/// Whether a reader of lines wants to know of the change: another state or trial, or a prompt.
+/// Whether the change deserves a line: another state or trial, or a prompt.
 bool is_news(const nlohmann::json& before, const nlohmann::json& run);
-/// A line of the journal for people, with its line break.
+/// Text of a journal line, with its line break.
 std::string format_journal_line(const nlohmann::json& line);
-/// Prints a run; passes on the error of a call that failed.
+/// Prints a run. Errors: those of the failed call.
 Result<int> print_run(const Result<nlohmann::json>& run, Console& console);
 
 struct LeaseRequest {
-  std::string note;                          ///< what for
-  std::chrono::milliseconds longest{15000};  ///< for which others are kept away if we die meanwhile
+  std::string note;                          ///< purpose of the lease
+  std::chrono::milliseconds longest{15000};  ///< expiry of the lease if this process dies
 };
-/// A change after which the rig may move, under a lease of this user that no connection keeps (the
-/// page's), else under one that is given back: what the daemon answers to it.
+/// Makes a change that may move the rig. Uses a lease of this user that no connection keeps (the
+/// page's), else acquires and releases one. Returns the daemon's reply.
 Result<nlohmann::json> under_lease(client::Client& daemon, const LeaseRequest& lease_request,
                                    std::string_view method, nlohmann::json params);
 

@@ -26,14 +26,14 @@ struct StatusArgs : SocketArgs {
   std::string state;
 };
 struct RunOrderArgs : SocketArgs {
-  std::string run;  ///< the one under way, where it is empty
+  std::string run;  ///< empty: the active run
 };
 struct PauseArgs : RunOrderArgs {
   bool now = false;
 };
-/// An order that another user's lease may keep from being given.
+/// An order that another user's lease may block.
 struct BreakArgs : RunOrderArgs {
-  std::string break_lease;  ///< why that lease is broken
+  std::string break_lease;  ///< reason for breaking that lease
 };
 struct ResumeArgs : BreakArgs {
   bool preview = false;
@@ -53,7 +53,7 @@ struct CallArgs : SocketArgs {
   std::string method;
   std::string params = "{}";
 };
-/// The run that was named, or the one under way. Errors: not_found, when none is.
+/// The named run, or the active one. Errors: not_found, if none is active.
 Result<std::string> run_of(Client& daemon, const std::string& named) {
   if (!named.empty()) return named;
   const auto rig = call(daemon, "rig.state");
@@ -65,19 +65,19 @@ Result<std::string> run_of(Client& daemon, const std::string& named) {
                .hint = "weft status lists all"});
 }
 
-/// The same run as the daemon tells it.
+/// The state of the same run from the daemon.
 Result<json> load_run(Client& daemon, const std::string& named) {
   const auto id = run_of(daemon, named);
   if (!id) return pass(id.error());
   return call(daemon, "run.get", {{"run", *id}});
 }
 
-/// What such an order asks for.
+/// Parameters of such an order.
 json break_params(const BreakArgs& args) {
   return args.break_lease.empty() ? json::object() : json{{"break_lease", args.break_lease}};
 }
 
-/// Asks for a change of that run, and prints it.
+/// Requests a change of that run and prints it.
 Result<int> order(Client& daemon, const RunOrderArgs& args, std::string_view method, json params,
                   Console& console) {
   const auto id = run_of(daemon, args.run);
@@ -86,7 +86,7 @@ Result<int> order(Client& daemon, const RunOrderArgs& args, std::string_view met
   return print_run(call(daemon, method, params), console);
 }
 
-/// The command by which a person takes it away; empty where none does.
+/// The command that removes the blocker; empty if there is none.
 std::string way_out(const json& blocker) {
   const std::string kind = blocker.value("kind", "");
   if (kind == "rig.latched" || kind == "rig.unknown" || kind == "rig.holding")
@@ -110,17 +110,17 @@ std::string ready_text(const json& ready) {
   return text;
 }
 
-/// What keeps a run in line that could begin, where a person's word is waited for.
+/// Prints the blockers of a queued run that a person must remove.
 void print_wait(Client& daemon, const json& run, Console& console) {
   if (run.value("state", "") != "queued") return;
   const auto ready = call(daemon, "system.ready");
-  if (!ready) return;  // the run is in line all the same
+  if (!ready) return;  // the run is queued anyway
   for (const json& blocker : ready->value("blockers", json::array()))
     if (!way_out(blocker).empty())
       console.err << "weft: the run waits in line. " << blocker_text(blocker);
 }
 
-/// Prints first what the choice does.
+/// First prints the effects of the choice.
 Result<int> run_recover(Client& daemon, const RecoverArgs& what, Console& console) {
   const auto left =
       call(daemon, "run.recover", {{"run", what.run}, {"choice", what.choice}, {"preview", true}});
@@ -132,7 +132,7 @@ Result<int> run_recover(Client& daemon, const RecoverArgs& what, Console& consol
     return exit_ok;
   }
   console.err << text;
-  // A campaign is verified first, and its data set written: seconds for each hour of recording.
+  // The campaign is verified first and its data set is written: seconds per hour of recording.
   const auto run =
       under_lease(daemon, {"weft recover " + what.run + " " + what.choice, std::chrono::minutes(2)},
                   "run.recover", {{"run", what.run}, {"choice", what.choice}});
@@ -152,8 +152,8 @@ std::string handover_state(const json& run) {
   return run.contains("handover") ? run.at("handover").value("state", "") : "";
 }
 
-// The fourth fact about an end, where there is one and it is not known yet. A daemon that is gone
-// tells none: the hand-over goes by itself, and what is said of the run stands.
+// Prints the handover, the fourth fact about an end, once it is known. If the daemon is gone, it
+// prints nothing: the handover runs on its own, and the printed run stays valid.
 void print_handover(Client& daemon, const json& run, Console& console) {
   auto now = call(daemon, "run.get", {{"run", run.at("run")}});
   if (now && (handover_state(*now) == "waiting" || handover_state(*now) == "running"))
@@ -215,7 +215,7 @@ void add_options(CLI::App& command, CallArgs& args) {
   command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
   command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
 }
-/// Runs in that state, or in any, the newest first: all pages, or one of them.
+/// Runs in that state, or in any, newest first: all pages, or one of them.
 Result<json> newest_runs(Client& daemon, const std::string& state, bool all, std::int64_t most) {
   json runs = json::array();
   json params{{"order", "newest"}, {"most", most}};
@@ -230,7 +230,7 @@ Result<json> newest_runs(Client& daemon, const std::string& state, bool all, std
   }
 }
 
-/// The ten newest runs that are over; all runs, or those in one state, where these are asked for.
+/// The ten newest ended runs; or all runs, or those in one state, if requested.
 Result<json> listed_runs(Client& daemon, const StatusArgs& args) {
   constexpr std::int64_t shown = 10, most = 1000;
   if (args.all || !args.state.empty())
@@ -246,7 +246,7 @@ Result<json> listed_runs(Client& daemon, const StatusArgs& args) {
   return over;
 }
 
-/// The present first: readiness, the run under way, the queue; then the newest runs that are over.
+/// Prints readiness, the active run and the queue, then the newest ended runs.
 Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console) {
   const auto ready = call(daemon, "system.ready");
   if (!ready) return pass(ready.error());
@@ -277,8 +277,8 @@ Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console)
   return exit_ok;
 }
 
-/// Takes a lease of the rig, puts the run in line; with --wait until it has ended: exit_ok only
-/// where it is complete.
+/// Acquires a lease of the rig and queues the run. With --wait, waits until it has ended and
+/// returns exit_ok only if it is complete.
 Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   auto params = request_params(args);
   if (!params) return pass(params.error());
@@ -295,8 +295,7 @@ Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   return print_run(run, console);
 }
 
-/// Resumes a run that is held, or one that is over and can be recovered, after printing what is
-/// left.
+/// Prints the remaining trials, then resumes a held run, or an ended run that can be recovered.
 Result<int> run_resume(Client& daemon, const ResumeArgs& args, Console& console) {
   const auto run = load_run(daemon, args.run);
   if (!run) return pass(run.error());
@@ -309,7 +308,7 @@ Result<int> run_resume(Client& daemon, const ResumeArgs& args, Console& console)
   return run_recover(daemon, what, console);
 }
 
-/// A person has done what the run waits for, which is told first.
+/// Prints the operator prompt, then confirms it.
 Result<int> run_confirm(Client& daemon, const BreakArgs& args, Console& console) {
   const auto run = load_run(daemon, args.run);
   if (!run) return pass(run.error());
@@ -328,8 +327,8 @@ Result<int> run_confirm(Client& daemon, const BreakArgs& args, Console& console)
   return print_run(confirmed, console);
 }
 
-/// A progress bar on a terminal; elsewhere a line for each trial and change of state. With --json a
-/// line for each event.
+/// Prints a progress bar on a terminal, otherwise a line per trial and change of state. With --json
+/// one line per event.
 Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console) {
   const auto id = run_of(daemon, args.run);
   if (!id) return pass(id.error());
@@ -337,7 +336,7 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
   if (!opened) return pass(opened.error());
   json run = opened->at("snapshot").value("run:" + *id, json());
   if (run.is_null()) {
-    const auto reply = load_run(daemon, *id);  // refuses what is no run
+    const auto reply = load_run(daemon, *id);  // fails for an unknown run
     if (!reply) return pass(reply.error());
     run = *reply;
   }
@@ -347,7 +346,7 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
   for (json before = json::object();;) {
     const bool is_over = run.contains("outcome");
     if (has_bar && is_over) printer.finish();
-    // A person reads the whole of what is asked, however narrow the terminal.
+    // The complete prompt is printed, even on a narrow terminal.
     const json prompt = run.value("attention", json());
     const bool asks = prompt.is_object() && prompt.value("asked", false);
     if (has_bar && asks && is_news(before, run)) {
@@ -371,7 +370,7 @@ Result<int> run_watch(Client& daemon, const RunOrderArgs& args, Console& console
   return run.value("outcome", "") == "complete" ? exit_ok : exit_failure;
 }
 
-/// Sets what is given; an empty text clears it.
+/// Sets the given values; an empty text clears one.
 Result<int> run_annotate(Client& daemon, const AnnotateArgs& args, Console& console) {
   json params{{"run", args.run}};
   if (args.tags) {
@@ -394,7 +393,7 @@ Result<int> run_log(Client& daemon, const LogArgs& args, Console& console) {
   return exit_ok;
 }
 
-/// Any method: the result as the daemon gives it.
+/// Calls any method and prints its result unchanged.
 Result<int> run_call(const CallArgs& args, Console& console) {
   const Result<json> params = parse_json(args.params);
   if (!params) return pass(params.error(), "PARAMS");
