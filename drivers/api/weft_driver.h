@@ -1,13 +1,13 @@
 /* The plugin ABI: a driver as tables of plain C functions, so that host and plugin may come from
- * different compilers. C11 and C++11. C++ drivers take drivers/api/plugin.hpp, which wraps it.
+ * different compilers. C11 and C++11. C++ drivers use the wrapper drivers/api/plugin.hpp.
  *
  * A plugin is a shared object `weft-driver-NAME.so` that exports one symbol, `weft_driver_v1`.
- * The host reads abi_version and struct_size before anything else and refuses what it cannot call.
+ * The host first reads abi_version and struct_size, and refuses a plugin that it cannot call.
  *
- * Rules. Everything is called on the loop's own thread. Nothing may be thrown or jumped across.
- * Every call returns at once: a driver that keeps the loop waiting is faulted, one that never comes
- * back ends the process (the stages then stop by themselves). Texts are UTF-8 and end with a zero;
- * they and all structs live during the call only, unless it says otherwise. */
+ * Rules. All calls happen on the loop's own thread. No exception or longjmp may cross a call.
+ * Every call returns at once. A driver that delays the loop is faulted; one that never returns
+ * ends the process (the stages then stop by themselves). Texts are UTF-8 and end with a zero.
+ * Texts and structs are valid during the call only, unless a comment states otherwise. */
 #ifndef WEFT_DRIVER_H
 #define WEFT_DRIVER_H
 
@@ -21,7 +21,7 @@ extern "C" {
 #define WEFT_DRIVER_ASSERT(condition, text) _Static_assert(condition, text)
 #endif
 
-/* Bumped when anything below changes meaning. What is only added at the end of a struct leaves it. */
+/* Incremented if a meaning below changes. A member added at the end of a struct does not count. */
 #define WEFT_DRIVER_ABI_VERSION 1u
 
 #if defined(__x86_64__)
@@ -40,7 +40,7 @@ extern "C" {
 #else
 #define WEFT_DRIVER_COMPILER "another compiler"
 #endif
-/* What must agree is in front of the bar; behind it stands who built it, for messages. */
+/* The part before the bar must agree; the part after it names the compiler, for messages. */
 #define WEFT_DRIVER_FINGERPRINT "weft C ABI 1, " WEFT_DRIVER_MACHINE " | " WEFT_DRIVER_COMPILER
 
 /* The numbers of weft::Errc. */
@@ -72,21 +72,21 @@ enum {
 enum { WEFT_LOG_DEBUG = 0, WEFT_LOG_INFO = 1, WEFT_LOG_WARNING = 2, WEFT_LOG_ERROR = 3 };
 enum { WEFT_CLOSED = 0, WEFT_OPEN = 1, WEFT_ARMED = 2, WEFT_FAULTED = 3 };
 
-/* One failure, as a sentence with its parts kept apart; NULL is an empty part. */
+/* One failure: the parts of an error sentence; NULL is an empty part. */
 typedef struct weft_error_v1 {
   uint32_t struct_size;
   int32_t code;         /* WEFT_INVALID_ARGUMENT ... */
-  const char* message;  /* what is wrong, one clause */
+  const char* message;  /* the problem, one clause */
   const char* where;    /* JSON pointer into the configuration, or a part of the device */
   const char* expected;
   const char* got;
-  const char* hint; /* what the reader can do */
+  const char* hint; /* advice for the reader */
 } weft_error_v1;
 
 /* Position from home: [m] on linear axes, [rad] on rotary ones. */
 typedef struct weft_stage_sample_v1 {
   uint32_t struct_size;
-  uint32_t move_id; /* number of the last motion command whose completion was confirmed */
+  uint32_t move_id; /* number of the last motion command with confirmed completion */
   double position;
   uint8_t moving, homed, limit, unused[5];
 } weft_stage_sample_v1;
@@ -97,7 +97,7 @@ typedef struct weft_wrench_sample_v1 {
   uint32_t status; /* the device's status word */
   double force_n[3];
   double torque_nm[3];
-  uint32_t valid; /* 0 when the status word says that values are wrong */
+  uint32_t valid; /* 0 if the status word marks the values as wrong */
   uint32_t unused;
 } weft_wrench_sample_v1;
 
@@ -109,15 +109,15 @@ typedef struct weft_taxel_sample_v1 {
   uint32_t device_us; /* the sensor's own clock, wraps */
 } weft_taxel_sample_v1;
 
-/* A block of readings, evenly spaced in time: of an accelerometer x y z [m/s2], reading by reading; of a
- * microphone [Pa]. */
+/* A block of readings, evenly spaced in time. Accelerometer: x y z [m/s2], reading by
+ * reading. Microphone: [Pa]. */
 typedef struct weft_block_sample_v1 {
   uint32_t struct_size;
-  uint32_t value_count; /* of all readings together */
+  uint32_t value_count; /* total of all readings */
   const double* values;
-  double rate_hz;     /* readings a second by the sensor's clock */
+  double rate_hz;     /* readings per second of the sensor's clock */
   uint32_t device_us; /* the sensor's own clock at the first reading, wraps */
-  uint32_t clipped;   /* values that stand at an end of the sensor's range */
+  uint32_t clipped;   /* values at an end of the sensor's range */
 } weft_block_sample_v1;
 
 enum {
@@ -131,18 +131,18 @@ enum {
 typedef struct weft_sample_v1 {
   uint32_t struct_size;
   uint32_t kind;     /* WEFT_STAGE_SAMPLE ... */
-  const void* value; /* a weft_stage_sample_v1 ..., as kind says */
+  const void* value; /* a weft_stage_sample_v1 ..., by kind */
   int64_t host_ns;   /* arrival on the host clock */
-  uint32_t sequence; /* the device's number, or the driver's own where the wire has none */
+  uint32_t sequence; /* the device's number; the driver's own if the protocol has none */
   uint32_t lost;     /* frames missing right before this one */
 } weft_sample_v1;
 
 enum {
-  WEFT_HOME = 1,  /* find the reference mark */
+  WEFT_HOME = 1,  /* find the reference switch */
   WEFT_MOVE = 2,  /* go to target with speed and stop there */
   WEFT_SERVO = 3, /* move with velocity for at most horizon_ns, then stop by itself */
-  WEFT_POLL = 4,  /* ask for one status reading now */
-  WEFT_BIAS = 5   /* take the present reading as zero */
+  WEFT_POLL = 4,  /* request one status reading now */
+  WEFT_BIAS = 5   /* take the present reading as the bias */
 };
 /* [m, m/s] for linear axes, [rad, rad/s] for rotary ones. */
 typedef struct weft_command_v1 {
@@ -159,7 +159,7 @@ typedef struct weft_scale_v1 {
   const char* key;
   double value;
 } weft_scale_v1;
-/* Who a device is: what came over the wire, and what the driver turns counts into SI with. */
+/* Identity of a device: values received from it, and the driver's factors from counts to SI. */
 typedef struct weft_identity_v1 {
   uint32_t struct_size;
   uint32_t reported_count, scale_count, unused;
@@ -172,29 +172,29 @@ typedef void (*weft_received_v1)(void* context, const uint8_t* bytes, size_t siz
                                  int64_t arrival_ns);
 typedef void (*weft_closed_v1)(void* context, const weft_error_v1* why);
 
-/* One port of a device: moves bytes and stamps their arrival. `self` goes back into every call. */
+/* One port of a device: moves bytes and stamps their arrival. Pass `self` to every call. */
 typedef struct weft_link_v1 {
   uint32_t struct_size;
   uint32_t unused;
   void* self;
-  /* 0, or the code of a failure that last_error then tells. */
+  /* 0, or the code of a failure; last_error then returns it. */
   int32_t (*write)(void* self, const uint8_t* bytes, size_t size);
   const weft_error_v1* (*last_error)(void* self);
-  /* Each replaces what it was given before; NULL stops delivery. A serial link delivers any chunking
-   * of the stream, a datagram link one datagram a call. */
+  /* Each call replaces the earlier function; NULL stops delivery. A serial link delivers any
+   * chunking of the stream, a datagram link one datagram per call. */
   void (*on_receive)(void* self, weft_received_v1 received, void* context);
-  /* Called at most once, when the far end goes away. */
+  /* Called at most once, when the remote end closes. */
   void (*on_closed)(void* self, weft_closed_v1 closed, void* context);
 } weft_link_v1;
 
-/* What a driver gets from the program that runs it: its own loop, links and listener. Outlives the
- * driver. `self` goes back into every call. */
+/* Interface of the program that runs a driver: loop, links and listener. Outlives the driver. Pass
+ * `self` to every call. */
 typedef struct weft_host_v1 {
   uint32_t struct_size;
   uint32_t abi_version;
   void* self;
   const weft_link_v1* link;
-  const weft_link_v1* http; /* the device's HTTP port; NULL where the rig file gives none */
+  const weft_link_v1* http; /* the device's HTTP port; NULL if the rig file has none */
 
   int64_t (*now_ns)(void* self);
   /* Calls `run(context)` once at `when_ns`, never from inside this call. */
@@ -203,23 +203,23 @@ typedef struct weft_host_v1 {
   void (*timer_cancel)(void* self, uint64_t id);
 
   void (*publish)(void* self, const weft_sample_v1* sample);
-  /* Once per conversation, before WEFT_OPEN is told. */
+  /* Called once per open, before state_changed(WEFT_OPEN). */
   void (*identified)(void* self, const weft_identity_v1* identity);
-  /* Every change, right when it happens: the host knows the state from here alone. */
+  /* Call at once for every change: the host has no other source of the state. */
   void (*state_changed)(void* self, uint32_t state);
   /* The driver has left WEFT_ARMED or WEFT_OPEN for WEFT_FAULTED. */
   void (*fault)(void* self, const weft_error_v1* error);
   void (*log)(void* self, uint32_t level, const char* text);
-  /* Why the call under way is refused; told right before it returns its failure. */
+  /* Reports why the current call is refused; call it right before returning the failure. */
   void (*refuse)(void* self, const weft_error_v1* error);
-  /* The driver's code threw `what` in the call under way. The device is faulted and not asked again. */
+  /* The driver's code threw `what` in the current call. The host faults the device for good. */
   void (*threw)(void* self, const char* what);
 } weft_host_v1;
 
 typedef struct weft_device weft_device; /* the plugin's own */
 
-/* What a plugin exports as `const weft_driver_entry_v1 weft_driver_v1`. Calls return 0, or the code
- * of a failure after telling host->refuse. */
+/* A plugin exports it as `const weft_driver_entry_v1 weft_driver_v1`. Calls return 0, or the code
+ * of a failure after a call of host->refuse. */
 typedef struct weft_driver_entry_v1 {
   uint32_t abi_version;           /* WEFT_DRIVER_ABI_VERSION */
   uint32_t struct_size;           /* sizeof(weft_driver_entry_v1) */
@@ -228,24 +228,24 @@ typedef struct weft_driver_entry_v1 {
   const char* summary;            /* one sentence */
   const char* config_schema_json; /* JSON Schema of the configuration */
 
-  /* NULL when refused. `config_json` is the rig file's, and need not live on. */
+  /* NULL if refused. `config_json` comes from the rig file; valid during the call only. */
   weft_device* (*create)(const char* config_json, const weft_host_v1* host);
-  /* No timer is left and no callback comes after it. */
+  /* Leaves no timer; no callback follows. */
   void (*destroy)(weft_device* device);
 
-  /* Starts the conversation: identity is read, checked and told. */
+  /* Starts communication: reads, checks and reports the identity. */
   int32_t (*open)(weft_device* device);
   /* Makes the device ready: channel enabled, limits set, streams started. */
   int32_t (*arm)(weft_device* device);
-  /* Armed only. `move_id` becomes the number to look for in weft_stage_sample_v1, or 0. */
+  /* Armed only. Sets `move_id` to the number that weft_stage_sample_v1 will show, or 0. */
   int32_t (*command)(weft_device* device, const weft_command_v1* command, uint32_t* move_id);
-  /* Ends motion and streams now, in any state. */
+  /* Ends motion and streams at once, in any state. */
   void (*stop)(weft_device* device);
-  /* Leaves the device quiet. Any state -> WEFT_CLOSED. */
+  /* Leaves the device idle. Any state -> WEFT_CLOSED. */
   void (*close)(weft_device* device);
 } weft_driver_entry_v1;
 
-/* Options that pack structs or change the size of pointers would be another ABI. */
+/* Options that pack structs or change the size of pointers change the ABI. */
 WEFT_DRIVER_ASSERT(sizeof(void*) == 8, "the plugin ABI is for 64-bit machines");
 WEFT_DRIVER_ASSERT(sizeof(weft_error_v1) == 48, "weft_error_v1");
 WEFT_DRIVER_ASSERT(sizeof(weft_stage_sample_v1) == 24, "weft_stage_sample_v1");
