@@ -27,7 +27,7 @@ bool any_matches(const std::vector<std::string>& patterns, std::string_view topi
                              [&](const std::string& pattern) { return matches(pattern, topic); });
 }
 
-/// False where it has no room, and is left off.
+/// False if the topic does not fit and is left out.
 bool add_snapshot(Opened& opened, std::string_view topic, const json& state) {
   const std::string one = rpc::format_text(topic) + ":" + rpc::format_text(state);
   if (opened.snapshot_json.size() + one.size() > Hub::most_snapshot_bytes) return false;
@@ -60,7 +60,7 @@ void Subscription::offer(const std::shared_ptr<const Event>& event) {
   if (request_.mode == Mode::latest) {
     auto& merged = merged_[event->topic];
     if (merged) {
-      merged->delta.update(event->delta, true);  // a null is told: something is gone
+      merged->delta.update(event->delta, true);  // keeps nulls: they mark removed members
       merged->seq = event->seq;
       merged->t_us = event->t_us;
     } else {
@@ -68,7 +68,7 @@ void Subscription::offer(const std::shared_ptr<const Event>& event) {
     }
   } else {
     if (waiting_.size() >= most_waiting) {
-      waiting_.pop_front();  // the oldest: what is told next is nearer to now
+      waiting_.pop_front();  // the oldest: newer events matter more
       ++dropped_;
     }
     waiting_.push_back(event);
@@ -106,7 +106,7 @@ std::string Subscription::taken(Clock now) {
     return params_of(*event, id_, std::exchange(dropped_, 0));
   }
   if (merged_.empty() || now < not_before_) return {};
-  // by age, so that a busy topic does not keep a quiet one waiting
+  // oldest first, so that a busy topic does not delay a quiet one
   const auto oldest =
       std::ranges::min_element(merged_, {}, [](const auto& each) { return each.second->seq; });
   const std::shared_ptr<Event> event = std::move(oldest->second);

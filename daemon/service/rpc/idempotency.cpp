@@ -7,12 +7,12 @@
 namespace weft::daemon::access {
 namespace {
 
-// Lengths keep "a" + "bc" and "ab" + "c" apart.
+// The length keeps "a" + "bc" and "ab" + "c" apart.
 std::string name_of(std::string_view user, std::string_view more) {
   return std::to_string(user.size()).append(":").append(user).append(more);
 }
 
-/// Of a name.
+/// The user in a name made by name_of().
 std::string_view user_of(std::string_view name) {
   const std::size_t colon = name.find(':');
   std::size_t length = 0;
@@ -20,7 +20,7 @@ std::string_view user_of(std::string_view name) {
   return name.substr(colon + 1, length);
 }
 
-/// Of the columns result and error.
+/// Outcome in the columns `result` and `error` of a row; empty if both are null.
 std::optional<rpc::Outcome> outcome_in(const sqlite::Statement& row, int result, int error) {
   if (!row.is_null(error)) return tl::unexpected(rpc::error_from_json(row.text(error)));
   if (!row.is_null(result)) return row.text(result);
@@ -115,7 +115,8 @@ void IdempotencyCache::answered(std::string_view user, std::string_view key,
                                 const rpc::Outcome& outcome) {
   const auto found = entries_.find(name_of(user, key));
   if (found == entries_.end()) return;
-  // What may be tried again is not kept: the next try is a new one. So is one with another lease.
+  // Retryable errors are not kept, so that a retry is executed. The same applies to errors of a
+  // lease: a retry may have another one.
   if (!outcome && (outcome.error().retryable || outcome.error().kind.starts_with("lease.")))
     return forget(found);
   found->second.outcome = outcome;

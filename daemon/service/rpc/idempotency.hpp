@@ -1,6 +1,7 @@
 #pragma once
-// Answers to changes that were asked for with a key: a client that lost the reply asks again and
-// gets the same one, also from another start of the daemon. Source: docs/api.md, `idem`.
+// Answers to changes that were requested with a key. A client that lost the reply repeats the
+// request and gets the same answer, also after a restart of the daemon. Source: docs/api.md,
+// `idem`.
 
 #include <chrono>
 #include <cstdint>
@@ -20,23 +21,23 @@ class Database;
 
 namespace weft::daemon::access {
 
-/// A request with a key, as it outlives the daemon.
+/// A request with a key, as stored over restarts.
 struct StoredAnswer {
-  std::string name;   ///< of user and key
-  std::string token;  ///< with which the user came; empty: with none
+  std::string name;   ///< combines user and key
+  std::string token;  ///< name of the token that the user came with; empty: none
   std::string fingerprint;
   std::int64_t requested_us = 0;        ///< UTC
-  std::optional<rpc::Outcome> outcome;  ///< nothing: the daemon ended before there was one
+  std::optional<rpc::Outcome> outcome;  ///< empty: the daemon ended before there was an outcome
 };
 
-/// Where answers are kept, in the order in which they are asked for; empty functions keep nothing.
+/// Storage of answers, in the order of their requests; empty functions store nothing.
 struct AnswerMemory {
   std::function<std::int64_t()> utc_us;
   std::function<void(const StoredAnswer&)> requested;
   std::function<void(const std::string& name, const rpc::Outcome&)> answered;
   std::function<void(const std::string& name)> forgotten;
-  /// The answer that is kept; nothing where there is none, or it cannot be read. With it, answers
-  /// that are kept take no memory.
+  /// Returns the stored answer; empty if there is none or it cannot be read. If set, stored answers
+  /// take no memory.
   std::function<std::optional<rpc::Outcome>(const std::string& name)> load = {};
 };
 
@@ -44,10 +45,10 @@ class AnswerStore;
 
 class IdempotencyCache {
  public:
-  /// Of each user, and of each token that acts for him: nobody's keys make room for another's, nor
-  /// those of a token that may only look on for its maker's.
+  /// Limit per user and per token that acts for the user. One user's keys never displace another's,
+  /// nor do those of an observer token displace those of its maker.
   static constexpr std::size_t most_stored = 4096;
-  /// A key is not asked for again after so long.
+  /// Keys are kept this long.
   static constexpr std::chrono::hours longest_stored{7 * 24};
 
   enum class Found {
@@ -55,25 +56,26 @@ class IdempotencyCache {
     answered,
     under_way,
     other_request,
-    cut_short  ///< the daemon ended while it was under way: whether it was done is not known
+    cut_short  ///< the daemon ended during the request: it is unknown whether it was executed
   };
   struct Lookup {
     Found found = Found::fresh;
-    std::optional<rpc::Outcome> outcome;  ///< where it is answered
+    std::optional<rpc::Outcome> outcome;  ///< only with Found::answered
   };
-  /// What is told to `memory` from here on, and what it holds from before, the oldest first.
+  /// Loads `stored_answers` (oldest first), and stores new answers in `memory` from now on.
   void remember_in(AnswerMemory memory, std::vector<StoredAnswer> stored_answers);
-  /// In `store`, which outlives the cache. What the disk refuses is known while the daemon runs.
+  /// As above, in `store`, which must outlive the cache. Answers that the disk refuses are kept in
+  /// memory only.
   void remember_in(AnswerStore& store, std::function<std::int64_t()> utc_us);
-  /// A key belongs to a user: nobody reads another's answer with it. `fingerprint`: of method and
-  /// parameters. A fresh key is under way from here on. `persistent`: also over the daemon's end.
-  /// `token`: StoredAnswer's.
+  /// Looks up a key of a user; no user reads another's answer. `fingerprint`: digest of method and
+  /// parameters. A fresh key is under way from now on. `persistent`: also over restarts. `token`:
+  /// as in StoredAnswer.
   Lookup lookup(std::string_view user, std::string_view key, std::string_view fingerprint,
                 bool persistent = true, std::string_view token = {});
   void answered(std::string_view user, std::string_view key, const rpc::Outcome& outcome);
 
  private:
-  using Ages = std::list<std::string>;  ///< names of entries, the oldest first
+  using Ages = std::list<std::string>;  ///< names of entries, oldest first
   struct Entry {
     std::string fingerprint;
     std::optional<rpc::Outcome> outcome;
@@ -81,12 +83,12 @@ class IdempotencyCache {
     Ages::iterator age = {};
     std::int64_t requested_us = 0;
     bool is_persisted = false, is_of_before = false;
-    bool is_outcome_stored = false;  ///< `outcome` is in the memory's store alone
+    bool is_outcome_stored = false;  ///< `outcome` is only in the memory's store
   };
   using Entries = std::map<std::string, Entry, std::less<>>;
   void put(std::string name, Entry entry);
   [[nodiscard]] Lookup find(const std::string& name, const Entry& entry) const;
-  /// Keeps the outcome in memory only if the store has not got it.
+  /// Drops the outcome from memory if the store has it.
   void release_outcome(const std::string& name, Entry& entry) const;
   void forget(Entries::iterator entry);
   void forget_old();
@@ -97,15 +99,14 @@ class IdempotencyCache {
   std::map<std::string, Ages, std::less<>> ages_;  // by user and token
 };
 
-/// Why a key that was found so gives no answer.
+/// Error for a key that has no answer to return.
 rpc::RpcError key_in_use(IdempotencyCache::Found found, const std::string& key);
 
-/// Answers to requests with a key, in the daemon's file: they outlive the daemon.
-/// Table `answer` of weftd.sqlite. Used by the server's thread. Errors: io, also where the file was
-/// moved or removed; corrupt.
+/// Stored answers to requests with a key: table `answer` of weftd.sqlite. Thread: the server's.
+/// Errors: io, also if the file was moved or removed; corrupt.
 class AnswerStore {
  public:
-  /// `database` outlives the store and has the table (RunStore::open()).
+  /// `database` must outlive the store and have the table (RunStore::open()).
   explicit AnswerStore(sqlite::Database& database) : database_(&database) {}
   /// Oldest first.
   [[nodiscard]] Result<std::vector<StoredAnswer>> answers();

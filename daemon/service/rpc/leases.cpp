@@ -41,7 +41,7 @@ tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
 
 Result<Lease> Leases::acquire(const Request& requested, Clock now) {
   if (Status ok = check_ttl(requested.ttl); !ok) return pass(ok.error());
-  // A run may keep one beside another user's.
+  // A run may keep a lease beside another user's.
   for (const auto& [known_id, lease] : by_id_)
     if (lease.scope == requested.scope && !is_over(lease, now) &&
         (lease.expires > now || lease.user != requested.user))

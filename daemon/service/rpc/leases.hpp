@@ -1,5 +1,5 @@
 #pragma once
-// Who holds what, until when. A lease says that its holder means to move a rig; reading needs none.
+// Holders of leases. A lease states that its user intends to control a rig; reading needs none.
 // Source: docs/api.md, Leases; the model is OPC UA DI's InitLock, RenewLock, ExitLock, BreakLock.
 
 #include <chrono>
@@ -22,8 +22,8 @@ struct Lease {
   std::string session;
   std::string note;
   std::chrono::nanoseconds expires{};     ///< on the clock of the calls' `now`
-  std::chrono::nanoseconds journalled{};  ///< when it ends as the journal has it
-  /// The run of its user that is under way: until that ends it does not expire, released or not.
+  std::chrono::nanoseconds journalled{};  ///< expiry as last journalled, on the same clock
+  /// The user's active run: until it ends the lease does not expire, even if released.
   std::string kept_for = {};
 };
 
@@ -31,8 +31,8 @@ struct Lease {
 class Leases {
  public:
   using Clock = std::chrono::nanoseconds;
-  /// `epoch`: of this start of the daemon. It is in their names, so that a lease of an earlier
-  /// start is nobody's now.
+  /// `epoch`: identifies this start of the daemon. Lease names contain it, so leases of earlier
+  /// starts are invalid.
   explicit Leases(std::string epoch) : epoch_(std::move(epoch)) {}
 
   static constexpr std::chrono::milliseconds shortest{1000}, longest{3'600'000};
@@ -41,41 +41,44 @@ class Leases {
     std::string scope, user, session, note;
     std::chrono::milliseconds ttl{15000};
   };
-  /// A lease that is kept for a run is given to its user again, in any session. Errors: range
-  /// (ttl), wrong_state (held or kept: who, and for how long still).
+  /// A lease kept for a run is given to its user again, in any session. Errors: range (ttl),
+  /// wrong_state (held or kept; with the user and the time left).
   Result<Lease> acquire(const Request& requested, Clock now);
-  /// By its holder. Errors: not_found (never was, or is over), wrong_state (another's), range.
+  /// Extends the caller's lease. Errors: not_found (unknown or expired), wrong_state (another
+  /// user's), range.
   Result<Lease> renew(std::string_view id, std::string_view user, std::chrono::milliseconds ttl,
                       Clock now);
-  /// Whether it ends a second or more later than was noted of it; then it counts as noted.
+  /// True if the lease expires at least 1 s later than last journalled; that expiry then counts as
+  /// journalled.
   bool should_journal(std::string_view id);
-  /// One that is kept for a run ends with that run.
+  /// A lease that is kept for a run ends with that run.
   Result<Lease> release(std::string_view id, std::string_view user, Clock now);
-  /// The run begins: its user's lease, or a new one, is kept until it ends. Nothing: it is kept
-  /// already, or was broken.
+  /// Call when the run starts: keeps its user's lease, or a new one, until the run ends. Empty: it
+  /// is kept already, or was broken.
   std::optional<Lease> keep(std::string_view run, const Request& owner, Clock now);
-  /// The run is over. The lease that was kept for it, if any; it is gone, where its time is over.
+  /// Call when the run has ended. Returns the lease that was kept for it, if any; removes it if it
+  /// has expired.
   std::optional<Lease> end_keeping(std::string_view run, Clock now);
   [[nodiscard]] std::optional<Lease> kept_for(std::string_view run) const;
-  /// By anybody who may, with a reason of at least three letters.
+  /// Breaks any user's lease; the caller checks the permission. `reason`: at least three letters.
   Result<Lease> break_lease(std::string_view id, std::string_view reason, Clock now);
 
-  /// That `id` is a lease on `scope` of this user's. Errors as renew().
+  /// Checks that `id` is this user's lease on `scope`. Errors: as renew().
   Result<Lease> check(std::string_view id, std::string_view scope, std::string_view user,
                       Clock now) const;
-  /// Who holds it now; leases that are only kept do not count.
+  /// The current lease; a lease that is only kept for a run does not count.
   [[nodiscard]] std::optional<Lease> holder(std::string_view scope, Clock now) const;
   [[nodiscard]] std::vector<Lease> all(Clock now) const;
-  /// Those whose time is over and that are not kept, taken out.
+  /// Removes and returns the leases that have expired and are not kept.
   std::vector<Lease> expire(Clock now);
 
  private:
-  /// Errors: as renew(), but for range.
+  /// Errors: as renew(), except range.
   [[nodiscard]] Result<Lease> find(std::string_view id, std::string_view user, Clock now) const;
 
   std::map<std::string, Lease, std::less<>> by_id_;
   std::string epoch_;
-  std::string broken_for_;  ///< the run under way whose lease was broken: it is not kept anew
+  std::string broken_for_;  ///< the active run with a broken lease: none is kept for it again
   std::uint64_t next_ = 1;
 };
 

@@ -27,7 +27,7 @@ tl::unexpected<Refused> not_a_request(std::string id_json, std::string message,
                  .got = std::move(got)});
 }
 
-// A string, a whole number or null; the specification allows fractions and advises against them.
+// A string, a whole number or null; the specification permits fractions but discourages them.
 bool usable_id(const json& id) {
   constexpr std::size_t longest = 256;
   if (id.is_string()) return id.get_ref<const std::string&>().size() <= longest;
@@ -58,7 +58,7 @@ tl::unexpected<RpcError> refused(const Error& error) {
 }
 
 RpcError rpc_error(int code, std::string_view kind, Error error, bool retryable) {
-  constexpr std::size_t longest_got = 500;  // what a client sent may be a line of a megabyte
+  constexpr std::size_t longest_got = 500;  // a client may send a line of 1 MB
   if (error.got.size() > longest_got) error.got = error.got.substr(0, longest_got) + "...";
   return {code, std::string(kind), std::move(error), retryable};
 }
@@ -122,7 +122,7 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
   if (!message.is_object())
     return not_a_request("null", "not a request", "an object", message.type_name());
   Request request;
-  std::optional<Refused> wrong;  // the first thing
+  std::optional<Refused> wrong;  // the first problem
   const auto but = [&wrong](const tl::unexpected<Refused>& found) {
     if (!wrong) wrong = found.value();
   };

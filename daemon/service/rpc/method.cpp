@@ -45,7 +45,7 @@ static_assert(types.size() == static_cast<std::size_t>(ParamType::id) + 1 &&
               std::ranges::all_of(types,
                                   [](const TypeRow& row) { return &row == &row_of(row.type); }));
 
-/// What is wrong with one parameter that came; nothing where nothing is.
+/// Problem of one received parameter; empty if it is valid.
 std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const std::string& name,
                                      const json& value) {
   const auto wrong = [](std::string_view kind, Error error) {

@@ -1,6 +1,6 @@
 #pragma once
-// The methods of the API: what each takes and who may call it, in one table from which requests are
-// checked and the OpenRPC document is made. Source: docs/api.md.
+// One table of the API's methods, with parameters and roles. Requests are checked against it, and
+// the OpenRPC document is made from it. Source: docs/api.md.
 
 #include <functional>
 #include <map>
@@ -15,7 +15,7 @@
 
 namespace weft::daemon::server {
 class Session;
-/// Who talks to the daemon now, by session name, "s-41". Used by the server's thread alone.
+/// Open sessions by name, "s-41". Thread: the server's only.
 using Sessions = std::map<std::string, Session*, std::less<>>;
 }  // namespace weft::daemon::server
 
@@ -28,73 +28,73 @@ enum class ParamType {
   flag,
   object,
   list,
-  id  ///< of a request: a text or a whole number; the last type
+  id  ///< of a request: a text or a whole number; must be the last type
 };
 
-/// Texts are names, notes and reasons [bytes].
+/// For names, notes and reasons [bytes].
 constexpr std::size_t longest_text = 1000;
 
 struct ParamSpec {
   std::string_view name;
   ParamType type = ParamType::text;
   bool required = false;
-  std::string_view summary;  ///< with the unit, where it has one
+  std::string_view summary;  ///< with the unit, if any
   std::size_t longest = longest_text;
 };
 
 enum class Effect {
-  read,    ///< changes nothing; may be asked again
-  change,  ///< takes an `idem` key, so that a retry after a lost reply does nothing twice
+  read,    ///< changes nothing; may be repeated
+  change,  ///< takes an `idem` key, so that a retry after a lost reply has no second effect
 };
 
-/// For how long the answer to a change with a key is remembered.
+/// How long the answer to a change with a key is kept.
 enum class Memory {
   over_restarts,
-  while_running  ///< it holds a secret, which is not written down, or ends with the daemon, as a
+  while_running  ///< the answer has a secret, which is not stored, or ends with the daemon, like a
                  ///< lease
 };
 
-/// What a call is worth where there is no more room.
+/// Priority of a call when the server is at its limits.
 enum class Urgency {
   usual,
-  urgent,  ///< served where others are refused for want of room: stops of a run, how the rig stands
-  stop     ///< so, and whatever else is wrong with the request: it is done, and told with warnings
+  urgent,  ///< served even when other calls are refused: run stops, rig state
+  stop     ///< as urgent, and executed even if the request is faulty; answered with warnings
 };
 
 struct MethodSpec {
   std::string_view name;  ///< noun.verb
   std::string_view summary;
-  access::Role role = access::Role::observer;  ///< the least that may call it
+  access::Role role = access::Role::observer;  ///< the least role that may call it
   Effect effect = Effect::read;
   std::vector<ParamSpec> params;
-  std::string_view result;  ///< what comes back, in words
+  std::string_view result;  ///< description of the result
   Memory memory = Memory::over_restarts;
   Urgency urgency = Urgency::usual;
 };
 
-/// The result as JSON, or why not.
+/// The result as JSON, or the error.
 using Outcome = tl::expected<std::string, RpcError>;
-/// Answers one call; once, at once or later, on the server's thread.
+/// Answers one call. Call exactly once, immediately or later, on the server's thread.
 using Responder = std::function<void(Outcome)>;
 
-/// Who calls.
+/// The client of a call.
 struct Caller {
   std::string session;  ///< "s-41"
-  std::string client;   ///< as it called itself
-  std::string user;     ///< of the peer's credentials or of the token
+  std::string client;   ///< name that the client gave itself
+  std::string user;     ///< from the peer's credentials or the token
   access::Role role = access::Role::observer;
-  bool local = false;      ///< came through the Unix socket
-  std::string token = {};  ///< name of the one that he came with; empty: with none
+  bool local = false;      ///< connected through the Unix socket
+  std::string token = {};  ///< name of its token; empty: none
 };
 
-/// "s-41 (ada)": who made a change, as the journal and events have it.
+/// "s-41 (ada)": author of a change in the journal and in events.
 std::string by(const Caller& caller);
 
 struct Call {
   const nlohmann::json& params;  ///< checked against the method's table
   const Caller& caller;
   server::Session* client_session = nullptr;  ///< null for a call by POST, which has none
-  std::weak_ptr<const void> listener = {};    ///< gone when nobody waits for the answer
+  std::weak_ptr<const void> listener = {};    ///< expired when the caller no longer waits
 };
 
 using Handler = std::function<void(const Call&, Responder)>;
@@ -102,16 +102,16 @@ using DirectHandler = std::function<Outcome(const Call&)>;
 
 class Methods {
  public:
-  /// Names must be new. What comes back lives as long as the table.
+  /// Names must be new. The returned reference is valid as long as the table.
   MethodSpec& add(MethodSpec spec, Handler handler);
   MethodSpec& add(MethodSpec spec, DirectHandler handler);
 
   struct Entry {
     MethodSpec spec;
     Handler handler;
-    bool answers_later = false;  ///< the caller may have to wait
+    bool answers_later = false;  ///< the answer may come later
   };
-  /// Errors: method_not_found, with a did-you-mean.
+  /// Errors: method_not_found, with a suggestion.
   [[nodiscard]] tl::expected<const Entry*, RpcError> find(std::string_view name) const;
 
   /// The OpenRPC 1.2.6 document of all methods.
@@ -123,12 +123,12 @@ class Methods {
   std::map<std::string, Entry, std::less<>> entries_;
 };
 
-/// Unknown names (with a did-you-mean), missing ones, wrong types, texts that are too long; the
-/// first problem.
+/// Errors: the first of unknown names (with a suggestion), missing names, wrong types and texts
+/// that are too long.
 tl::expected<void, RpcError> check_params(const MethodSpec& spec, const nlohmann::json& params);
 
-/// The parameters that a method can use, and what is wrong with the others: for those that are
-/// heeded all the same. Nothing is required.
+/// The valid parameters, and the problems of the others: for requests that are executed in any
+/// case. No parameter is required.
 struct Usable {
   std::shared_ptr<const nlohmann::json> params;
   std::vector<RpcError> problems;

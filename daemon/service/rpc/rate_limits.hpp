@@ -1,6 +1,5 @@
 #pragma once
-// How often a client may ask: a bucket of requests for each user, which fills at a steady rate, and
-// the tokens that were refused to each address.
+// Limits of requests per user (token bucket) and of refused tokens per address.
 
 #include <algorithm>
 #include <chrono>
@@ -17,11 +16,11 @@ class RateLimits {
  public:
   using Clock = std::chrono::nanoseconds;
   static constexpr std::size_t per_second = 10'000;  ///< [requests]
-  static constexpr std::size_t burst = 50'000;       ///< at once, after a while of silence
-  /// Buckets are kept of so many; who has asked for nothing longest is forgotten.
+  static constexpr std::size_t burst = 50'000;       ///< [requests] after an idle time
+  /// Number of buckets; a new one replaces the one idle longest.
   static constexpr std::size_t most_known = 1024;
 
-  /// Takes one request of `user`. False where none is left.
+  /// Takes one request of `user` from its bucket. False if the bucket is empty.
   bool take(std::string_view user, Clock now);
 
  private:
@@ -60,9 +59,9 @@ class RefusedTokens {
  public:
   using Clock = std::chrono::nanoseconds;
   static constexpr std::chrono::seconds window{10};
-  /// Refused within a window; then the address is limited until the window is over.
+  /// Refused tokens per window; further ones limit the address until the window ends.
   static constexpr std::size_t most_in_window = 20;
-  /// Addresses; the one whose window began first makes room for one more.
+  /// Number of addresses; a new one replaces the one with the oldest window.
   static constexpr std::size_t most_known = 1024;
 
   void add(std::string_view address, Clock now);

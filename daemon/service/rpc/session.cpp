@@ -25,7 +25,7 @@ bool is_supported(std::string_view wanted) {
   return wanted.empty() || wanted == "1.x" || wanted == protocol_version;
 }
 
-/// Those that the daemon has, of what the client wants; all where it names none.
+/// The supported features among those that the client wants; all if it names none.
 json features_for(const json& params) {
   json out = json::array();
   const auto want = params.find("want");
@@ -35,14 +35,14 @@ json features_for(const json& params) {
   return out;
 }
 
-/// As long for any request, as it is kept. Whose lease it is asked with is not part of the wish:
-/// who asks again after a restart has a new one.
+/// Idempotency digest of a request, with a fixed length because it is stored. The lease is excluded
+/// (except in lease.*): a client has a new one after a restart.
 std::string compute_request_digest(const rpc::MethodSpec& spec, json params) {
   if (!std::string_view(spec.name).starts_with("lease.")) params.erase("lease");
   return sha256_hex(std::string(spec.name) + rpc::format_text(params));
 }
 
-// What is refused, as errors of docs/api.md.
+// Errors of docs/api.md.
 
 rpc::RpcError role_too_low(access::Role has, access::Role needs, std::string_view method) {
   return rpc_error(code::access + 3, "access.role",
@@ -189,7 +189,7 @@ void Session::on_message(std::string_view line) {
   send_(rpc::error_line(refused.id_json, refused.error));
 }
 
-// Whoever pulls the line is told, subscribed or not (docs/api.md, rig.halt).
+// Confirms the halt to its sender, with or without a subscription (docs/api.md, rig.halt).
 void Session::halt(std::string_view kind, const std::function<void(const rpc::Caller&)>& stop) {
   ++shared_->counts.stops;
   stop(caller_);
@@ -205,8 +205,8 @@ const rpc::Methods::Entry* Session::stop_named(const std::string& method) const 
   return entry && (*entry)->spec.urgency == rpc::Urgency::stop ? *entry : nullptr;
 }
 
-// Done each time that it is asked for, also with a key that was used before: to stop twice does no
-// harm, not to stop does. What was wrong with the request is told with the answer.
+// Executed on every request, even with a key that was used before: a second stop is harmless, a
+// missing one is not. Problems of the request are returned as warnings.
 void Session::stop(const rpc::Methods::Entry& entry, const rpc::Request& request,
                    const rpc::RpcError* wrong) {
   ++shared_->counts.stops;
@@ -376,7 +376,7 @@ Status Session::cancel(const std::string& id_json) {
 
 void Session::answer(const std::optional<std::string>& id_json, const Outcome& outcome) {
   if (!outcome) ++shared_->counts.refused;
-  if (!id_json) return;  // a notification wants none
+  if (!id_json) return;  // a notification gets no answer
   if (outcome && outcome->size() > most_answer_bytes)
     return send_(rpc::error_line(*id_json, answer_too_long(outcome->size())));
   send_(outcome ? rpc::result_line(*id_json, *outcome)

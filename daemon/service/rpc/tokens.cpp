@@ -68,7 +68,7 @@ json json_of(const TokenEntry& entry) {
   return out;
 }
 
-/// In a time that depends on their lengths alone.
+/// The time depends on the lengths only.
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   unsigned difference = 0;
@@ -77,7 +77,7 @@ bool equal_in_constant_time(std::string_view a, std::string_view b) {
   return difference == 0;
 }
 
-/// Held by at most one program; one that dies lets go of it.
+/// Held by at most one program; released when that program ends.
 class TokenLock {
  public:
   static Result<TokenLock> take(const std::filesystem::path& file, TokenFile::Wait wait) {
@@ -113,8 +113,8 @@ class TokenLock {
   int descriptor_;
 };
 
-/// People's names may have any letters, but a name that begins as an option does could not be given
-/// to weft token remove.
+/// A person's name may have any letters. A name that starts like an option could not be passed to
+/// weft token remove.
 bool is_token_name(std::string_view name) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
   return !name.empty() && name.size() <= 100 && !name.starts_with('-') && !name.starts_with('.') &&
@@ -164,8 +164,8 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
   return out;
 }
 
-// Its owner is no user of the machine, who may have the same name: leases, keys and the journal
-// tell them apart.
+// The prefix "token:" distinguishes a token's owner from a user of the machine with the same name,
+// in leases, keys and the journal.
 std::string user_of(const TokenEntry& entry) {
   return entry.user.empty() ? "token:" + entry.name : entry.user;
 }
@@ -243,7 +243,8 @@ TokenKeeper::Stamp TokenKeeper::read_stamp(const std::filesystem::path& file) {
 }
 
 Result<TokenKeeper> TokenKeeper::open(const std::filesystem::path& file) {
-  const Stamp as_of = read_stamp(file);  // before it is read: a change meanwhile is seen later
+  const Stamp as_of =
+      read_stamp(file);  // before loading, so that a concurrent change is noticed later
   auto tokens = TokenFile::load(file);
   if (!tokens) return pass(tokens.error());
   return TokenKeeper(file, std::move(*tokens), as_of);

@@ -1,6 +1,6 @@
 #pragma once
-// Roles, and bearer tokens for TCP. Their file holds no token, only SHA-256 digests of them: they
-// are 256 random bits, which no dictionary finds. Source: docs/api.md, Tokens.
+// Roles, and bearer tokens for TCP. The file has only SHA-256 digests of the tokens, which are 256
+// random bits and therefore safe from dictionary attacks. Source: docs/api.md, Tokens.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,59 +15,58 @@
 
 namespace weft::daemon::access {
 
-/// Who may do what: four roles, each with everything that the ones before it may. Which method
-/// needs which: docs/api.md.
+/// Four roles; each includes the rights of the previous ones. Role of each method: docs/api.md.
 enum class Role : std::uint8_t {
   observer,   ///< reads
   operator_,  ///< runs recipes
-  engineer,   ///< edits recipes and limits within the hard caps, simulated faults
-  admin,      ///< tokens, hard caps, other people's leases
+  engineer,   ///< edits recipes and limits within the hard caps; simulated faults
+  admin,      ///< tokens, hard caps, other users' leases
 };
 
 std::string_view to_string(Role role);
 std::optional<Role> role_from(std::string_view name);
 
 struct TokenEntry {
-  std::string name;  ///< of a person or program
+  std::string name;  ///< name of a person or program
   Role role = Role::observer;
-  std::string sha256;           ///< of the token's text, hexadecimal
+  std::string sha256;           ///< digest of the token's text, hexadecimal
   std::int64_t expires_us = 0;  ///< UTC
-  /// For whom it acts, "ada": of the machine, or "token:NAME". Empty: for itself, "token:" + name.
+  /// The user for whom it acts: "ada" of the machine, or "token:NAME". Empty: "token:" + name.
   std::string user = {};
 };
 
-/// Whose leases and keys are at hand with this token, and whom events name.
+/// The user of leases, keys and events of this token.
 std::string user_of(const TokenEntry& entry);
 
-/// The daemon's tokens, one JSON file that only its owner may read.
+/// The daemon's tokens: one JSON file that only its owner may read.
 class TokenFile {
  public:
-  /// No file is no tokens. Errors: parse; wrong_state, when others may read or write it.
+  /// A missing file means no tokens. Errors: parse; wrong_state, if others may read or write it.
   static Result<TokenFile> load(const std::filesystem::path& file);
 
-  /// Makes one and returns its text, which is not kept. `user`: TokenEntry's. Errors: io,
-  /// invalid_argument (name).
+  /// Creates a token and returns its text, which is not stored. `user`: as in TokenEntry. Errors:
+  /// io, invalid_argument (name).
   Result<std::string> add(std::string name, Role role, std::int64_t expires_us,
                           std::string user = {});
-  /// Of those whose time is over no more is known.
+  /// Removes expired tokens.
   void forget_expired(std::int64_t now_us);
   /// Errors: not_found.
   Status remove(std::string_view name);
-  /// Mode 0600; whole or not at all.
+  /// Writes the file with mode 0600, atomically.
   Status save() const;
 
   enum class Wait {
-    until_free,  ///< another program is done with it in no time
+    until_free,  ///< other programs hold the lock only briefly
     not_at_all
   };
-  /// Loads the file, lets `work` change it and saves it, while no other program does the same: a
-  /// lock on `file`.lock, which stays. Errors: those of load(), `work` and save(); wrong_state,
-  /// where it is held and nobody waits.
+  /// Loads the file, changes it with `work` and saves it. Holds a lock on `file`.lock, which stays,
+  /// against other programs. Errors: those of load(), `work` and save(); wrong_state, if it is
+  /// locked and `wait` is not_at_all.
   static Status change(const std::filesystem::path& file, Wait wait,
                        const std::function<Status(TokenFile&)>& work);
 
-  /// Looks at all entries whatever it finds, so that the time says nothing. Nothing for a token
-  /// that is unknown or over.
+  /// Always compares all entries, so that the time reveals nothing. Empty for a token that is
+  /// unknown or expired.
   [[nodiscard]] std::optional<TokenEntry> find(std::string_view token, std::int64_t now_us) const;
   [[nodiscard]] const std::vector<TokenEntry>& entries() const { return entries_; }
 
@@ -76,32 +75,32 @@ class TokenFile {
   std::vector<TokenEntry> entries_;
 };
 
-/// The daemon's tokens as their file has them now: somebody may add or remove one while it runs.
-/// Used by one thread. A look at the file's stamp costs a microsecond; it is read when that
+/// The daemon's tokens as in their file now: another program may add or remove one meanwhile.
+/// Thread: one. Checking the file's stamp takes a microsecond; the file is read when the stamp has
 /// changed.
 class TokenKeeper {
  public:
-  /// Errors: TokenFile::load()'s.
+  /// Errors: those of TokenFile::load().
   static Result<TokenKeeper> open(const std::filesystem::path& file);
 
-  /// Whose it is. Nothing for a token that is unknown or over.
+  /// The entry of a token. Empty if it is unknown or expired.
   std::optional<TokenEntry> find(std::string_view token, std::int64_t now_us);
-  /// Whether what find() told once is so still: its time is not over and it was not removed.
+  /// True if a result of find() is still valid: it has not expired and was not removed.
   [[nodiscard]] bool is_valid(const TokenEntry& entry, std::int64_t now_us) const;
-  /// A new one, in what the file holds now; those whose time is over are forgotten.
-  /// Errors: TokenFile::change()'s, and add()'s.
+  /// Adds a new token to the current file and removes expired ones. Errors: those of
+  /// TokenFile::change() and add().
   Result<std::string> add(std::string name, Role role, std::int64_t expires_us, std::string user,
                           std::int64_t now_us);
-  /// Errors: TokenFile::change()'s, and remove()'s.
+  /// Errors: those of TokenFile::change() and remove().
   Status remove(std::string_view name);
-  /// Reads the file where it is another one. One that cannot be used changes nothing: what was
-  /// known stays good, problem() says so, and the next call tries again.
+  /// Reads the file if it has changed. If it cannot be used, the known tokens stay valid, problem()
+  /// has the reason, and the next call tries again.
   void refresh();
-  /// Why the file, as it is now, could not be read; nothing where it could.
+  /// Why the current file could not be read; empty if it could.
   [[nodiscard]] const std::optional<Error>& problem() const { return problem_; }
 
  private:
-  /// Of the file; all 0 where there is none.
+  /// Identifies a version of the file; all 0 if there is none.
   struct Stamp {
     std::uint64_t device = 0, inode = 0;
     std::int64_t bytes = 0, changed_ns = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// Work that would keep the server's thread from its clients, a halt among them: done one after the
-// other on a thread of its own.
+// Runs work that would delay the server's thread, and with it a halt: one at a time, on its own
+// thread.
 
 #include <condition_variable>
 #include <deque>
@@ -15,22 +15,22 @@ namespace weft::daemon::server {
 
 class WorkerQueue {
  public:
-  /// Errands that may wait while one is under way [count].
+  /// Tasks that may wait while one is running [count].
   static constexpr std::size_t most_waiting = 32;
 
-  /// What is left to do on the server's thread once the work is done.
+  /// Rest of the work, to be run on the server's thread afterwards.
   using Report = std::function<void()>;
   using Work = std::function<Report()>;
-  /// In place of the report, where the work threw.
+  /// Called instead of the report if the work threw.
   using Failed = std::function<void(const Error&)>;
-  /// `post` takes a report to the server's thread, from any.
+  /// `post` passes a report to the server's thread; it must be callable from any thread.
   explicit WorkerQueue(std::function<void(Report)> post)
       : post_(std::move(post)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
-  ~WorkerQueue() = default;  ///< waits for the one under way; those that wait are dropped
+  ~WorkerQueue() = default;  ///< waits for the running task; drops waiting ones
   WorkerQueue(const WorkerQueue&) = delete;
   WorkerQueue& operator=(const WorkerQueue&) = delete;
 
-  /// False where too many wait already.
+  /// False if too many tasks are waiting.
   bool send(Work work, Failed failed);
 
  private:
@@ -44,7 +44,7 @@ class WorkerQueue {
   std::mutex mutex_;
   std::condition_variable_any arrived_;
   std::deque<BackgroundTask> waiting_;
-  std::jthread thread_;  // last: it uses all the others
+  std::jthread thread_;  // last: it uses all other members
 };
 
 inline bool WorkerQueue::send(Work work, Failed failed) {
