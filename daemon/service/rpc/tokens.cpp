@@ -243,8 +243,7 @@ TokenKeeper::Stamp TokenKeeper::read_stamp(const std::filesystem::path& file) {
 }
 
 Result<TokenKeeper> TokenKeeper::open(const std::filesystem::path& file) {
-  const Stamp as_of =
-      read_stamp(file);  // before loading, so that a concurrent change is noticed later
+  const Stamp as_of = read_stamp(file);  // before loading: later changes are noticed
   auto tokens = TokenFile::load(file);
   if (!tokens) return pass(tokens.error());
   return TokenKeeper(file, std::move(*tokens), as_of);

@@ -24,7 +24,7 @@ void OperatorPrompts::on_state(std::int64_t run, RunState state) {
   if (state >= RunState::finishing) {
     entries_.erase(run);
   } else if (state > RunState::running && state != RunState::awaiting_operator) {
-    const auto found = entries_.find(run);  // a held run asks again after it is resumed
+    const auto found = entries_.find(run);  // a held run opens its prompt again after it is resumed
     if (found == entries_.end()) return;
     const bool is_confirmed = state == RunState::resuming && !found->second.step.empty();
     if (is_confirmed)

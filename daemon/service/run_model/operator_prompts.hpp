@@ -1,6 +1,5 @@
 #pragma once
-// What the operator steps of runs ask people for, and which of it is open: pure, with the time as
-// an argument.
+// The operator prompts of runs, and which of them is open. Pure; time is an argument.
 
 #include <chrono>
 #include <cstdint>
@@ -14,34 +13,35 @@
 
 namespace weft::daemon::runs {
 
-/// What a person is asked for, or will be.
+/// An operator prompt, open or still to come.
 struct OperatorPrompt {
   recipes::StepPrompt prompt;
-  std::string step = {};       ///< names what is asked now, "Q-12"; empty where it is not asked yet
-  recipes::Ticket ticket = 0;  ///< what the engine needs with a confirmation; 0 likewise
-  /// Since when it is asked, by the monotonic clock.
+  std::string step = {};       ///< name of the open prompt, "Q-12"; empty if not yet open
+  recipes::Ticket ticket = 0;  ///< the engine needs it with a confirmation; 0 if not yet open
+  /// When it opened, on the monotonic clock.
   std::optional<std::chrono::nanoseconds> at = {};
-  /// The same, or when it will be asked as far as is known, by the machine's wall clock [UTC].
+  /// The same, or the expected time if known, on the machine's wall clock [UTC].
   std::optional<std::int64_t> at_us = {};
 };
 
-/// At most one prompt for each run, by its number.
+/// At most one prompt per run, by the run's number.
 class OperatorPrompts {
  public:
-  /// `names_taken`: none of the names up to this one is given again.
+  /// `names_taken`: names up to this one are not given again.
   explicit OperatorPrompts(std::int64_t names_taken = 0) : names_taken_(names_taken) {}
 
-  /// The plan of a run is known: what it asks for first, if anything.
+  /// Call when a run's plan is known; `first` is its first prompt, if any.
   void on_plan(std::int64_t run, const std::optional<recipes::StepPrompt>& first);
-  /// The engine of a run reports, which is in `state` from now on. The prompt that opens, if any.
+  /// Call when a run's engine reports; `state` is the run's new state. Returns the prompt that
+  /// opens, if any.
   const OperatorPrompt* on_step(std::int64_t run, RunState state, const RunStatusUpdate& moment,
                                 std::chrono::nanoseconds now);
-  /// A run has changed to `state`: one that is on its way to its end needs no person.
+  /// Call when a run has changed to `state`; a run that is ending has no prompt.
   void on_state(std::int64_t run, RunState state);
-  /// The open prompt, or the next; nothing without one.
+  /// The open prompt or the next one; null without one.
   [[nodiscard]] const OperatorPrompt* find(std::int64_t run) const;
   [[nodiscard]] recipes::Ticket ticket(std::int64_t run) const;
-  /// Errors: wrong_state, when `step` does not name the open prompt.
+  /// Errors: wrong_state, if `step` is not the open prompt.
   [[nodiscard]] Status check(std::int64_t run, std::string_view step) const;
 
  private:

@@ -121,7 +121,7 @@ std::vector<RepeatedStops::Counted> RepeatedStops::take(Clock now) {
     if (is_over && entry.times > 0) out.push_back(entry);
     return is_over;
   });
-  // What was repeated is counted from now on again: one line each window, as long as it lasts.
+  // Repeated stops are counted again from now on: one line per window while they last.
   if (now != Clock::max())
     for (const Counted& counted : out) entries_.push_back({counted.stop, now, 0});
   return out;

@@ -7,7 +7,7 @@ namespace weft::daemon::runs {
 
 namespace {
 
-/// Of an order that a complete run has not taken any more.
+/// Cause of an order that came too late for a complete run.
 std::string_view late_cause(const EndedRun& run) {
   if (run.ordered == RunState::finishing) return after_stop;
   if (run.ordered == RunState::aborting) return after_abort;

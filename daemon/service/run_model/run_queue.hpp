@@ -1,5 +1,5 @@
 #pragma once
-// The runs that wait for the rig, as a value: change a copy, commit it, then replace the original.
+// The queue of runs as a value: change a copy, commit it, then replace the original.
 
 #include <cstdint>
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace weft::daemon::runs {
 
-/// What pauses the queue without a person's order. A person resumes it.
+/// Causes that pause the queue without a person's order. A person resumes it.
 inline constexpr const char* after_restart = "auto:restart";
 inline constexpr const char* after_stop = "auto:stopped";
 inline constexpr const char* after_abort = "auto:aborted";
@@ -25,58 +25,58 @@ inline constexpr const char* after_maintenance = "auto:maintenance";
 inline constexpr const char* without_disk = "auto:disk";
 inline constexpr const char* without_rig_file = "auto:rig_file";
 
-/// What the queue has to know of a run that is over.
+/// Facts of an ended run that the queue needs.
 struct EndedRun {
   std::string_view outcome;
-  bool keep_going = false;  ///< its request: the queue goes on after a stop, an abort or a failure
-  bool acquired_rig = false;  ///< else keep_going does not apply
-  bool is_disk_full = false;  ///< the disk was too full for its record
+  bool keep_going = false;    ///< requested: continue after a stop, an abort or a failure
+  bool acquired_rig = false;  ///< otherwise keep_going does not apply
+  bool is_disk_full = false;  ///< too full for the run's record
   bool is_interrupted = false;
-  /// What it was on its way to by a person's order: finishing, aborting or halting. It may have
-  /// ended complete before the order reached it: that person wants no motion all the same.
+  /// State that a person's order aimed at: finishing, aborting or halting. The run may have ended
+  /// complete before the order reached it; the person still wants no motion.
   std::optional<RunState> ordered = {};
-  bool was_given_up = false;  ///< its thread did not answer for a while
+  bool was_given_up = false;  ///< its thread did not answer in time
 };
-/// Why nothing begins after this end; empty where the next run may begin: after a complete run, or
-/// where keep_going covers the end.
+/// Cause for which the queue pauses after this end. Empty if the next run may start: after a
+/// complete run, or if keep_going covers the end.
 std::string_view pause_cause_of(const EndedRun& run);
 
-/// Each change makes another revision: a client that changes what it has read names that revision.
+/// Each change increases the revision; a client names the revision that it has read.
 class RunQueue {
  public:
-  using Run = std::int64_t;  ///< its number
+  using Run = std::int64_t;  ///< the run's number
   RunQueue() = default;
   RunQueue(std::int64_t revision, std::string paused_by, std::vector<Run> runs)
       : revision_(revision), paused_by_(std::move(paused_by)), runs_(std::move(runs)) {}
 
   [[nodiscard]] std::int64_t revision() const { return revision_; }
-  /// Nothing begins until a person resumes the queue; empty: it is not paused.
+  /// Cause of the pause, until a person resumes the queue; empty: not paused.
   [[nodiscard]] const std::string& paused_by() const { return paused_by_; }
   [[nodiscard]] bool is_paused() const { return !paused_by_.empty(); }
-  [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }  ///< the next first
-  /// From 0; the length of the queue for a run that does not wait.
+  [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }  ///< the next one first
+  /// Place from 0; the length of the queue if the run is not queued.
   [[nodiscard]] std::size_t find_place(Run run) const;
 
   /// Adds a run or moves it. A place past the end is the end.
   void put(Run run, std::size_t place);
-  /// Lifts an automatic pause with the last run. False: it did not wait.
+  /// Also ends an automatic pause when the last run leaves. False: the run was not queued.
   bool remove(Run run);
-  /// Errors: wrong_state, when it is paused already.
+  /// Errors: wrong_state, if it is paused already.
   Status pause(std::string_view by);
-  /// Errors: wrong_state, when it is not paused.
+  /// Errors: wrong_state, if it is not paused.
   Status resume();
-  /// For one of the causes above. False: it is empty or paused, and nothing changes.
+  /// For one of the causes above. False: it is empty or paused, and stays unchanged.
   bool pause_automatically(std::string_view cause);
-  /// A daemon starts. `waiting`: its runs that wait, the oldest first; some may be from before the
-  /// queue was kept.
+  /// Call when the daemon starts. `waiting`: its queued runs, oldest first; some may be older than
+  /// the stored queue.
   void on_restart(const std::vector<Run>& waiting);
 
-  /// Whether the run that one is to follow has ended complete.
+  /// True if the run's predecessor has ended complete.
   using IsReady = std::function<bool(Run)>;
-  /// The first run that the state of the rig allows and that is ready, paused or not.
+  /// The first run that is ready and that the rig's state allows, even if the queue is paused.
   [[nodiscard]] std::optional<Run> first_allowed(const RigState& rig,
                                                  const IsReady& is_ready) const;
-  /// The run to begin now, if any.
+  /// The run to start now, if any.
   [[nodiscard]] std::optional<Run> next(const RigState& rig, const IsReady& is_ready) const;
   friend bool operator==(const RunQueue&, const RunQueue&) = default;
 

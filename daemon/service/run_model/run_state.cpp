@@ -11,7 +11,7 @@ using Clock = RunStateMachine::Clock;
 
 struct StateRow {
   std::string_view name;
-  Clock Deadlines::*length = nullptr;     ///< how long it may last; without it waits for people
+  Clock Deadlines::*length = nullptr;     ///< longest duration; null: waits for a person
   std::optional<Order> at_deadline = {};  ///< the next rung of the ladder
 };
 /// In the order of RunState.
@@ -41,7 +41,7 @@ RunStep enter(RunState state, const Deadlines& limits, Clock now,
   return {{state, is_limited ? now + limits.*length : Clock::max()}, order, false};
 }
 
-/// Where an order leads from `state`; nothing where that does not take it.
+/// The state after an order in `state`; empty if that state refuses it.
 std::optional<RunState> after(RunState state, Order order) {
   using enum RunState;
   const auto from = [state](std::initializer_list<RunState> states, RunState next) {
@@ -76,7 +76,7 @@ std::string takes(RunState state) {
   return words.empty() ? "none" : words;
 }
 
-/// What is resumed and does not take the rig moves nothing, and cleans nothing up.
+/// A resumed run that did not acquire the rig moves nothing and has no clean-up.
 bool ends_as_before(const RunFacts& former, bool had_rig) {
   return !had_rig && !former.outcome.empty();
 }
@@ -92,7 +92,7 @@ std::string_view to_string(RunState state) {
 }
 
 Deadlines Deadlines::of(double forecast_s, double trial_s, const LastTimes& last) {
-  // Nanoseconds end after 292 years, and a deadline is counted from now.
+  // 2^63 ns are 292 years, and a deadline is counted from now.
   const auto seconds = [](double s) {
     constexpr double longest_s = 100 * 365.25 * 86400;
     return std::chrono::duration_cast<Duration>(
@@ -128,7 +128,7 @@ RunStep on_step(const RunStateMachine& run, const Deadlines& limits, recipes::St
   const auto is_in = [&run](auto... states) { return ((run.state == states) || ...); };
   const bool is_held = step == recipes::Step::held;
   const bool prompts = step == recipes::Step::awaiting_operator;
-  // What is asked while it pauses is asked again when it goes on.
+  // A prompt that opens while the run pauses opens again after it is resumed.
   if (prompts && is_in(arming, running, held, awaiting_operator, resuming))
     return enter(awaiting_operator, limits, now);
   if (is_held && is_in(running, pausing)) return enter(held, limits, now);
@@ -155,13 +155,13 @@ RunFacts facts_of_end(const RunFacts& former, const RunEnd& end) {
   if (ends_as_before(former, end.acquired_rig)) {
     out.cleanup = former.cleanup;
     if (!end.has_summary) out.dataset_error = former.dataset_error;
-    // An order that ended it is shown in any case.
+    // An order that ended the run is shown in any case.
     if (!end.has_summary && out.outcome == "failed") out.outcome = former.outcome;
   }
   out.bench_outcome = end.acquired_rig ? out.outcome : former.bench_outcome;
   out.bench_error = end.acquired_rig ? out.error : former.bench_error;
   if (end.acquired_rig || !end.has_summary || out.bench_outcome.empty()) return out;
-  out.outcome = out.bench_outcome;  // it only concludes: its end is that of its bench
+  out.outcome = out.bench_outcome;  // only the record is finished now: the bench's end counts
   out.error = out.bench_error;
   return out;
 }

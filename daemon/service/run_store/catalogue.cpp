@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The file of the recipe with this digest; else the one that has the campaign's name.
+/// The recipe file with this digest; otherwise the file with the campaign's name.
 fs::path recipe_path(const CataloguePaths& paths, const DatasetInfo& info) {
   const auto is_it = [&info](const fs::path& file) {
     const auto text = read_text_file(file, recipes::max_recipe_bytes);
@@ -32,7 +32,7 @@ fs::path recipe_path(const CataloguePaths& paths, const DatasetInfo& info) {
   return named;
 }
 
-/// With spaces between; empty where that cannot be read.
+/// Fabric names separated by spaces; empty if the recipe cannot be read.
 std::string fabrics_of(const std::string& recipe_json) {
   const auto recipe = nlohmann::json::parse(recipe_json, nullptr, false);
   const auto fabrics = recipe.is_object() ? recipe.value("fabrics", nlohmann::json()) : recipe;
@@ -42,7 +42,7 @@ std::string fabrics_of(const std::string& recipe_json) {
   return joined(names, " ");
 }
 
-/// What a person added to the name of the run's folder; the whole name of any other folder.
+/// The label that a person added to the run's folder name; the whole name of any other folder.
 std::string name_of(const fs::path& folder) {
   const std::string name = folder.filename();
   if (folder_number(folder) == 0) return name;
@@ -71,7 +71,7 @@ void add_end(const CampaignProgress& progress, bool kept_partial, StoredRun& run
   run.cleanup = run.rig_fact = not_recorded;
 }
 
-/// What the catalogue has.
+/// Contents of the catalogue.
 struct Known {
   std::set<std::int64_t> numbers;
   std::map<fs::path, std::int64_t> folders;  ///< canonical
@@ -97,7 +97,7 @@ Result<Known> load_known(RunStore& store) {
 Status enter(Known& known, const fs::path& data, StoredRun& run) {
   std::error_code unseen;
   const fs::path folder = fs::weakly_canonical(run.folder, unseen);
-  // By its name, also where that is a link to another disk.
+  // By its name, even if it is a link to another disk.
   const fs::path name = fs::absolute(run.folder, unseen).lexically_normal();
   const bool is_here =
       fs::weakly_canonical(name.parent_path(), unseen) == fs::weakly_canonical(data, unseen);
@@ -118,14 +118,14 @@ void add_to(RunChange& change, const FoundRun& found, std::string_view by, std::
   const nlohmann::json payload{{"folder", found.run.folder.string()}};
   change.runs.push_back(found.run);
   change.recipes.push_back(found.recipe);
-  // A folder's name need not be UTF-8.
+  // A folder's name may be invalid UTF-8.
   change.journal.push_back(
       {0, utc_us, found.run.id(), "imported", std::string(by),
        payload.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)});
 }
 
-/// Adds the folders of campaigns below `folder` to `out`, and what cannot be read to `left_out`. A
-/// campaign's own folder is not searched further, and no link is followed down.
+/// Adds the campaign folders below `folder` to `out`, and unreadable folders to `left_out`. A
+/// campaign's own folder is not searched further, and links are not followed.
 void find_campaigns(const fs::path& folder, std::vector<fs::path>& out,
                     std::vector<Error>& left_out) {
   std::error_code unreadable;
@@ -146,8 +146,8 @@ void find_campaigns(const fs::path& folder, std::vector<fs::path>& out,
                       .hint = "Runs in it are not listed: make it readable, then do this again"});
 }
 
-/// One number of the damaged file, as far as it can be read. SQLite reads a file that was cut short
-/// only with a writable schema; nothing is written.
+/// Reads one number of the damaged file, if possible. SQLite reads a truncated file only with a
+/// writable schema; nothing is written.
 std::optional<std::int64_t> read_damaged(const fs::path& file, const char* sql) {
   auto database = sqlite::Database::open_untouched(file);
   if (!database || !database->execute("PRAGMA writable_schema=ON")) return std::nullopt;
@@ -155,12 +155,12 @@ std::optional<std::int64_t> read_damaged(const fs::path& file, const char* sql) 
   return found ? *found : std::nullopt;
 }
 
-/// The highest number that was given to a run; 0 where that cannot be read.
+/// The highest run number ever given; 0 if it cannot be read.
 std::int64_t highest_number_in(const fs::path& file) {
   return read_damaged(file, "SELECT max(seq) FROM sqlite_sequence WHERE name = 'run'").value_or(0);
 }
 
-/// Whether the file says that nobody had latched the rig or locked it out.
+/// True if the file shows that the rig was neither latched nor locked out.
 bool had_free_rig(const fs::path& file) {
   return read_damaged(
              file,
@@ -168,7 +168,8 @@ bool had_free_rig(const fs::path& file) {
          0;
 }
 
-/// "weftd.sqlite.damaged-20261127T152715Z", its log with it. SQLite finds a log by its name.
+/// Renames the file to "weftd.sqlite.damaged-20261127T152715Z", with its log, which SQLite finds by
+/// its name.
 Result<fs::path> keep_aside(const fs::path& file, std::int64_t utc_us) {
   std::string time = utc_text(utc_us).substr(0, 19);
   std::erase_if(time, [](char c) { return c == '-' || c == ':'; });
@@ -190,7 +191,7 @@ Result<fs::path> keep_aside(const fs::path& file, std::int64_t utc_us) {
   return fs::path(aside);
 }
 
-/// The catalogue as it can be read; else a new one beside the damaged file.
+/// Opens the catalogue if readable; otherwise renames the damaged file and makes a new one.
 Result<RunStore> open_or_replace(const fs::path& file, std::int64_t utc_us, fs::path& damaged) {
   auto store = RunStore::open(file);
   if (store || !is_damage(store.error().code)) return store;
@@ -203,7 +204,7 @@ Result<RunStore> open_or_replace(const fs::path& file, std::int64_t utc_us, fs::
   return store;
 }
 
-/// The runs of all folders, the oldest first: of two folders with one number it has the number.
+/// The runs of all folders, oldest first: of two folders with one number the older run gets it.
 std::vector<FoundRun> load_all(const CataloguePaths& paths, std::vector<Error>& left_out) {
   std::vector<FoundRun> found;
   std::vector<fs::path> folders;
@@ -283,7 +284,7 @@ Result<RebuildReport> rebuild_catalogue(const CataloguePaths& paths, std::int64_
   if (journal->empty()) {
     RigFacts facts{.fact = RigFact::unknown, .left_by = by_rebuild};
     report.is_latched = !report.damaged.empty() && !had_free_rig(report.damaged);
-    if (report.is_latched) facts.latch = Latch{true, by_rebuild};  // an engineer's to remove
+    if (report.is_latched) facts.latch = Latch{true, by_rebuild};  // only an engineer can reset it
     change.rig = RigState(std::move(facts));
   }
   for (FoundRun& found : load_all(paths, report.left_out)) {

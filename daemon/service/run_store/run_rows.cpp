@@ -1,4 +1,4 @@
-// The tables of weftd.sqlite; run, rig and queue as rows of theirs.
+// The tables of weftd.sqlite: runs, rig and queue as rows.
 
 #include <algorithm>
 #include <array>
@@ -55,10 +55,10 @@ CREATE TABLE IF NOT EXISTS hand_over (
 ) STRICT;
 )sql";
 
-/// Names of the latches; older files have them in place of the fact.
+/// Names of the latches; older files have them in the column of the fact.
 constexpr std::string_view halt_name = "halt", emergency_name = "estop", old_halt_name = "latched";
 
-/// A column that younger files have from the beginning.
+/// A column that older files lack.
 struct LaterColumn {
   std::string_view table, name, type;
 };
@@ -92,7 +92,7 @@ constexpr std::array<LaterColumn, 27> later_columns{{{"run", "resume", as_count}
                                                      {"answer", "token", as_text},
                                                      {"hand_over", "attempts", as_count}}};
 
-// What a run is made of is written once, what becomes of it again and again.
+// The request of a run is written once, its results are updated.
 constexpr std::string_view read_sql =
     "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
     "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
@@ -163,7 +163,7 @@ struct RowReader {
                    .what = "a run in no state that there is",
                    .got = name});
   }
-  /// Nothing where the recipe's is taken.
+  /// Empty: the recipe's seed is used.
   void read(std::optional<std::uint64_t>& to) {
     const std::string text = row.text(column++);
     if (text.empty()) return;
@@ -178,7 +178,7 @@ struct RowReader {
   }
 };
 
-/// The value of a column as SQLite has it.
+/// The value of a field for SQLite.
 template <class Field>
 auto to_sql(const Field& field) {
   if constexpr (std::is_integral_v<Field>)
@@ -189,7 +189,7 @@ auto to_sql(const Field& field) {
     return field.string();
   else if constexpr (std::is_same_v<Field, std::vector<std::string>>)
     return field.empty() ? std::string() : nlohmann::json(field).dump();
-  else if constexpr (std::is_same_v<Field, std::optional<std::uint64_t>>)  // more than SQLite has
+  else if constexpr (std::is_same_v<Field, std::optional<std::uint64_t>>)  // exceeds SQLite's range
     return field ? std::to_string(*field) : std::string();
   else
     return field;
@@ -290,7 +290,7 @@ Result<std::optional<StoredRun>> RunStore::run(std::int64_t number) {
   return found->empty() ? std::nullopt : std::optional(std::move(found->front()));
 }
 
-// The last condition is StoredRun::has_all() and that nobody discarded it.
+// The last condition: StoredRun::has_all() is false, and the run was not discarded.
 Result<std::vector<StoredRun>> RunStore::recent_runs(std::size_t newest) {
   auto rows = prepare_runs(
       "WHERE state NOT IN ('ended', 'interrupted') OR "
@@ -320,9 +320,9 @@ std::filesystem::path RunStore::stored_folder(const std::filesystem::path& folde
   return is_within ? way : folder;
 }
 
-// Older daemons kept what they were given: relative to where they were started, or absolute, which
-// holds until the folder is moved. Then its name is looked for here. A folder with another run's
-// number was imported from elsewhere.
+// Older daemons stored the folder as given: relative to their working folder, or absolute, which is
+// wrong after a move. Then the folder's name is looked up here. A folder with another run's number
+// was imported from elsewhere.
 std::filesystem::path RunStore::found_folder(const StoredRun& run) const {
   const std::filesystem::path& folder = run.folder;
   if (home_.empty() || folder.empty()) return folder;
@@ -375,7 +375,7 @@ Result<RigState> RunStore::rig_state() {
         if (is_old_latch || !latch.empty())
           out.latch = Latch{name == emergency_name || latch == emergency_name, why};
         else if (out.fact == RigFact::unknown && out.left_by.empty())
-          out.left_by = why;  // of an older file
+          out.left_by = why;  // from an older file
         if (const std::string user = row.text(5); !user.empty())
           out.lock_out = LockOut{user, row.text(6), row.integer(7)};
       });

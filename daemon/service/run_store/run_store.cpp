@@ -14,14 +14,14 @@
 namespace weft::daemon::runs {
 namespace {
 
-// Full synchronisation: what was answered is on the disk, also when the power goes.
+// Full synchronisation: acknowledged changes survive a power failure.
 constexpr const char* opening_sql =
     "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
     "BEGIN IMMEDIATE; COMMIT;";
 
-constexpr std::int64_t most_searched = 20'000;  // lines of the journal
+constexpr std::int64_t most_searched = 20'000;  // journal lines
 
-/// An existing folder: SQLite reports one that cannot be written to as an error of its lock.
+/// Checked first, because SQLite reports a read-only folder as a locking error.
 Status check_folder(const std::filesystem::path& folder) {
   if (folder.empty() || ::access(folder.c_str(), W_OK) == 0) return {};
   const std::error_code why(errno, std::generic_category());
@@ -46,7 +46,7 @@ bool was_under_way(const StoredRun& run) {
          run.state != RunState::interrupted;
 }
 
-/// Nothing was moved or recorded; what only concludes may have come to its end.
+/// Nothing was moved or recorded; the data set of an earlier record may be finished.
 void cut_before_rig(StoredRun& run, const RigState& rig) {
   if (run.outcome.empty()) {
     run.outcome = "interrupted";
@@ -166,7 +166,7 @@ std::filesystem::path RunStore::make_absolute(const std::filesystem::path& folde
   return none ? folder : absolute.lexically_normal();
 }
 
-/// SQLite's look at every page now: damage that is found only later would fail a run.
+/// SQLite checks every page now: damage that is found later would fail a run.
 Status RunStore::check_pages() {
   std::string found;
   Status read =
@@ -175,7 +175,7 @@ Status RunStore::check_pages() {
   return fail({.code = Errc::corrupt, .what = "the catalogue of runs is damaged", .got = found});
 }
 
-// Runs' folders beside an empty catalogue: it was lost, and with it how the rig was left.
+// Folders of runs beside an empty catalogue: the catalogue was lost, and with it the rig's state.
 Status RunStore::check_folders() {
   if (home_.empty()) return {};
   std::error_code unreadable;
@@ -188,7 +188,7 @@ Status RunStore::check_folders() {
   return commit({.rig = RigState(RigFact::unknown, without_catalogue)});
 }
 
-// Reads every row: one that is corrupt is found now.
+// Reads every row, so that a corrupt one is found now.
 Status RunStore::recover_after_restart() {
   auto rows = prepare_runs("");
   if (!rows) return pass(rows.error());
@@ -198,7 +198,7 @@ Status RunStore::recover_after_restart() {
   if (!before) return pass(before.error());
   const auto newest = tail("", 1);
   if (!newest) return pass(newest.error());
-  // The journal's times rise with its numbers, also where the clock was set back.
+  // Journal times increase with their numbers, even after the clock was set back.
   const std::int64_t utc_us =
       std::max(utc_now().count() / 1000, newest->empty() ? 0 : newest->front().utc_us);
   RunChange change;
@@ -244,8 +244,8 @@ void RunStore::report(const std::vector<JournalLine>& lines, bool is_written) co
   for (const JournalLine& line : lines) on_line_(line, is_written);
 }
 
-// A full disk may have room for the rig's one row and not for the journal: a daemon that died then
-// would have forgotten a latch.
+// A full disk may have space for the rig's row but not for the journal. Without this a daemon that
+// dies then would lose a latch.
 void RunStore::persist(const RunChange& change) {
   if ((change.is_empty() && is_persisted()) || commit(change)) return;
   report(change.journal, false);
@@ -266,7 +266,7 @@ Status RunStore::transact(std::initializer_list<const RunChange*> changes) {
   for (const RunChange* const change : changes)
     if (done) done = write(*change);
   if (done) done = database_.execute("COMMIT");
-  // Where SQLite has rolled back by itself, as on a full disk, there is no more to do.
+  // ROLLBACK fails harmlessly if SQLite has already rolled back, as on a full disk.
   if (!done) static_cast<void>(database_.execute("ROLLBACK"));
   return done;
 }
@@ -315,7 +315,7 @@ Result<std::int64_t> RunStore::next_number() {
   return std::max(*last, highest_folder_) + 1;
 }
 
-// SQLite has no row of the table before the first run is added.
+// SQLite creates the table's row with the first run.
 Status RunStore::skip_numbers(std::int64_t last) {
   const Status added = database_.run(
       "INSERT INTO sqlite_sequence (name, seq) SELECT 'run', ? WHERE NOT EXISTS (SELECT 1 FROM "

@@ -60,7 +60,7 @@ json order_json(const recipes::MaintenanceOrder& order) {
   return out;
 }
 
-/// What `left_by` has of such a motion.
+/// Text of such a motion in `left_by`.
 std::string format_maintenance(const recipes::MaintenanceOrder& order, std::string_view by) {
   return std::string(to_string(order.kind)) + " (" + std::string(by) + ")";
 }
@@ -114,7 +114,7 @@ Status RunManager::require_movable() const {
                .hint = "Look at the rig, then reset it with a reason"});
 }
 
-// A driver that hangs keeps its thread: the daemon ends without it then.
+// A driver that hangs blocks its thread; after this time the daemon ends without it.
 void RunManager::stop_maintenance(Order order, std::string_view by) {
   constexpr std::chrono::seconds patience{15};
   maintenance_.give({order, std::string(by)});
@@ -122,8 +122,8 @@ void RunManager::stop_maintenance(Order order, std::string_view by) {
     maintenance_deadline_ = context_.now() + patience;
 }
 
-// The rig counts as unknown from before the motion until its end is written: a daemon that dies in
-// between says so at its next start.
+// The rig counts as unknown from before the motion until its end is recorded. A daemon that dies in
+// between therefore reports unknown at its next start.
 void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_view by,
                           MaintenanceCallback on_done) {
   Status can = recipes::check_order(order);
@@ -154,9 +154,9 @@ void RunManager::maintain(const recipes::MaintenanceOrder& order, std::string_vi
   notify_rig(by);
 }
 
-// What did not begin has left the rig as it was. A person who moves the rig by hand looks at it:
-// one at rest may be moved again, also where the probe is not up. A run that was submitted
-// meanwhile does not begin between two motions of that person.
+// A motion that did not start leaves the rig's facts unchanged. A person who moves the rig by hand
+// also inspects it: once at rest it may be moved again, even with the probe down. A run submitted
+// meanwhile does not start between two motions of that person.
 void RunManager::on_maintained(const recipes::MaintenanceOrder& order, const RigFacts& before,
                                bool has_begun, std::string_view by,
                                const Result<MaintenanceSummary>& summary) {

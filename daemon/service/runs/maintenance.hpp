@@ -1,5 +1,5 @@
 #pragma once
-// The thread of a motion outside a run (retract, park, jog).
+// Thread of a motion outside a run (retract, park, jog).
 
 #include <functional>
 #include <optional>
@@ -10,25 +10,26 @@
 
 namespace weft::daemon::runs {
 
-/// One motion at a time. Used by the server's thread.
+/// One motion at a time. Thread: the server's.
 class MaintenanceExecutor {
  public:
   using OnBegins = std::function<void(const MaintenanceBegin&)>;
   using OnEnded = std::function<void(const Result<MaintenanceSummary>&)>;
 
-  /// `context` outlives it.
+  /// `context` must outlive it.
   explicit MaintenanceExecutor(const RunContext& context) : context_(context) {}
   MaintenanceExecutor(const MaintenanceExecutor&) = delete;
   MaintenanceExecutor& operator=(const MaintenanceExecutor&) = delete;
   ~MaintenanceExecutor() { stop(); }
 
-  /// Both callbacks are called on the server's thread; `on_ended` once, with the thread joined.
+  /// Both callbacks are called on the server's thread; `on_ended` once, after the thread was
+  /// joined.
   void begin(const recipes::MaintenanceOrder& order, OnBegins on_begins, OnEnded on_ended);
-  /// The order under way: its end has not been reported.
+  /// The active order; empty once its end was reported.
   [[nodiscard]] const std::optional<recipes::MaintenanceOrder>& order() const { return order_; }
-  /// Stops the motion. Does nothing where none is under way.
+  /// Stops the motion. No effect if there is none.
   void give(const GivenOrder& order);
-  /// Aborts the motion and waits for its thread; nothing is reported any more.
+  /// Aborts the motion and waits for its thread; nothing is reported afterwards.
   void stop();
 
  private:

@@ -1,4 +1,4 @@
-// Orders of people for the queue: each is one transaction, and changes nothing where that fails.
+// People's orders for the queue: each is one transaction and changes nothing if that fails.
 
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -53,7 +53,7 @@ Status RunManager::commit_transition(Run& run, StoredRun stored, const RunStateM
 StoredRun RunManager::withdrawn(const Run& run) const {
   StoredRun stored = run.stored;
   stored.state = on_ended(stored.resume && !stored.had_ended).next.state;
-  if (stored.resume) return stored;  // it is as it was before
+  if (stored.resume) return stored;  // unchanged from before
   stored.outcome = "stopped";
   stored.cleanup = "skipped";
   stored.rig_fact = to_string(rig_.facts().fact);  // nothing was moved
@@ -111,8 +111,8 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
                  .what = "that run has not ended complete, and never will",
                  .expected = "a run that waits, is under way, is complete or can be recovered",
                  .got = after + ", " + (*found)->stored.outcome});
-  // Each run follows one at most, so that a chain that leads back to this run is a cycle. A
-  // complete one waits for no other any more.
+  // Each run follows at most one, so a chain that leads back to this run is a cycle. A complete run
+  // no longer waits for another.
   for (const Run* next = *found; next != nullptr && !has_ended_complete(*next);
        next = run_before(*next))
     if (next->number() == run)
@@ -167,7 +167,7 @@ Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::strin
   RunChange change{.runs = {stored}, .journal = {line(id, "edited", by, payload)}};
   if (Status persisted = commit(std::move(queue), std::move(change)); !persisted) return persisted;
   run.stored = std::move(stored);
-  if (wanted.seed) run.limits = {};  // another plan, which its thread reports
+  if (wanted.seed) run.limits = {};  // another plan, reported by its thread
   notify(run, by);
   notify_queue(by);
   if (wanted.after) begin_next();  // it may be ready now

@@ -11,9 +11,9 @@
 namespace weft::daemon::runs {
 namespace {
 
-/// Of the longest run that the plan allows: every take but each last is bad. A repetition that is
-/// waited for may be the longest one, and its force may settle at the last moment. The final steps
-/// may take all of their budget: also after a stop the run may come to be complete.
+/// Deadlines for the longest run that the plan allows: every attempt except the last of each trial
+/// is rejected. The current repetition may be the longest, with the longest settling time. The
+/// final steps may use all of their budget: even after a stop the run may end complete.
 Deadlines deadlines_of(const recipes::Plan& plan) {
   const std::vector<double> trials_s = recipes::trial_durations_s(plan);
   const recipes::Finally& last = plan.finally;
@@ -25,8 +25,8 @@ Deadlines deadlines_of(const recipes::Plan& plan) {
                         .retreat_s = recipes::retreat_timeout_s(plan)});
 }
 
-/// Whether what was recorded has no data set, and may get one yet. A file that is not to be read
-/// may come back with its folder.
+/// True if the recorded trials have no data set but may still get one. An unreadable file may
+/// become readable again.
 bool can_be_concluded(const std::filesystem::path& folder, const Result<CampaignSummary>& summary) {
   if (summary && !summary->dataset_error) return false;
   const auto only_end_left = is_only_end_left(folder);
@@ -72,7 +72,7 @@ void RunExecutor::on_last_message() {
   thread_.join();
   RunResult result = std::exchange(result_, {});
   result.was_ordered = orders_->ends_run();
-  while (orders_->next_fault()) continue;  // its reply is sent as it goes
+  while (orders_->next_fault()) continue;  // its destructor sends the reply
   reports_.on_thread_ended(*std::exchange(run_, std::nullopt), result);
 }
 
@@ -100,7 +100,7 @@ CampaignHooks RunExecutor::hooks_for(bool plan_is_known) {
   return hooks;
 }
 
-// On the run's thread: nothing moves before it is written that the run has the rig.
+// On the run's thread: nothing moves before the record shows that the run has acquired the rig.
 Status RunExecutor::acquire_rig() {
   result_.acquired_rig = true;
   context_.post([this] { set_grant(!orders_->ends_run() && reports_.grant_rig(*run_)); });
@@ -123,7 +123,7 @@ void RunExecutor::set_grant(bool given) {
 }
 
 void RunExecutor::inject(FaultOrder order, FaultCallback on_done) {
-  // Whoever drops the order sends what came of it: it may be that no bench ever takes it.
+  // Destroying the order sends its result, because possibly no bench ever takes it.
   const auto send = [post = context_.post, on_done = std::move(on_done)](Status* done) {
     post([on_done, reply = std::shared_ptr<Status>(done)] { on_done(*reply); });
   };

@@ -1,6 +1,6 @@
 #pragma once
-// The thread of the run that has its turn: it performs the campaign, takes orders and faults, asks
-// for the rig before anything moves, and posts what happens to the server's thread.
+// Thread of the active run: it performs the campaign, takes orders and faults, and requests the rig
+// before any motion. It posts its reports to the server's thread.
 
 #include <atomic>
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace weft::daemon::runs {
 
-/// What the manager keeps of a plan, which may have a million trials.
+/// Facts of a plan that the manager keeps; the plan itself may have a million trials.
 struct PlanSummary {
   std::size_t trials = 0;
   Deadlines limits{};
@@ -22,23 +22,23 @@ struct PlanSummary {
 };
 PlanSummary summarize(const recipes::Plan& plan, bool is_real_time);
 
-/// How a run thread came to its end.
+/// How the run's thread ended.
 struct RunResult {
   Result<CampaignSummary> summary = {};
-  bool can_resume = false;    ///< something is left to record or to conclude
-  bool acquired_rig = false;  ///< it asked for the rig, and was not refused
-  bool is_checked = false;    ///< what it was asked for can be done
+  bool can_resume = false;    ///< trials or the data set are left to finish
+  bool acquired_rig = false;  ///< it requested the rig and was not refused
+  bool is_checked = false;    ///< the request passed the checks
   bool was_ordered = false;   ///< an order ended it
 };
 
-/// What a run thread reports, called on the server's thread.
+/// Reports of a run's thread, called on the server's thread.
 class RunReports {
  public:
   virtual void on_plan(std::int64_t run, const PlanSummary& plan) = 0;
   virtual void on_moment(std::int64_t run, const RunStatusUpdate& moment) = 0;
   virtual void on_vote(std::int64_t run, const LiveVoteUpdate& vote) = 0;
   virtual void on_progress(std::int64_t run, const TrialProgress& line) = 0;
-  /// The run is about to take the rig. False: it must not.
+  /// The run is about to acquire the rig. False: it must not.
   virtual bool grant_rig(std::int64_t run) = 0;
   virtual void on_thread_ended(std::int64_t run, const RunResult& result) = 0;
 
@@ -46,34 +46,35 @@ class RunReports {
   ~RunReports() = default;
 };
 
-/// Who ends a run when the daemon ends.
+/// Author of the order that ends a run when the daemon ends.
 inline constexpr const char* by_shutdown = "auto:shutdown";
 
 using FaultCallback = std::function<void(const Status&)>;
 
-/// One run at a time. Used by the server's thread.
+/// One run at a time. Thread: the server's.
 class RunExecutor {
  public:
-  /// Both outlive it.
+  /// `context` and `reports` must outlive it.
   RunExecutor(const RunContext& context, RunReports& reports)
       : context_(context), reports_(reports) {}
   RunExecutor(const RunExecutor&) = delete;
   RunExecutor& operator=(const RunExecutor&) = delete;
   ~RunExecutor() { stop(); }
 
-  /// An error in place of the request is how the run ends.
+  /// If `request` is an error, the run ends with it.
   void begin(std::int64_t run, bool plan_is_known, Result<CampaignRequest> request, bool resumes);
-  /// The run under way: its thread has not reported its end.
+  /// The active run; empty once its end was reported.
   [[nodiscard]] std::optional<std::int64_t> run() const { return run_; }
-  /// Whether that run has the rig: it may ask, or be about to.
+  /// True if that run was granted the rig.
   [[nodiscard]] bool has_rig() const { return grant_ == Grant::given; }
   void give(GivenOrder order) { orders_->give(std::move(order)); }
-  /// The daemon ends: where no order has ended the run yet, it is interrupted if anything is left.
+  /// Call when the daemon ends: unless an order has ended the run already, it becomes interrupted
+  /// if trials are left.
   void cut() { cut_ = !orders_ || !orders_->ends_run(); }
-  /// Injects a fault into the bench of the run under way, once its devices are up, or ends some.
+  /// Injects a fault into the active run's bench, once its devices are open, or ends faults.
   /// `on_done` is called once, on the server's thread.
   void inject(FaultOrder order, FaultCallback on_done);
-  /// Aborts the run and waits for its thread; nothing is reported any more.
+  /// Aborts the run and waits for its thread; nothing is reported afterwards.
   void stop();
 
  private:
@@ -87,10 +88,10 @@ class RunExecutor {
   const RunContext& context_;
   RunReports& reports_;
   std::optional<std::int64_t> run_;
-  std::optional<RunOrders> orders_;            ///< of the newest run; nothing before the first
+  std::optional<RunOrders> orders_;            ///< of the newest run; none before the first
   std::atomic<Grant> grant_ = Grant::awaited;  ///< the thread waits for it
   std::atomic<bool> cut_ = false;              ///< read by the thread
-  RunResult result_;                           ///< of the thread, until it is joined
+  RunResult result_;                           ///< written by the thread until joined
   std::jthread thread_;
 };
 

@@ -12,7 +12,7 @@
 namespace weft::daemon::runs {
 namespace {
 
-/// One that is there is an older run's, of a daemon whose memory is gone.
+/// An existing folder belongs to an older run of a daemon that lost its memory.
 std::filesystem::path free_folder(const std::filesystem::path& wanted) {
   std::filesystem::path folder = wanted;
   std::error_code none;
@@ -23,7 +23,7 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
 
 }  // namespace
 
-// A person's name for a folder is one path component, nothing hidden, no option of a command.
+// A user's label for a folder: one path component, not hidden, not like a command's option.
 Status check_name(const std::string& name) {
   constexpr std::size_t longest = 100;
   if (name.empty() || recipes::is_name(name, longest)) return {};
@@ -63,7 +63,7 @@ void RunManager::load() {
   const auto rig = store_.rig_state();
   if (!known || !rig) return;  // opening has just read them
   rig_ = *rig;
-  // Each prompt has a line of the journal, so these names are new.
+  // Each prompt has a journal line, so these names are new.
   if (const auto newest = store_.tail("", 1); newest && !newest->empty())
     prompts_ = OperatorPrompts(newest->front().sequence);
   RunChange change;
@@ -254,7 +254,7 @@ void RunManager::use_plan(Run& run, const PlanSummary& plan) {
   if (run.stored.resume) time.first = std::min(run.trials_done, time.trials);
   run.forecast = RunForecast(time);
   run.stored.disk_bytes = plan.disk_bytes;
-  // A person has a terminal at it: what was not ordered takes as long as it takes.
+  // A person watches it in a terminal: without an order there is no deadline.
   if (context_.one_run) run.limits.arming = run.limits.running = Deadlines::Duration::max();
   prompts_.on_plan(run.number(), run.stored.resume ? std::nullopt : plan.first_prompt);
 }
@@ -270,7 +270,7 @@ void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunCh
   if (step.lost) give_up(run, change);
   StoredRun& stored = run.stored;
   stored.state = step.next.state;
-  if (run.is_over()) stored.rig_untaken = false;  // not before: it may die in between
+  if (run.is_over()) stored.rig_untaken = false;  // not earlier: the daemon may die before
   change.put(run.to_store());
   change.journal.push_back(state_line(stored, context_.utc_us(), by));
   if (queue_.remove(stored.number)) change.queue = queue_;
@@ -278,7 +278,7 @@ void RunManager::stage(Run& run, const RunStep& step, std::string_view by, RunCh
 
 void RunManager::apply(Run& run, const RunStep& step, std::string_view by, RunChange change) {
   stage(run, step, by, change);
-  if (!change.is_empty()) store_.persist(change);  // tick() retries what was refused
+  if (!change.is_empty()) store_.persist(change);  // tick() retries a failed write
   if (change.rig) notify_rig(by);
   if (change.queue) notify_queue(by);
   if (step.lost) notify_ended(run);
@@ -303,9 +303,8 @@ void RunManager::notify_ended(Run& run) {
     if (!each.listener.expired()) each.on_ended(shown(run));
 }
 
-// How it ended before it was resumed is kept until it ends otherwise, and shown of a run that is
-// over. Whoever reads a time looks at the machine's clock, which may have been set since the time
-// was known.
+// The previous end of a resumed run is kept until its next end, and is shown while it is over.
+// Prompt times use the machine's clock, which may have been set since they were computed.
 RunView RunManager::shown(const Run& run) const {
   RunView view = run;
   const Run* const first = run.state() == RunState::queued ? run_before(run) : nullptr;
@@ -400,7 +399,7 @@ void RunManager::tick() {
   const auto ahead = wall_ahead();
   const bool clock_was_set = std::chrono::abs(ahead - wall_ahead_) > set_otherwise;
   if (clock_was_set) wall_ahead_ = ahead;
-  std::vector<Run*> all;  // what is notified may load more
+  std::vector<Run*> all;  // notifications may load more runs
   for (const auto& run : runs_) all.push_back(run.get());
   for (Run* const run : all) {
     const OperatorPrompt* const prompt = prompts_.find(run->number());

@@ -1,4 +1,4 @@
-// Which runs are in memory; the others are read from the store when somebody asks for them.
+// The runs in memory; others are read from the store on request.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -83,7 +83,7 @@ Result<RunView> RunManager::annotate(std::string_view id, const Annotation& want
 }
 
 std::vector<RunView> RunManager::loaded() const {
-  std::vector<const Run*> all;  // what is shown may load the run that one follows
+  std::vector<const Run*> all;  // shown() may load the run that one follows
   for (const auto& run : runs_) all.push_back(run.get());
   std::vector<RunView> out;
   for (const Run* const run : all) out.push_back(shown(*run));

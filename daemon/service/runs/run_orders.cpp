@@ -1,4 +1,4 @@
-// Orders of people: for runs and their queue, for the rig, and for runs that are recovered.
+// People's orders: for runs and their queue, for the rig, and for the recovery of runs.
 
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -11,7 +11,7 @@ using nlohmann::json;
 
 namespace {
 
-/// Whether the engine finishes the repetition under way before it takes the pause.
+/// True if the engine finishes the current repetition before it pauses.
 bool finishes_first(const RunView& run, Order order) {
   const recipes::Step step = run.moment ? run.moment->step : recipes::Step::ready;
   return order == Order::pause ? step > recipes::Step::mounting : step == recipes::Step::retracting;
@@ -56,8 +56,8 @@ Status RunManager::check_order(std::string_view id, Order order, std::string_vie
   return order == Order::confirm ? prompts_.check(run.number(), confirms) : Status();
 }
 
-// Whoever pauses, stops or aborts a run wants no motion now: its end may have been milliseconds
-// ago, or come in a moment.
+// A person who pauses, stops or aborts a run wants no motion now, even if the run ended just before
+// the order.
 Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, Error refused) {
   const bool is_to_hold = order != Order::resume && order != Order::confirm;
   RunQueue next = queue_;
@@ -70,7 +70,7 @@ Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, 
   return refused;
 }
 
-// Motion first, then what has to reach the disk.
+// First stops the motion, then writes to the disk.
 void RunManager::halt(RigState::Stop stop, std::string_view by, std::string_view reason) {
   stop_maintenance(Order::halt, by);
   RunChange change;
@@ -145,7 +145,7 @@ Status RunManager::require_idle() const {
                .hint = "Wait for it; one that does not answer ends with the daemon"});
 }
 
-// What lets the rig move again starts nothing: a person resumes the queue.
+// A change that lets the rig move again starts no run: a person resumes the queue.
 Status RunManager::change_rig(RigState rig, JournalLine line, std::string_view by) {
   RunQueue queue = queue_;
   const bool pauses = !rig_.can_move() && rig.can_move() && queue.pause_automatically(after_reset);
@@ -206,7 +206,7 @@ Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const
                  .where = "/params/run",
                  .what = "the run does not answer, and its thread has not ended yet",
                  .hint = "It ends with the daemon; recover the run after that"});
-  std::error_code unseen;  // a folder that is away is refused later, by its name
+  std::error_code unseen;  // a missing folder is refused later, by its name
   const std::filesystem::path parent = run.stored.folder.parent_path();
   const bool is_ours =
       context_.one_run || std::filesystem::equivalent(parent, context_.data, unseen) || unseen;
@@ -246,7 +246,7 @@ Result<RunView> RunManager::recover(std::string_view id, const RecoverRequest& w
   if (!found) return pass(found.error());
   Run& run = **found;
   if (!checked) return pass(checked.error());
-  if (!run.counted) count_trials(run);  // its folder may be back
+  if (!run.counted) count_trials(run);  // its folder may have reappeared
   StoredRun stored = run.to_store();
   if (Status there = is_where_it_was(stored); !there) return pass(there.error());
   stored.had_ended = run.state() == RunState::ended;
@@ -256,7 +256,7 @@ Result<RunView> RunManager::recover(std::string_view id, const RecoverRequest& w
   if (Status persisted = commit_transition(run, std::move(stored), queued, by); !persisted)
     return pass(persisted.error());
   use_plan(run, summarize(checked->plan, runs_in_real_time(context_.rig)));
-  run.moment.reset();  // of its life before
+  run.moment.reset();  // from its previous execution
   run.vote.reset();
   run.last_rejection.clear();
   rig_.allow_resumed(run.number());
@@ -285,8 +285,8 @@ void RunManager::settle(std::string_view id, Recovery choice, std::string_view b
                    });
 }
 
-// The rig is as the run left it: settling it has moved nothing. A folder that went away meanwhile
-// had no campaign to settle.
+// The rig is as the run left it, because recovery moves nothing. If the data folder is missing,
+// there was no campaign to recover.
 void RunManager::on_settled(Run& run, Recovery choice, std::string_view by,
                             const Result<CampaignSummary>& summary, const SettleCallback& on_done) {
   StoredRun& stored = run.stored;
@@ -304,7 +304,7 @@ void RunManager::on_settled(Run& run, Recovery choice, std::string_view by,
   }
   RunChange change{
       .journal = {line(stored.id(), "recovered", by, {{"choice", to_string(choice)}})}};
-  change.put(run.to_store());  // also where its state does not change
+  change.put(run.to_store());  // even if its state does not change
   apply(run, on_ended(), by, std::move(change));
   notify_ended(run);
   on_done(shown(run));
@@ -326,7 +326,7 @@ void RunManager::scan_folders() {
     if (found == nullptr) return;
     Run& run = *found;
     if (!can_be_resumed_externally(run) || scan.run.dataset_sha256 != run.stored.dataset_sha256)
-      return;  // it has changed meanwhile, so that nothing was learnt
+      return;  // the run has changed meanwhile, so the result is outdated
     run.certified_at = scan.certified_at;
     if (scan.found == run.external_resume) return;
     run.external_resume = scan.found;

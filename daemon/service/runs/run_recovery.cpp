@@ -25,8 +25,8 @@ Result<ResumePreview> make_preview(Recovery choice, CampaignRequest request,
   return fail({.code = Errc::invalid_argument, .what = "no such choice"});
 }
 
-/// A file that is damaged cannot be marked, and nothing makes a data set of it either. What may be
-/// put right keeps the run from being discarded.
+/// A damaged file cannot be marked, but no data set can be made of it either. Any other error,
+/// which may be repaired, prevents the discard.
 Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::string_view by) {
   CampaignSummary out;
   out.outcome = recipes::Outcome::aborted;
@@ -38,7 +38,7 @@ Result<CampaignSummary> discarded(const std::filesystem::path& folder, std::stri
   return out;
 }
 
-/// Nothing where the folder's end is still the run's, or there is none. A certificate comes last.
+/// Empty if the folder still has the run's own end, or none. The certificate is written last.
 Result<std::optional<ExternalResume>> read_external_resume(const StoredRun& run) {
   ExternalResume out;
   out.dataset_sha256 = certified_dataset(run.folder);
@@ -52,7 +52,7 @@ Result<std::optional<ExternalResume>> read_external_resume(const StoredRun& run)
   return std::optional(std::move(out));
 }
 
-/// What cannot be read is looked at again.
+/// A folder that cannot be read is scanned again later.
 bool has_news(FolderScan& scan) {
   std::error_code unseen;
   const auto written =

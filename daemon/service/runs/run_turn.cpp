@@ -1,4 +1,4 @@
-// A run's turn at the rig: how it begins, what its thread reports, and how it ends.
+// Execution of a run: its start, the reports of its thread, and its end.
 
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -13,7 +13,7 @@ std::string format_promise_fact(const SimulationNote& simulation) {
   return simulation.promise->held ? "held" : "missed";
 }
 
-/// As its thread has found them.
+/// Facts as reported by the run's thread.
 RunFacts found_facts(const RunResult& result, const RunView& run) {
   if (const auto& summary = result.summary)
     return {.outcome = std::string(recipes::to_string(summary->outcome)),
@@ -23,7 +23,7 @@ RunFacts found_facts(const RunResult& result, const RunView& run) {
             .dataset_sha256 = summary->dataset_sha256,
             .dataset_error = format_error(summary->dataset_error),
             .promise = format_promise_fact(summary->simulation)};
-  const bool is_stopped = run.state() == RunState::finishing;  // while the bench came up
+  const bool is_stopped = run.state() == RunState::finishing;  // while the bench started
   return {.outcome = is_stopped           ? "stopped"
                      : result.was_ordered ? "aborted"
                                           : "failed",
@@ -63,7 +63,7 @@ void RunManager::begin_next() {
   if (!number) return;
   Run& next = *numbered(*number);
   const Status storage = check_storage();
-  // The daemon of a `weft run` has just checked the rig file, and no other run waits.
+  // The daemon of a `weft run` has just checked the rig file, and no other run is queued.
   const Status usable =
       storage && !context_.one_run ? context_.check_rig_file(context_.rig) : storage;
   if (usable) return begin(next);
@@ -74,8 +74,8 @@ void RunManager::begin_next() {
   notify_queue(cause);
 }
 
-// Motion that follows from free disk space would surprise whoever freed it: the queue is paused,
-// and a person resumes it.
+// Motion that starts when disk space becomes free would be a surprise. Therefore the queue is
+// paused, and a person resumes it.
 Status RunManager::check_storage() const {
   if (Status here = store_.in_place(); !here) return here;
   if (!store_.is_persisted())
@@ -96,17 +96,17 @@ void RunManager::pause_queue_for(std::string_view cause, const nlohmann::json& w
 void RunManager::carry_pause_over(Run& run, RunChange& change) {
   run.pause_is_carried_over = true;
   const std::string by = std::exchange(run.pause_ordered_by, {});
-  if (!queue_.pause(by)) return;  // it is paused
+  if (!queue_.pause(by)) return;  // it is paused already
   change.queue = queue_;
   change.journal.push_back(
       line("", "queue_paused", by, {{"run", run.stored.id()}, {"carried_over", true}}));
 }
 
 void RunManager::begin(Run& run) {
-  const bool plan_is_known = run.limits.arming.count() != 0;  // else it is from before a restart
-  if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has looked
+  const bool plan_is_known = run.limits.arming.count() != 0;  // else from before a restart
+  if (!plan_is_known) run.limits = Deadlines::of(0, 600);     // until its thread has the plan
   StoredRun& stored = run.stored;
-  // By now this may be another rig's daemon, on which a resume will be refused.
+  // This may be the daemon of another rig, on which a resume will be refused.
   if (!stored.resume) stored.rig = context_.rig;
   stored.bench = to_string(load_bench_kind(context_.rig));
   stored.rig_untaken = true;
@@ -171,8 +171,8 @@ bool RunManager::grant_rig(std::int64_t number) {
   return true;
 }
 
-/// Every trial of a run that the daemon's death cut is in its file. False where that cannot be
-/// read.
+/// Counts the trials in the file of a run that was interrupted by the daemon's death. False if the
+/// file cannot be read.
 bool RunManager::count_trials(Run& run) {
   const auto found = load_progress(run.stored.folder / campaign_file_name);
   if (!found) return false;
@@ -203,7 +203,7 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
   RunChange change;
   if (!result.acquired_rig) {
     rig_.end_override();
-    end.found.rig_fact = to_string(rig_.facts().fact);  // what it was
+    end.found.rig_fact = to_string(rig_.facts().fact);  // unchanged
   } else if (rig_.on_ended(rig_fact_of(end.found.rig_fact), stored.id())) {
     change.rig = rig_;
   }
@@ -213,12 +213,12 @@ void RunManager::on_thread_ended(std::int64_t number, const RunResult& result) {
     run.trials_done = summary->trials_complete;
     run.attempts_rejected = summary->attempts_rejected;
   } else {
-    count_trials(run);  // the disk may have refused some of what was reported, or has more
+    count_trials(run);  // the disk may have refused reported trials, or has more of them
   }
   const RunState before = run.state();
   const std::string by = run.end_ordered_by.empty() ? "auto:run" : run.end_ordered_by;
   stage(run, on_ended(result.can_resume), by, change);
-  change.put(run.to_store());  // also of one that had been given up
+  change.put(run.to_store());  // also if it had been given up
   if (before == RunState::pausing && !run.pause_ordered_by.empty()) carry_pause_over(run, change);
   pause_queue_for(pause_cause_of({.outcome = stored.outcome,
                                   .keep_going = stored.keep_going,

@@ -47,7 +47,7 @@ std::string status_line(int status) {
   return "HTTP/1.1 " + std::to_string(status) + " " + std::string(reason) + "\r\n";
 }
 
-/// Nothing where it is more, or less, than a number.
+/// Empty if the text is not exactly one number.
 template <class Number>
 std::optional<Number> number_of(std::string_view text) {
   Number number = 0;
@@ -75,7 +75,7 @@ std::vector<std::string> parse_topics(const HttpRequest& request) {
   return out;
 }
 
-/// Of "name:port" and "[address of IPv6]:port".
+/// Host name in "name:port" and "[IPv6 address]:port".
 std::string_view name_in(std::string_view host) {
   if (!host.starts_with('[')) return host.substr(0, host.find(':'));
   const std::size_t end = host.find(']');
@@ -84,13 +84,14 @@ std::string_view name_in(std::string_view host) {
   return ends_well ? host.substr(1, end - 1) : std::string_view();
 }
 
-/// A page of elsewhere whose name was made to mean our address has its own name as Host.
+/// Against DNS rebinding: a foreign page with a name that resolves to our address sends that name
+/// as Host.
 bool meant_for(std::string_view address, const HttpRequest& request) {
   const std::string_view name = name_in(request.header("Host"));
   return name == address || name == "127.0.0.1" || name == "localhost";
 }
 
-// A page of ours in somebody's browser must not become a page of the daemon's: it is a download.
+// A recorded file must not open in a browser as a page of the daemon, so it is a download.
 std::string format_head(int status, const std::string& tag, std::uint64_t length,
                         const std::string& more = {}) {
   return status_line(status) +
@@ -105,8 +106,8 @@ std::string bytes_of(const std::string& part, std::uint64_t all) {
   return "Content-Range: bytes " + part + "/" + std::to_string(all) + "\r\n";
 }
 
-// Scripts, styles and answers come from here and nowhere else; nothing that is written into the
-// page runs; no other page has it in a frame.
+// Scripts, styles and answers come only from this server, inline scripts do not run, and no other
+// page can frame this one.
 constexpr std::string_view guards =
     "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
     "img-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; "
@@ -197,7 +198,7 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, std::stri
         405, "request.method",
         {.code = Errc::invalid_argument, .what = "another method", .expected = std::string(method)},
         rpc ? "Allow: POST\r\n" : "Allow: GET\r\n");
-  // Other pages' forms can send text, but not this type.
+  // Forms of other pages can send text, but not this type.
   if (rpc && !request.header("Content-Type").starts_with("application/json"))
     return refused(415, "request.type",
                    {.code = Errc::invalid_argument,
@@ -261,7 +262,7 @@ std::string subscribe_line(const HttpRequest& request, std::optional<std::int64_
               {"mode", request.parameter("mode").value_or("latest")}};
   if (const auto rate = request.parameter("max_hz")) {
     const auto number = number_of<double>(*rate);
-    // What is no number stays text, which the method refuses.
+    // An invalid number stays text, which the method refuses.
     params["max_hz"] = number ? json(*number) : json(*rate);
   }
   if (from_seq) params["from_seq"] = *from_seq;
@@ -323,7 +324,7 @@ std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t byte
   if (dash == std::string_view::npos) return whole;
   const std::string_view left = header.substr(0, dash), right = header.substr(dash + 1);
   const auto first = number_of<std::uint64_t>(left), last = number_of<std::uint64_t>(right);
-  if (left.empty()) {  // the last so many
+  if (left.empty()) {  // a suffix range
     if (!last) return whole;
     if (*last == 0 || bytes == 0) return std::nullopt;
     return ByteRange{bytes - std::min(*last, bytes), bytes};

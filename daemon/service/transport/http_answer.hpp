@@ -1,7 +1,7 @@
 #pragma once
-// What is said over HTTP, as text: answers, refusals, events, files. One request a connection: each
-// answer ends it. No socket, no file. Source: RFC 9112; RFC 9110, sections 13 (preconditions) and
-// 14 (ranges); https://html.spec.whatwg.org, "Server-sent events".
+// Output over HTTP, as text: answers, refusals, events, files. One request per connection: each
+// answer ends it. No socket, no file access. Source: RFC 9112; RFC 9110, sections 13
+// (preconditions) and 14 (ranges); https://html.spec.whatwg.org, "Server-sent events".
 
 #include <cstdint>
 #include <optional>
@@ -13,78 +13,79 @@
 
 namespace weft::daemon::server {
 
-/// A whole answer. `line` is JSON, or empty; `more_headers` are lines with their ends.
+/// A complete answer. `line` is JSON or empty; `more_headers` are lines with their ends.
 std::string answer_text(int status, std::string_view line, std::string_view more_headers = {});
-/// GET /metrics: OpenMetrics for a client that takes it, else the older text format of Prometheus.
+/// GET /metrics: OpenMetrics if the client accepts it, else the older text format of Prometheus.
 std::string metrics_answer(const HttpRequest& request, const Shared& shared);
-/// The answer to what broke a bound or is no HTTP: HttpRequest::refusal(), or 408 (too slow).
+/// Answer to a request that exceeds a limit or is not HTTP: HttpRequest::refusal(), or 408 (too
+/// slow).
 std::string refusal_text(int status);
-/// The answer to a head that no token would help: 403 (another Host than localhost or `address`,
-/// which the port has; any is heard where it is empty), 404, 405, 415.
+/// Answer to a head that no token would help: 403 (a Host other than localhost or `address`, the
+/// server's address; empty accepts any Host), 404, 405, 415.
 std::optional<std::string> refusal_of_head(const HttpRequest& request,
                                            std::string_view address = "127.0.0.1");
-/// 503: `what` there are too many of.
+/// 503: too many of `what`.
 std::string too_many_text(std::string_view what, std::size_t at_most, std::string_view hint);
 /// 503: the daemon ends before it can answer.
 std::string daemon_stops_text();
-/// 404, 409 or 503: a file that is not there, is not as its list says, or could not be looked at in
-/// time (Errc::timeout). Where the client named the content that it wants, one that was altered is
-/// not it: 412 in the place of 409.
+/// 404, 409 or 503: the file is missing, differs from its list entry, or could not be read in time
+/// (Errc::timeout). If the client named the wanted content, an altered file gives 412 in place of
+/// 409.
 std::string no_file_text(const Error& error, bool wants_known_content = false);
 /// 504.
 std::string no_answer_text(std::int64_t timeout_s);
 
-/// The request that introduces the client.
+/// The session.open request for this client.
 std::string open_line(const HttpRequest& request);
-/// Which event the client saw last, by Last-Event-ID ("EPOCH-SEQ"): nothing where it is of another
-/// start of the daemon, or the client wants the latest state only, which a snapshot has whole.
+/// Newest event that the client has received, from Last-Event-ID ("EPOCH-SEQ"). Empty if it is from
+/// another start of the daemon, or if the client wants only the latest state, which a snapshot has.
 std::optional<std::int64_t> seen_last(const HttpRequest& request, std::string_view epoch);
-/// The request that begins a stream, by the query; `from_seq` for what came after that one.
+/// The request that opens a stream, from the query; `from_seq`: replay the events after it.
 std::string subscribe_line(const HttpRequest& request, std::optional<std::int64_t> from_seq);
-/// What comes before the first event.
+/// The head of a stream, before its first event.
 std::string stream_head();
-/// A conversation's line as an event; its id is where to go on after it. The line that opens a
-/// replay carries the newest seq: `from_seq` is the id then, for nothing after it was sent yet.
+/// Converts a session's line to an event; its id is the position for a reconnect. The line that
+/// opens a replay has the newest seq. There `from_seq` is the id, because no later event was sent
+/// yet.
 std::string event_text(std::string_view line, std::string_view epoch,
                        std::optional<std::int64_t> from_seq = {});
-/// The last event of a stream that ends before its client does: "error", with the error's object.
+/// Last event of a stream that the daemon ends: "error", with the error's object.
 std::string error_event_text(const rpc::RpcError& why);
-/// The answer to who may not ask, by the line that says so: 401, or 429 to one whose address is
-/// limited.
+/// Answer to a client without access, from the error line: 401, or 429 if its address is limited.
 std::string no_session_text(std::string_view line);
-/// The line is no answer, or one that refuses.
+/// True if the line is not an answer, or is an error.
 bool is_error(std::string_view line);
 
-// Files: which bytes are asked for, and what is said before them.
+// Files: the requested range, and the head of the answer.
 
-/// 200 or, by If-None-Match, 304; without the bytes for HEAD. Nothing: no file of the page.
+/// 200 or, with If-None-Match, 304; without the body for HEAD. Empty: not a file of the page.
 std::optional<std::string> page_answer(const HttpRequest& request);
 
-/// Bytes `first` up to, not with, `end`.
+/// Bytes from `first` up to, but excluding, `end`.
 struct ByteRange {
   std::uint64_t first = 0, end = 0;
   bool operator==(const ByteRange&) const = default;
 };
 
-/// What to send of a file.
+/// Answer to a request for a file.
 struct FileAnswer {
   std::string head;  ///< status line and headers, with the empty line
-  ByteRange body;    ///< empty: the head is all
+  ByteRange body;    ///< empty: only the head
 };
 
-/// Whether a list of entity tags, or "*", has this one; weak ones are compared as strong ones
-/// (RFC 9110, 13.1.2).
+/// True if a list of entity tags, or "*", has this tag; weak ones are compared as strong ones (RFC
+/// 9110, 13.1.2).
 bool names_tag(std::string_view header, std::string_view tag);
 
-/// One range of "Range: bytes=..." in a file of `bytes`; the whole where there is none, or several,
-/// or none that can be read (a client takes 200 then). Nothing: it lies behind the end.
+/// One range of "Range: bytes=..." in a file of `bytes`. The whole file if there is no range,
+/// several, or an invalid one (the client then gets 200). Empty: it starts after the end.
 std::optional<ByteRange> parse_range(std::string_view header, std::uint64_t bytes);
 
-/// Whether the client wants one content and no other: by the query's sha256 or If-Match.
+/// True if the client accepts one content only: by the query's sha256 or If-Match.
 bool wants_known_content(const HttpRequest& request);
 
-/// 200, 206 or 416 by Range and If-Range, 304 by If-None-Match, 412 where the query's sha256 or
-/// If-Match is of another content.
+/// 200, 206 or 416 by Range and If-Range, 304 by If-None-Match, 412 if the query's sha256 or
+/// If-Match names another content.
 FileAnswer file_answer(const HttpRequest& request, const ServedFile& file);
 
 }  // namespace weft::daemon::server

@@ -23,7 +23,7 @@ int status_of(const boost::system::error_code& error) {
   return 400;
 }
 
-/// "%2C" and "+" of a query, RFC 3986 section 2.1; what is no escape stays.
+/// Decodes "%2C" and "+" of a query, RFC 3986 section 2.1; invalid escapes are kept.
 std::string decoded(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -76,7 +76,7 @@ HttpRequest::Stage HttpRequest::refuse(int status) {
 
 HttpRequest::Stage HttpRequest::head_is_whole() {
   const auto& fields = parser_->beast.get();
-  // one of them would be checked and the other believed
+  // otherwise one of them might be checked and another used
   for (const http::field once :
        {http::field::host, http::field::authorization, http::field::content_type})
     if (fields.count(once) > 1) return refuse(400);

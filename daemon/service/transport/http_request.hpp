@@ -1,6 +1,6 @@
 #pragma once
-// One HTTP/1.x request out of the bytes of a connection, within bounds; no socket. The head can be
-// judged before a byte of the body is taken. Source: RFC 9112; the parser is Boost.Beast's.
+// Parses one HTTP/1.x request from the bytes of a connection, within bounds; no socket. The head
+// can be checked before the body is read. Source: RFC 9112; the parser is Boost.Beast's.
 
 #include <cstddef>
 #include <memory>
@@ -20,29 +20,29 @@ struct RequestBounds {
 class HttpRequest {
  public:
   enum class Stage {
-    head,     ///< more of it is to come
-    body,     ///< the head is whole; what of the body came with it is not looked at yet
-    whole,    ///< what follows is ignored
-    refused,  ///< see refusal(); what follows is ignored
+    head,     ///< incomplete
+    body,     ///< the head is complete; body bytes that came with it are not parsed yet
+    whole,    ///< later bytes are ignored
+    refused,  ///< see refusal(); later bytes are ignored
   };
   explicit HttpRequest(const RequestBounds& bounds = {});
   ~HttpRequest();
 
-  /// Takes what came; stops where the head ends: add({}) goes on with the body.
+  /// Adds received bytes; stops at the end of the head. add({}) then continues with the body.
   Stage add(std::string_view bytes);
   [[nodiscard]] Stage stage() const { return stage_; }
-  /// Why not: 400 (not HTTP/1.x, or a header that counts given twice), 411 (a body without
-  /// Content-Length, chunked for instance), 413 (the body is too long), 431 (the head is).
+  /// HTTP status of the refusal: 400 (not HTTP/1.x, or a relevant header given twice); 411 (a body
+  /// without Content-Length, such as chunked); 413 (body too long); 431 (head too long).
   [[nodiscard]] int refusal() const { return refusal_; }
 
-  // Of the head, once it is whole.
+  // Parts of the head, once it is complete.
   [[nodiscard]] std::string_view method() const;
   [[nodiscard]] std::string_view path() const;
-  /// Empty where there is none.
+  /// Empty if there is none.
   [[nodiscard]] std::string_view header(std::string_view name) const;
-  /// Of the query, decoded; nothing where there is none of that name.
+  /// Value in the query, decoded; empty if the name is missing.
   [[nodiscard]] std::optional<std::string> parameter(std::string_view name) const;
-  /// The client waits for "100 Continue" before it sends the body.
+  /// True if the client waits for "100 Continue" before it sends the body.
   [[nodiscard]] bool awaits_continue() const;
 
   [[nodiscard]] const std::string& body() const;
@@ -53,7 +53,7 @@ class HttpRequest {
 
   struct Parser;
   std::unique_ptr<Parser> parser_;
-  std::string held_;  // not parsed yet: a line that is cut
+  std::string held_;  // not parsed yet: an incomplete line
   Stage stage_ = Stage::head;
   int refusal_ = 0;
 };

@@ -17,9 +17,10 @@ namespace {
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr auto pause_without_descriptors = 100ms;  // at once it would fail again
+constexpr auto pause_without_descriptors = 100ms;  // an immediate retry would fail again
 constexpr auto farewell = 2s;                      // for a client to read the answer and close
-// What a refused client still sends is read, or it would be reset before it has read why.
+// Further input of a refused client is read: otherwise the connection would be reset before the
+// client has read the answer.
 constexpr std::size_t most_ignored_bytes = std::size_t{4} << 20;
 constexpr std::size_t stream_room_bytes = 64 << 10, file_piece_bytes = 256 << 10;
 
@@ -27,7 +28,7 @@ constexpr std::size_t stream_room_bytes = 64 << 10, file_piece_bytes = 256 << 10
 
 struct HttpServer::Parts {
   class Connection;
-  using Connections = std::list<std::shared_ptr<Connection>>;  // the oldest first
+  using Connections = std::list<std::shared_ptr<Connection>>;  // oldest first
 
   Parts(asio::io_context& io, Shared& all, const HttpLimits& at_most)
       : context(&io), shared(&all), limits(at_most), acceptor(io), pause(io) {}
@@ -41,23 +42,23 @@ struct HttpServer::Parts {
   HttpLimits limits;
   tcp::acceptor acceptor;
   asio::ssl::context* tls = nullptr;
-  /// Our name as Host; empty: any, for a certificate says whose name is meant.
+  /// Accepted Host; empty: any, because under TLS the certificate identifies the server.
   std::string listening_address;
   asio::steady_timer pause;
   Connections connections;
   std::uint64_t next_session = 1;
 };
 
-/// One client and its one request. Lives as long as its operations; every stage has its time.
+/// One client and its one request. Lives as long as its operations; every stage has a time limit.
 class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
  public:
   enum class Stage {
-    asking,     ///< the request is not whole
+    asking,     ///< the request is incomplete
     waiting,    ///< for a method's answer
     streaming,  ///< events
-    opening,    ///< a file, which is looked at first
-    sending,    ///< it
-    leaving,    ///< the answer is under way
+    opening,    ///< a file, which is checked first
+    sending,    ///< the file
+    leaving,    ///< the answer is being sent
   };
 
   Connection(Parts& server, tcp::socket socket)
@@ -67,7 +68,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   void begin() {
     within(server_->limits.request, [this] {
-      if (!ready_) return close();  // its handshake is not over: nothing can be said
+      if (!ready_) return close();  // no TLS yet: no answer possible
       leave(refusal_text(408));
     });
     wire_->begin([self = shared_from_this()](const asio::error_code& error) {
@@ -92,7 +93,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     write();
   }
 
-  /// The daemon ends. One try: nothing was said yet, so there is room for it.
+  /// Call when the daemon ends. One non-blocking write: nothing was sent before, so the buffer has
+  /// space.
   void send_close() {
     if (!is(Stage::waiting) && !is(Stage::opening)) return;
     wire_->write_at_once(asio::buffer(daemon_stops_text()));
@@ -107,7 +109,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   }
 
  private:
-  /// In place of what was to happen before.
+  /// Replaces the previous time limit.
   template <class Then>
   void within(std::chrono::nanoseconds max_wait, Then then) {
     timeout_timer_.expires_after(max_wait);
@@ -117,7 +119,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
         });
   }
 
-  // Also while an answer is waited for or written: that is how a client that has gone is noticed.
+  // Reads even while an answer is awaited or written, to detect a closed connection.
   void read() {
     wire_->read_some(asio::buffer(incoming_),
                      [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
@@ -130,7 +132,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
 
   void on_end_of_input() {
     input_ended_ = true;
-    // one that only sends no more may read on
+    // a client that only stops sending may still read
     if (!is(Stage::opening) && !is(Stage::sending) && !(is(Stage::leaving) && writing_)) close();
   }
 
@@ -151,12 +153,12 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     if (got == Of::whole) call();
   }
 
-  /// The head is whole: whoever may not ask is told before the body is taken.
+  /// Call when the head is complete: refuses a client without access before the body is read.
   void admit() {
     if (const auto refusal = refusal_of_head(request_, server_->listening_address))
       return leave(*refusal);
     if (const auto page = page_answer(request_)) return leave(*page);
-    // It stays where it is a stream: single requests cannot be sent events.
+    // Only a stream can receive events; a single request cannot.
     const bool stays = request_.path() == "/events";
     const Peer peer{.stays = stays, .address = address_};
     const std::string name = "h-" + std::to_string(server_->next_session++);
@@ -172,7 +174,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     write();
   }
 
-  /// What the conversation says at once to this line; empty where that comes later.
+  /// The session's immediate answer to this line; empty if it comes later.
   std::string submit(const std::string& line) {
     session_->on_message(line);
     return std::exchange(reply_, {});
@@ -190,7 +192,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     const auto parsed = rpc::parse_request(request_.body());
     if (!parsed) {
       const std::string refused_line =
-          parsed.error().received  // which may stop something all the same
+          parsed.error().received  // it may still stop a run
               ? submit(request_.body())
               : rpc::error_line(parsed.error().id_json, parsed.error().error);
       return leave(answer_text(is_error(refused_line) ? 400 : 200, refused_line));
@@ -207,7 +209,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     give_up_waiting();
   }
 
-  /// In a while: what is waited for may never come.
+  /// Sets the time limit for an answer that may never come.
   void give_up_waiting() {
     within(server_->limits.answer,
            [this] { leave(no_answer_text(server_->limits.answer.count())); });
@@ -220,7 +222,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
                                  "Close one, or use the socket, which has no such bound"));
     auto from_seq = seen_last(request_, server_->shared->epoch);
     std::string first = submit(subscribe_line(request_, from_seq));
-    if (from_seq && is_error(first)) {  // too long ago: a snapshot instead
+    if (from_seq && is_error(first)) {  // too old: a snapshot instead
       from_seq.reset();
       first = submit(subscribe_line(request_, from_seq));
     }
@@ -255,8 +257,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     write();
   }
 
-  /// The next piece of the file; after the last one no more. One that somebody writes to while it
-  /// is sent ends the connection, as nothing else would tell the client.
+  /// Sends the next piece of the file, or finishes. If the file is modified meanwhile, closes the
+  /// connection: the client has no other way to notice.
   void send_more() {
     const auto piece = std::min<std::uint64_t>(left_.end - left_.first, file_piece_bytes);
     if (piece == 0) return leave({});
@@ -274,7 +276,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     return static_cast<std::size_t>(std::ranges::count_if(server_->connections, sits)) < most;
   }
 
-  /// The answer, and then no more.
+  /// Sends the answer, then closes.
   void leave(const std::string& answer) {
     stage_ = Stage::leaving;
     unsent_ += answer;
@@ -333,7 +335,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   bool ready_ = false, writing_ = false, closed_ = false, input_ended_ = false;
   std::unique_ptr<Session> session_;
   std::optional<ServedFile> source_;  // sending
-  ByteRange left_;                    // of it
+  ByteRange left_;                    // of the file
 };
 
 void HttpServer::Parts::listen() {
@@ -351,7 +353,7 @@ void HttpServer::Parts::listen() {
   });
 }
 
-/// Closes the oldest brief connection where there are that many.
+/// Closes the oldest brief connection if there are at least `most`. Returns true if it closed one.
 bool HttpServer::Parts::make_room(std::size_t most) {
   const auto brief = [](const auto& connection) { return connection->is_brief(); };
   if (static_cast<std::size_t>(std::ranges::count_if(connections, brief)) < most) return false;
@@ -389,7 +391,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& context, 
 }
 
 void HttpServer::pump() {
-  // one that is closed while it is served leaves the list
+  // a copy: a connection that closes leaves the list
   for (const auto& connection : Parts::Connections(parts_->connections)) connection->pump();
 }
 

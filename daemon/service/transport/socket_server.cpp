@@ -25,7 +25,7 @@ using Unix = asio::local::stream_protocol;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr mode_t socket_mode = 0660;  // owner and group; others have no business here
+constexpr mode_t socket_mode = 0660;  // owner and group only
 
 std::string name_of(uid_t user) {
   std::array<char, 1024> text{};
@@ -36,7 +36,7 @@ std::string name_of(uid_t user) {
   return "uid " + std::to_string(user);
 }
 
-/// Refuses everything but an old socket.
+/// Fails unless `path` is free or has an old socket.
 Status clear_the_way(const std::filesystem::path& path) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return {};
@@ -66,9 +66,9 @@ Status clear_the_way(const std::filesystem::path& path) {
   return {};
 }
 
-/// Listens at `path`, mode 0660. Removes the socket of a daemon that died; whatever else is in the
-/// way stays. Errors: wrong_state (another daemon listens there), io, range (a path too long),
-/// invalid_argument (not a socket, or a symbolic link, in the way).
+/// Listens at `path`, mode 0660. Removes the socket of a daemon that died; any other file stays.
+/// Errors: wrong_state (another daemon listens there), io, range (path too long), invalid_argument
+/// (the path exists and is not a socket, or is a symbolic link).
 Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   constexpr std::size_t longest = 107;  // sun_path
   if (path.string().size() > longest)
@@ -92,8 +92,8 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   return {};
 }
 
-/// Who may open the socket was settled by its mode: the daemon's own user and root administer it,
-/// its group runs recipes.
+/// The socket's mode limits who may open it: the daemon's own user and root are admins, its group
+/// operators.
 Peer read_peer(int descriptor) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
@@ -125,9 +125,9 @@ SocketServer::Parts::Counted SocketServer::Parts::count(bool is_local) const {
   return out;
 }
 
-/// Of the socket or of the port, which count apart: who floods the port keeps nobody from the
-/// socket. The oldest that has not said who it is makes room where there are too many such. Who
-/// fills the socket with clients that have keeps nobody from a halt.
+/// Socket and port count separately, so a flood of the port does not block the socket. If there are
+/// too many connections, the oldest one without a session is replaced. Open sessions that fill the
+/// socket do not block a halt.
 SocketServer::Parts::Place SocketServer::Parts::place_for(bool is_local) {
   const Counted now = count(is_local);
   const std::size_t most = is_local ? limits.local_connections : limits.connections;
@@ -213,8 +213,8 @@ void SocketServer::Parts::next_tick(const std::function<void()>& tick) {
 
 namespace {
 
-// What the process may open beside what a run needs for its devices and files, and HTTP. A shell
-// lets a program open 1 024 unless it asks for more.
+// Descriptors for connections, without those that a run needs for devices and files, and HTTP. A
+// shell permits 1024 unless the program requests more.
 std::size_t spare_descriptors() {
   constexpr std::size_t needed = 200;
   constexpr rlim_t wanted = 8192;
@@ -259,7 +259,7 @@ void SocketServer::run(const std::function<void()>& tick) {
   if (parts_->port.is_open()) parts_->listen_tcp();
   const std::function<void()> all = [this, &tick] {
     tick();
-    pump();  // whose rate allows it now
+    pump();  // events that the rate limit allows now
   };
   parts_->next_tick(all);
   parts_->context.run();
@@ -274,7 +274,7 @@ void SocketServer::post(std::function<void()> work) {
 }
 
 void SocketServer::pump() {
-  // one that is closed while it is served leaves the map
+  // a copy: a connection that closes leaves the map
   std::vector<std::shared_ptr<Parts::Connection>> all;
   for (const auto& [number, connection] : parts_->connections) all.push_back(connection);
   for (const auto& connection : all) connection->pump();

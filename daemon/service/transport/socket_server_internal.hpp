@@ -1,5 +1,5 @@
 #pragma once
-// What SocketServer is made of, for socket_server.cpp: one client, and those that there are.
+// Parts of SocketServer, for socket_server.cpp: the list of connections, and one connection.
 
 #include <sys/types.h>
 
@@ -38,7 +38,7 @@ struct SocketServer::Parts {
     own,
     for_stops  ///< until one is free
   };
-  /// Those of the socket or of the port, the oldest first in each list.
+  /// Connections of the socket or of the port, oldest first in each list.
   struct Counted {
     std::vector<std::shared_ptr<Connection>> known, unauthenticated, for_stops;
   };
@@ -52,18 +52,19 @@ struct SocketServer::Parts {
   Shared* shared;
   Limits limits;
   std::filesystem::path path;
-  std::optional<ino_t> inode;  ///< of `path`: where it is another's by now, that is his
+  std::optional<ino_t> inode;  ///< of `path`; another inode belongs to another daemon
   asio::local::stream_protocol::acceptor local{context};
   asio::ip::tcp::acceptor port{context};
   asio::ssl::context* tls = nullptr;  ///< of the port
   asio::steady_timer ticker{context};
-  /// Could accept nobody, for want of a descriptor as a rule; tried again at the next tick.
+  /// Listeners that could not accept, usually because descriptors ran out; retried at the next
+  /// tick.
   std::vector<void (Parts::*)()> resting;
-  std::map<std::uint64_t, std::shared_ptr<Connection>> connections;  // the oldest first
+  std::map<std::uint64_t, std::shared_ptr<Connection>> connections;  // oldest first
   std::uint64_t next_number = 1;
 };
 
-/// One client. Lives as long as its operations; closed when it breaks a limit.
+/// One client. Lives as long as its operations; closed when it exceeds a limit.
 class SocketServer::Parts::Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(Parts& server, std::unique_ptr<Wire> wire, Peer peer)
@@ -103,7 +104,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
 
   void close() {
     if (std::exchange(closed_, true)) return;
-    const auto self = shared_from_this();  // until this is done
+    const auto self = shared_from_this();  // keeps it until this is done
     timeout_timer_.cancel();
     rest_.cancel();
     wire_->close();
@@ -111,7 +112,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   }
 
  private:
-  /// That wait to be sent; what is more waits to be made.
+  /// Bytes that may wait to be sent; further events are not formatted before.
   static constexpr std::size_t room_bytes = std::size_t{64} << 10;
 
   void send_hello() {
@@ -121,7 +122,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     read();
   }
 
-  /// Closed where it has not come so far by then; in place of what was waited for before.
+  /// Closes the connection unless `so_far()` is true by then; replaces the previous time limit.
   void within(std::chrono::seconds max_wait, std::function<bool()> so_far) {
     timeout_timer_.expires_after(max_wait);
     timeout_timer_.async_wait(
@@ -140,13 +141,13 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
                      });
   }
 
-  // A halt is heeded also where its line has no end, and whoever still reads is told.
+  // Executes a halt even without a line end; a client that still reads gets the answer.
   void on_end_of_input() {
     if (closed_ || !session_.on_unfinished_message(lines_.rest())) return close();
     finish();
   }
 
-  // One line a turn: others, and what they have to halt, come in between.
+  // One line per turn, so that other clients, and their halts, come in between.
   void work_off() {
     if (closed_ || finishing_ || ends_with_its_token()) return;
     if (const auto line = lines_.next()) {
@@ -167,16 +168,16 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     read();
   }
 
-  // Who tries tokens waits longer each time.
+  // Each wrong token doubles the wait.
   void back_off() {
-    constexpr std::chrono::milliseconds first_rest{100};  // twice as long each time
+    constexpr std::chrono::milliseconds first_rest{100};  // doubled each time
     rest_.expires_after(first_rest * (1U << (session_.wrong_tokens() - 1)));
     rest_.async_wait([self = shared_from_this()](const asio::error_code& cancelled) {
       if (!cancelled) self->work_off();
     });
   }
 
-  /// True where that is so: the client has been told, and is closed.
+  /// True if the session is over: then the client gets the reason and is closed.
   bool ends_with_its_token() {
     const auto why = session_.over();
     if (why) end_with(*why);
@@ -188,7 +189,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     finish();
   }
 
-  /// Closed when the client has read all, or does not want to.
+  /// Closes when the client has read everything, or when it does not read in time.
   void finish() {
     finishing_ = true;
     within(server_->limits.introduction, [] { return false; });
@@ -200,7 +201,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
     line.push_back('\n');
     unsent_bytes_ += line.size();
     waiting_.push_back(std::move(line));
-    // one that asks and never reads
+    // a client that sends requests but never reads
     if (unsent_bytes_ > server_->limits.unsent_bytes) return close();
     write();
   }
@@ -238,7 +239,7 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
   std::string out_;
   std::size_t unsent_bytes_ = 0;
   bool greeted_ = false, writing_ = false, closed_ = false, is_for_stops_ = false;
-  bool finishing_ = false;  ///< closed when what waits is sent
+  bool finishing_ = false;  ///< closes when the waiting lines are sent
   Session session_;
 };
 

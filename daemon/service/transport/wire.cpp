@@ -35,7 +35,7 @@ class PlainWire final : public Wire {
   }
   void close() override {
     asio::error_code ignored;
-    socket_.shutdown(Socket::shutdown_both, ignored);  // the client hears it whoever has a copy
+    socket_.shutdown(Socket::shutdown_both, ignored);  // reaches the client despite copies
     socket_.close(ignored);
   }
 
@@ -58,11 +58,11 @@ class TlsWire final : public Wire {
   void write(asio::const_buffer bytes, Done done) override {
     asio::async_write(*stream_, bytes, std::move(done));
   }
-  // Its answer is not waited for: whoever has read all closes, or is closed.
+  // Does not wait for the peer's answer: a client that has read everything closes, or is closed.
   void end_of_writing() override {
     stream_->async_shutdown([stream = stream_](const asio::error_code&) {});
   }
-  // A record between records of another operation would be garbage to the peer.
+  // A TLS record inside another operation's output would be garbage to the peer.
   void write_at_once(asio::const_buffer) override {}
   void close() override {
     asio::error_code ignored;
@@ -71,7 +71,7 @@ class TlsWire final : public Wire {
 
  private:
   using Stream = asio::ssl::stream<Socket>;
-  std::shared_ptr<Stream> stream_;  // outlives what is under way
+  std::shared_ptr<Stream> stream_;  // outlives active operations
 };
 
 Status readable(const std::filesystem::path& file, const char* what) {
@@ -126,8 +126,7 @@ Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std:
   asio::error_code error;
   const tcp::endpoint at(address, port);
   acceptor.open(at.protocol(), error);
-  // Address, not port: that one would let a second daemon take half of our
-  // clients.
+  // SO_REUSEADDR, not SO_REUSEPORT: that would let a second daemon take half of our clients.
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(at, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
@@ -143,7 +142,7 @@ Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std:
 std::string http_url(const asio::ip::address& address, std::uint16_t port, bool tls) {
   std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
   asio::error_code nameless;
-  if (address.is_unspecified())  // it listens everywhere, and that is nobody's address
+  if (address.is_unspecified())  // listens on all addresses: no client can use 0.0.0.0
     if (const std::string name = asio::ip::host_name(nameless); !nameless) host = name;
   return (tls ? "https://" : "http://") + host + ":" + std::to_string(port);
 }
@@ -170,7 +169,7 @@ Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path
   if (Status ok = check_private_key(key); !ok) return pass(ok.error());
   auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
   SSL_CTX_set_min_proto_version(context->native_handle(), TLS1_2_VERSION);
-  // No renegotiation: a client could have us work for it again and again.
+  // No renegotiation: a client could cause unlimited work.
   SSL_CTX_set_options(context->native_handle(), SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION);
   asio::error_code error;
   context->use_certificate_chain_file(certificate.string(), error);
@@ -183,7 +182,7 @@ Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path
   return context;
 }
 
-// What is open refers to the old context of OpenSSL, which lives as long as that.
+// Open connections refer to OpenSSL's old context, which lives as long as they do.
 Status reload_tls(asio::ssl::context& tls, const std::filesystem::path& certificate,
                   const std::filesystem::path& key) {
   auto loaded = load_tls(certificate, key);
