@@ -1,6 +1,6 @@
 // One call of the daemon's API: a request to POST /rpc and its answer. See docs/api.md.
 
-/** What the daemon refused, or that it was not reached (`kind` "unreachable"). */
+/** An error from the daemon, or a failed connection (`kind` "unreachable"). */
 export class ApiError extends Error {
   constructor(message, data = {}) {
     super(message);
@@ -8,7 +8,7 @@ export class ApiError extends Error {
     this.data = data;
   }
 
-  /** For people: what is wrong, where, and what to do. */
+  /** The error as a sentence for users: what is wrong, where, and what to do. */
   get sentence() {
     const { where, expected, got, hint } = this.data;
     const parts = [this.message];
@@ -24,7 +24,7 @@ const unreachable = (why) => new ApiError('The daemon was not reached', { kind: 
 /** Calls with the token of this browser tab. */
 export class Api {
   #next = 1;
-  /** Called where the daemon does not take the token (any more). */
+  /** Called if the daemon refuses the token. */
   refused = () => {};
 
   constructor(token) {
@@ -44,7 +44,7 @@ export class Api {
     throw error;
   }
 
-  /** A change: with a key, so that it is made once however often the request arrives. */
+  /** A change with an idempotency key, so that it is made once even if the request arrives several times. */
   change(method, params = {}, options = {}) {
     return this.call(method, { ...params, idem: crypto.randomUUID() }, options);
   }
@@ -61,7 +61,7 @@ export class Api {
     }
   }
 
-  /** A file of a run, whole, with the digest that its list has. */
+  /** A complete file of a run, with the digest from its list. */
   async file(path, sha256) {
     const response = await fetch(`${encodeURI(path)}?sha256=${sha256}`, { headers: this.headers(), cache: 'no-store' });
     if (response.ok) return response;

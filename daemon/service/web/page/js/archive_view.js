@@ -1,5 +1,5 @@
-// Past campaigns: how each ended and what accuracy it reached; listed and searched by the daemon page by page, so that old
-// ones are found too. Two that are ticked are compared.
+// Past campaigns: how each ended and its accuracy. The daemon lists and searches them page by page, so that old ones
+// are found too. Two ticked ones can be compared.
 import { byId, button, el, fill } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, plural, words } from './format.js';
@@ -9,8 +9,8 @@ const page_runs = 100;
 const search_wait_ms = 300;
 
 export class ArchiveView {
-  #listed = new Map(); // by id, as run.list told; the newest page first
-  #next = null; // where the next page begins
+  #listed = new Map(); // by id, from run.list; the newest page first
+  #next = null; // where the next page starts
   #search = '';
   #ticked = [];
   #timer = 0;
@@ -30,7 +30,7 @@ export class ArchiveView {
     return this.#ask();
   }
 
-  /** The first page, or the next where `from` says where it begins. */
+  /** Requests the first page, or the page that starts at `from`. */
   async #ask(from) {
     const search = byId('archive-filter').value.trim();
     const asked = { most: page_runs, order: 'newest', ...(search ? { search } : {}), ...(from ? { from } : {}) };
@@ -43,7 +43,7 @@ export class ArchiveView {
     this.#show();
   }
 
-  /** As the stream tells them, which is newer; without a search also those that have begun since. */
+  /** Takes runs from the stream, which is newer; without a search also runs that were added since. */
   #runs() {
     const newest = this.#listed.keys().next().value ?? '';
     const since = this.#search === '' ? this.store.runs.map(({ run }) => run).filter((id) => id > newest) : [];

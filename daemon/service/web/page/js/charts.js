@@ -1,13 +1,13 @@
-// Strip charts: forces, torques and stage positions by the bench's clock, drawn by dygraphs. Lines are told apart by
-// colour, width and dashes, and each has its figure beside the chart. The force's chart has what is regulated in front:
-// Fz, thick, with its set point and band; phases are shaded.
+// Strip charts of forces, torques and stage positions over bench time, drawn by dygraphs. Lines differ in colour, width
+// and dashes, and each has its value beside the chart. The force chart emphasises the regulated Fz, with its set point
+// and band; phases are shaded.
 /* global Dygraph */
 import { byId, el, say } from './dom.js';
 import { fixed } from './format.js';
 import { colour, each_frame, on_theme } from './frame.js';
 import { joined_s } from './samples.js';
 
-// Its legend writes styles into the page, which the page's policy refuses; each chart has a key of its own.
+// dygraphs' legend writes styles into the page, which the page's policy refuses; each chart has its own key.
 Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
 
 const thick = { dash: null, width: 2.6 };
@@ -16,7 +16,7 @@ const looks = {
   force: [{ ink: 'line-1', ...thick }, { ink: 'line-2', dash: [7, 3], width: 1.1 }, { ink: 'line-3', dash: [2, 3], width: 1.1 }],
 };
 
-/** What each chart shows: `columns` of Samples' rows. */
+/** The charts: `columns` of Samples' rows. */
 const kinds = [
   { id: 'chart-force', measured: true, columns: ['fz_n', 'fx_n', 'fy_n'], names: ['Fz', 'Fx', 'Fy'], looks: looks.force, unit: 'N', digits: 2, scale: 1, least: 1, extremes: ['fz_min_n', 'fz_max_n'] },
   { id: 'chart-torque', measured: true, columns: ['tx_nm', 'ty_nm', 'tz_nm'], names: ['Tx', 'Ty', 'Tz'], looks: looks.plain, unit: 'mN·m', digits: 1, scale: 1000, least: 10 },
@@ -37,12 +37,12 @@ function sample_of({ ink, dash, width }) {
   return svg;
 }
 
-/** Neighbouring rows of one phase, which no gap parts: {phase, force_n, force_band_n, from_s, to_s}. */
+/** Sections of neighbouring rows with one phase and no gap: {phase, force_n, force_band_n, from_s, to_s}. */
 export function spans_of(rows) {
   const spans = [];
   let last = null;
   for (const row of rows) {
-    if (row.phase === undefined) continue; // only where stages were, in another daemon's words
+    if (row.phase === undefined) continue; // a row with stages only has no phase
     const goes_on = last !== null && row.bench_s - last.to_s <= joined_s;
     if (goes_on) last.to_s = row.bench_s;
     if (!goes_on || row.phase !== last.phase) {
@@ -77,16 +77,16 @@ class Chart {
     setInterval(() => this.#say(), 200);
   }
 
-  /** A stage that the rig does not have: its axis is fixed, and has neither line nor figure. */
+  /** True for a stage that the rig does not have: its axis is fixed, and has no line and no value. */
   #is_fixed(at) {
     return !this.kind.measured && this.store.description?.fixed?.[`${this.kind.names[at]}_m`] !== undefined;
   }
 
-  /** The shown rows as dygraphs takes them, at least one; an empty one in each gap. */
+  /** The shown rows in dygraphs' format, at least one; an empty row in each gap. */
   #data() {
     const { columns, scale } = this.kind;
     const shown = columns.map((_, at) => !this.#is_fixed(at));
-    const blank = columns.map(() => NaN); // parts the line; null: of another topic, told a moment before or after
+    const blank = columns.map(() => NaN); // interrupts the line; null: another topic's row, a moment earlier or later
     const out = [];
     let last_s = null;
     for (const row of this.#rows) {
@@ -121,7 +121,7 @@ class Chart {
     this.#drawn = null;
   }
 
-  /** Under the lines: phases with their letters; of the force, set point, band and what lay between two rows. */
+  /** Drawn below the lines: phases with their letters; for the force also set point, band and the extremes between rows. */
   #underlay(context, area, graph) {
     const spans = spans_of(this.#rows);
     for (const span of spans) {
@@ -141,7 +141,7 @@ class Chart {
   }
 
   #set_point(context, graph, { force_n, force_band_n }, from, to) {
-    if (!force_n) return; // none is regulated
+    if (!force_n) return; // not regulated
     const [top, middle, bottom] = [force_n + force_band_n, force_n, force_n - force_band_n].map((value) => graph.toDomYCoord(value));
     context.fillStyle = colour('band');
     context.fillRect(from, top, to - from, Math.max(bottom - top, 1));
@@ -163,7 +163,7 @@ class Chart {
     context.stroke();
   }
 
-  /** From a little above to a little below what is shown, and no closer than `least`: noise is not a mountain. */
+  /** Slightly wider than the shown values, but at least `least`, so that noise is not magnified. */
   #range(data) {
     let low = Infinity;
     let high = -Infinity;
@@ -180,7 +180,7 @@ class Chart {
     return [low - more, high + more];
   }
 
-  /** Forces of a rig without a force sensor are never measured: no chart. */
+  /** A rig without a force sensor never measures forces: no chart. */
   #paint() {
     const measured = !this.kind.measured || this.store.description?.wrench !== false;
     this.box.parentElement.hidden = !measured;
@@ -198,7 +198,7 @@ class Chart {
     this.#graph.updateOptions({ file: data, dateWindow: window_s, valueRange: this.#range(data) });
   }
 
-  /** What is in the picture, for whoever does not see it. */
+  /** Describes the chart for screen readers. */
   #describe() {
     let gaps = 0;
     this.#rows.forEach((one, at) => { if (at > 0 && one.bench_s - this.#rows[at - 1].bench_s > joined_s) ++gaps; });

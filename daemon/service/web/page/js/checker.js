@@ -1,4 +1,4 @@
-// What recipe.check and recipe.plan answer, as the page shows it beside a recipe.
+// Answers of recipe.check and recipe.plan, as shown beside a recipe.
 import { el, facts } from './dom.js';
 import { bytes, duration, plural } from './format.js';
 import { path_picture } from './path_picture.js';
@@ -38,7 +38,7 @@ function moves(plan, description) {
     el('figcaption', {}, el('strong', {}, exploration.exploration), el('ul', {}, exploration.phases.map((phase) => el('li', {}, phase_text(phase)))))))));
 }
 
-/** `report`: of recipe.check; `plan`: of recipe.plan, or nothing; `description`: of rig.describe. */
+/** `report`: from recipe.check; `plan`: from recipe.plan, or nothing; `description`: from rig.describe. */
 export function answer({ ok, plan: found, problems, warnings, disk_ok }, plan, description) {
   const verdict = el('p', { class: ok ? 'verdict good' : 'verdict problem' }, ok ? '✓ The checker finds nothing wrong. Nothing has moved.' : '✗ The checker refuses this recipe. Nothing has moved.');
   const disk = ok && !disk_ok ? el('p', { class: 'problem' }, 'The disk has too little room for it.') : null;

@@ -1,4 +1,4 @@
-// Two past runs side by side: what differs between them, their accuracies and matrices.
+// Two past runs side by side: their differences, accuracies and confusion matrices.
 import { byId, el, table } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, who_text, words } from './format.js';
@@ -28,7 +28,7 @@ export class CompareView {
     return { run, certificate, learnt };
   }
 
-  /** Rows that differ are marked by a sign as well. */
+  /** Rows that differ are also marked by a sign. */
   #facts([a, b]) {
     const row = (name, pick) => {
       const found = [a, b].map((one) => pick(one));

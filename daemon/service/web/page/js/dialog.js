@@ -1,9 +1,9 @@
-// Questions before what cannot be taken back, and notes of what was done or refused.
+// Questions before irreversible actions, and notes about results and errors.
 import { byId, el, button } from './dom.js';
 
 const note_ms = 8000;
 
-/** A line for everybody who reads or hears the page. `kind`: "done" or "trouble", which stays until it is closed. */
+/** Adds a note, also for screen readers. `kind`: "done", or "trouble", which stays until it is closed. */
 export function note(text, kind = 'done') {
   const line = el('div', { class: `note ${kind}` }, el('span', {}, text));
   const close = button('×', () => line.remove(), { 'aria-label': 'Close this note', class: 'plain' });
@@ -12,7 +12,7 @@ export function note(text, kind = 'done') {
   if (kind !== 'trouble') setTimeout(() => line.remove(), note_ms);
 }
 
-/** Carries out what a button asks for, and says so or why not. */
+/** Carries out a button's action and shows the result or the error. */
 export async function attempt(what, done) {
   try {
     const result = await what();
@@ -25,9 +25,7 @@ export async function attempt(what, done) {
   }
 }
 
-/**
- * Asks, and answers what was typed (an empty text where nothing is asked for), or null. `field`: {label, value} of a text.
- */
+/** Shows a question. Resolves to the typed text (empty without a field), or to null if cancelled. `field`: {label, value} of a text. */
 export function ask({ title, text, act, field, danger = false }) {
   const input = field && el('input', { type: 'text', id: 'asked', required: true, minlength: 3, value: field.value ?? '', autocomplete: 'off' });
   return new Promise((answer) => {
@@ -37,7 +35,7 @@ export function ask({ title, text, act, field, danger = false }) {
       [text].flat().map((line) => (typeof line === 'string' ? el('p', {}, line) : line)),
       field ? el('p', { class: 'field' }, el('label', { for: 'asked' }, field.label), input) : null,
       el('p', { class: 'row end' },
-        // what lies under a question cannot be clicked
+        // the page's own HALT button cannot be clicked below a dialog
         button('HALT', () => { box.close(); byId('halt').click(); }, { class: 'danger halt-here' }),
         button('Go back', () => box.close()),
         el('button', { type: 'submit', class: danger ? 'danger' : 'main' }, act)));

@@ -1,6 +1,6 @@
-// Elements of the page, made without markup in strings: what the daemon says is always text.
+// Elements of the page, made without markup in strings: data of the daemon is always plain text.
 
-/** An element with properties, listeners (on…) and attributes, and what is in it. */
+/** Makes an element with properties, listeners (on…), attributes and children. */
 export function el(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) set(made, name, value);
@@ -16,13 +16,13 @@ function set(element, name, value) {
 
 export const byId = (id) => document.getElementById(id);
 
-/** Text into an element, where it is another: what has not changed is not laid out again. */
+/** Sets an element's text if it has changed, to avoid a new layout. */
 export function say(element, text) {
   const wanted = String(text);
   if (element.textContent !== wanted) element.textContent = wanted;
 }
 
-/** New children, where what they are made from is other than the last time. */
+/** Replaces the children if their source data has changed. */
 export function fill(element, from, make) {
   const key = JSON.stringify(from);
   if (element.dataset.from === key) return;
@@ -36,7 +36,7 @@ export function button(text, act, attributes = {}) {
   return el('button', { type: 'button', onclick: act, ...attributes }, text);
 }
 
-/** Rows of a name and what it is. */
+/** A list of names with their values. */
 export function facts(rows) {
   return el('dl', { class: 'facts' }, rows.filter((row) => row).map(([name, value]) =>
     el('div', {}, el('dt', {}, name), el('dd', {}, value))));

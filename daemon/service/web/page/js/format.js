@@ -1,4 +1,4 @@
-// Numbers and times for people.
+// Formats of numbers and times.
 
 const units = [['d', 86400], ['h', 3600], ['min', 60], ['s', 1]];
 
@@ -23,7 +23,7 @@ export function bytes(count) {
   return `${value >= 100 || at === 0 ? value.toFixed(0) : value.toFixed(1)} ${names[at]}`;
 }
 
-/** Time of day here, of microseconds UTC; with the date where that is another day. */
+/** Local time of day from microseconds UTC; with the date if it is not today. */
 export function clock(t_us) {
   if (!t_us) return '–';
   const then = new Date(t_us / 1000);
@@ -31,7 +31,7 @@ export function clock(t_us) {
   return then.toDateString() === new Date().toDateString() ? time : `${then.toLocaleDateString('en-CA')} ${time}`;
 }
 
-/** Always as wide: a figure that changes does not push its neighbours. */
+/** Fixed number of digits, so that a changing value does not move its neighbours. */
 export function fixed(value, digits) {
   return Number.isFinite(value) ? value.toFixed(digits).replace('-', '−') : '–';
 }
@@ -43,7 +43,7 @@ export const words = (name) => String(name ?? '').replaceAll('_', ' ').replaceAl
 
 export const plural = (count, one, many = `${one}s`) => `${count} ${count === 1 ? one : many}`;
 
-// Rules of the daemon that change something by themselves.
+// Rules of the daemon that act automatically.
 const rules = {
   run: 'by itself: the run went on', deadline: 'by itself: a deadline passed', time: 'by itself: its time came', queue: 'by itself: its turn in the queue',
   recipe: 'by itself: the recipe says so', hand_over: 'by itself: the evaluation', live_vote: 'by itself: the live vote was sure', repeat_bad: 'by itself: the trial was bad',
@@ -53,7 +53,7 @@ const rules = {
   several: 'several addresses', clock: 'by itself: a clock', notify: 'by itself: notifications', maintenance: 'by itself: maintenance',
 };
 
-/** "h-72 (root)" as who and from where, "auto:run" as what: for people; the journal has the names of sessions. */
+/** "h-72 (root)" as user and origin, "auto:run" as the cause; the journal has the session names. */
 export function who_text(by) {
   if (!by) return '–';
   const [, rule] = /^auto:(.*)$/.exec(by) ?? [];

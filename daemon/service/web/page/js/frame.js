@@ -1,8 +1,8 @@
-// One loop for all that moves: drawn at most once a frame of the screen, and only what has new samples.
+// One loop for all animation: draws at most once per screen frame, and only on new samples.
 
 const painters = [];
 
-/** `paint` is called once a frame while the page is seen; it looks itself whether there is something to do. */
+/** `paint` is called once per frame while the page is visible; it checks itself whether to draw. */
 export function each_frame(paint) {
   painters.push(paint);
 }
@@ -15,7 +15,7 @@ export function begin_frames() {
   requestAnimationFrame(turn);
 }
 
-/** The theme's colour of this name, and again when the theme changes. */
+/** The theme's colour of this name, cached until the theme changes. */
 const known = new Map();
 export function colour(name) {
   if (!known.has(name)) known.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
@@ -32,7 +32,7 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
   for (const act of themed) act();
 });
 
-/** A canvas as sharp as the screen; `context()` is scaled to CSS pixels, `resized` is true once after a change. */
+/** A canvas at screen resolution; `context()` is scaled to CSS pixels, `resized` is true once after a change. */
 export class Surface {
   constructor(canvas) {
     this.canvas = canvas;
@@ -53,7 +53,7 @@ export class Surface {
     this.resized = true;
   }
 
-  /** Cleared; nothing where it is not seen. */
+  /** The cleared context; null while the canvas is not visible. */
   context() {
     if (this.width === 0 || this.height === 0) return null;
     this.resized = false;

@@ -1,5 +1,5 @@
-// The halt: one click or one key (F8, or Pause), from every view, with no question asked. It says whether it arrived, and
-// what to do where it did not.
+// The halt: one click or one key (F8, or Pause), from every view, without a question. It shows whether it arrived, and
+// what to do if it did not.
 import { byId, say } from './dom.js';
 import { note } from './dialog.js';
 
@@ -13,7 +13,7 @@ export class Halt {
   constructor(api) {
     this.api = api;
     byId('halt').addEventListener('click', () => this.halt());
-    // before anything on the page can take the key for itself
+    // before any element of the page can handle the key
     addEventListener('keydown', (event) => {
       if (!keys.has(event.key) || event.repeat) return;
       event.preventDefault();

@@ -1,4 +1,4 @@
-// The top of the page: which rig, whether it is simulated, whether what is shown is live, and who holds the rig.
+// The top of the page: the rig, whether it is simulated, whether the data is live, and who has the lease.
 import { byId, button, fill, say } from './dom.js';
 import { clock } from './format.js';
 import { attempt } from './dialog.js';
@@ -32,7 +32,7 @@ export class Header {
     this.#lease();
   }
 
-  /** Seen in a browser's row of tabs. */
+  /** Title of the browser's tab. */
   #title() {
     const { active, rig, connection } = this.store;
     if (connection.state === 'stale') return 'not connected';

@@ -1,5 +1,5 @@
-// The rig's lease: taken before something is started, renewed while the page is open, given back when it is closed.
-// Who holds it is told to everybody; nobody needs one to watch or to halt.
+// The rig's lease: acquired before a start, renewed while the page is open, released when it is closed. Its holder is
+// shown to everyone; watching and halting need no lease.
 import { ask, attempt } from './dialog.js';
 
 const ttl_ms = 180000; // a tab in the background wakes once a minute
@@ -18,13 +18,13 @@ export class Lease {
     return sessionStorage.getItem(key);
   }
 
-  /** The lease is this user's, and no program that is connected keeps it. */
+  /** True if the lease is this user's and no other connected session has it. */
   get mine() {
     const { lease, me, sessions } = this.store;
     return lease !== undefined && me !== null && lease.user === me.user && (lease.lease === this.#own || !sessions.some((one) => one.session === lease.session));
   }
 
-  /** Somebody else's, or that of a program: nothing can be started or steered from here. */
+  /** True if another user or a program has the lease: this page cannot start or control anything. */
   get others() {
     return this.store.lease !== undefined && !this.mine;
   }
@@ -34,7 +34,7 @@ export class Lease {
     this.store.put({ leases, sessions });
   }
 
-  /** The name of a lease that is ours, a new one where there is none. Errors: ApiError. */
+  /** Returns the id of our lease; acquires one if there is none. Errors: ApiError. */
   async hold() {
     await this.refresh();
     if (this.mine) return this.store.lease.lease;
@@ -50,7 +50,7 @@ export class Lease {
     await this.refresh();
   }
 
-  /** From somebody who has gone: told to all, and in the journal. */
+  /** Breaks the lease of an absent user; everyone is notified, and the journal records it. */
   async take_over() {
     const { lease, user } = this.store.lease;
     const reason = await ask({
@@ -64,12 +64,12 @@ export class Lease {
   }
 
   async #renew() {
-    if (this.others && this.store.live) return this.refresh().catch(() => {}); // no topic tells that a program has left
+    if (this.others && this.store.live) return this.refresh().catch(() => {}); // no topic reports a closed session
     if (!this.mine || !this.store.live || this.#own !== this.store.lease.lease) return;
     await this.api.change('lease.renew', { lease: this.#own, ttl_ms }).catch(() => this.refresh().catch(() => {}));
   }
 
-  /** With what has the rig still under way, the lease just runs out: closing a page is no order. */
+  /** While a run is active the lease is left to expire: closing a page is no order. */
   #leave() {
     if (!this.mine || this.#own !== this.store.lease.lease || this.store.active) return;
     this.api.change('lease.release', { lease: this.#own }, { keepalive: true }).catch(() => {});

@@ -1,4 +1,4 @@
-// The daemon's journal: who did what, when. The newest first; older lines are asked for.
+// The daemon's journal: author, action and time. Newest first; older lines are loaded on request.
 import { byId, el, table } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, who_text, words } from './format.js';
@@ -16,7 +16,7 @@ const latest_lines = 7;
 const latest_wait_ms = 1000;
 const most_watched = 20; // of the newest runs
 
-/** The newest lines beside the campaign: asked for when a run, the rig or the queue is in another state. */
+/** The newest lines beside the campaign; requested when the state of a run, the rig or the queue changes. */
 export class Latest {
   #known = '';
 

@@ -1,4 +1,4 @@
-// Puts the page together: one token, one stream, one store, and the views that look at it.
+// Assembles the page: one token, one stream, one store, and the views of it.
 import { Api } from './api.js';
 import { ArchiveView } from './archive_view.js';
 import { show_charts } from './charts.js';
@@ -30,7 +30,7 @@ const most_hz = 60;
 const poll_ms = 2000;
 const gap_ms = 250;
 const views = ['live', 'start', 'edit', 'queue', 'archive', 'run', 'compare', 'log'];
-const beneath = { edit: 'start', run: 'archive', compare: 'archive' }; // views that the row of links has under another's name
+const beneath = { edit: 'start', run: 'archive', compare: 'archive' }; // views below another link of the navigation
 
 class Page {
   #plan_of = '';
@@ -70,7 +70,7 @@ class Page {
     begin_frames();
   }
 
-  // What the stream tells.
+  // From the stream.
 
   snapshot(known, epoch) {
     const anew = this.store.epoch !== '' && this.store.epoch !== epoch;
@@ -96,7 +96,7 @@ class Page {
     ask_for_token('The daemon does not know this token, or its time is over.');
   }
 
-  // What no topic tells.
+  // Requests of data that no topic has.
 
   #ask_all(anew) {
     this.#ask_rig();
@@ -132,7 +132,7 @@ class Page {
     this.#quietly(this.api.call('rig.state').then((rig) => this.store.put({ rig })));
   }
 
-  /** With no place for a stream the page asks every two seconds, one question after the other; samples are not to be had so. */
+  /** Without a free stream the page polls every two seconds, one request after the other; samples are not available then. */
   async #poll() {
     if (this.store.connection.state !== 'full' || document.hidden || this.#polling) return;
     this.#polling = true;
@@ -149,7 +149,7 @@ class Page {
     }
   }
 
-  /** What the rig's fact and the drawn path follow: the state of the run that has it. */
+  /** Requests the rig's state and the drawn path when the state of the active run changes. */
   #follow() {
     this.#say_whose_samples();
     const { active, shown, live } = this.store;
@@ -166,7 +166,7 @@ class Page {
       .then((plan) => this.probe.plan(plan.explorations.find((one) => one.exploration === exploration))));
   }
 
-  /** Those of a run that is over stay to be looked at, and do not look live. */
+  /** Samples of an ended run stay visible, but are marked as old. */
   #say_whose_samples() {
     const { run } = this.samples;
     const old = run !== '' && this.store.active?.run !== run;
@@ -174,7 +174,7 @@ class Page {
     say(byId('samples-of'), old ? `the last of ${run}, which is over` : run);
   }
 
-  /** A question whose answer only adds: the stream says when there is no daemon. */
+  /** For optional data: ignores connection errors, which the stream reports. */
   #quietly(asked) {
     asked.catch((error) => { if (error.kind === undefined) throw error; });
   }
@@ -198,7 +198,7 @@ class Page {
   }
 }
 
-/** As it is where it is no encoding. */
+/** The decoded part; unchanged if it is not a valid encoding. */
 function decoded(part) {
   try {
     return decodeURIComponent(part);
@@ -220,5 +220,5 @@ function split(known) {
 const token = token_at_start();
 if (token) new Page(token);
 else ask_for_token();
-// a link with a token that is opened in a tab with the page in it already
+// a link with a token, opened in a tab that already shows the page
 addEventListener('hashchange', () => { if (location.hash.startsWith('#token=')) location.reload(); });

@@ -1,18 +1,20 @@
-// A confusion matrix as a table: rows are what it was, columns what it was taken for; shares of the row also by lightness.
-// Cells are of one size however many labels there are; a long label is cut in its middle and whole in its title.
+// A confusion matrix as a table. Rows: true fabric; columns: predicted fabric; lightness shows shares of the row. Cells
+// have one size for any number of labels; a long label is shortened in its middle and complete in its title.
 import { button, el, fill } from './dom.js';
 import { percent } from './format.js';
 
 const darkest = 9;
 const longest = 16;
 
-/** Both ends stay: labels often differ in the last letters alone. */
+/** Keeps both ends, because labels often differ only in the last letters. */
 export function short_label(label) {
   return label.length <= longest ? label : `${label.slice(0, longest / 2)}…${label.slice(-(longest / 2 - 1))}`;
 }
 
-/** Of one exploration of evaluation.json: {labels, counts}, or nothing. From taxels `confusion` is {labels, count}; from
- *  vibration it is in `best`, row after row in one list. */
+/**
+ * From one exploration of evaluation.json: {labels, counts}, or nothing. For taxels `confusion` is {labels, count}; for
+ * vibration it is in `best`, as one list row by row.
+ */
 export function confusion_of({ best, confusion }) {
   const labels = best?.labels ?? confusion?.labels;
   const found = best?.confusion ?? confusion?.count;
@@ -23,7 +25,7 @@ export function confusion_of({ best, confusion }) {
 
 const sum_of = (row) => row.reduce((sum, one) => sum + one, 0);
 
-/** Labels by their share of wrong answers, the most first. */
+/** Labels by their share of wrong predictions, highest first. */
 function by_error(counts) {
   const wrong = counts.map((row, at) => 1 - row[at] / Math.max(sum_of(row), 1));
   return counts.map((_, at) => at).sort((a, b) => wrong[b] - wrong[a]);

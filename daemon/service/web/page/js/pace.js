@@ -1,4 +1,4 @@
-// How fast the time of a simulated bench passes: as fast as it can, or so that a campaign can be watched.
+// Simulation speed of a simulated bench: as fast as possible, or slow enough to watch.
 import { byId, el, fill, say } from './dom.js';
 import { attempt } from './dialog.js';
 import { fixed } from './format.js';
@@ -36,7 +36,7 @@ export class Pace {
     if (info !== null) this.store.put({ info });
   }
 
-  /** Somebody else may have set it: no topic tells. */
+  /** Polls, because another client may set it and no topic reports it. */
   #look() {
     if (this.store.live && !document.hidden && !byId('pace-box').hidden && document.activeElement !== byId('pace')) this.#ask();
   }

@@ -1,14 +1,13 @@
-// Where the pads of an array lie in its picture.
+// Positions of an array's taxels in its picture.
 
-/** Rows and columns where the rig does not say: a square where the pads make one, else the least oblong. */
+/** Rows and columns if the rig gives none: a square if possible, else the least oblong. */
 function guess(count) {
   let rows = Math.floor(Math.sqrt(count));
   while (count % rows !== 0) rows -= 1;
   return { rows, columns: count / rows };
 }
 
-/** Where each of so many pads lies, as the rig describes it: squares of side 1 in a picture of `width` x `height`. Several
- *  arrays stand side by side. */
+/** Position of each of `count` taxels as described by the rig: squares of side 1 in a picture of `width` x `height`. Several arrays are placed side by side. */
 export function layout(count, shape) {
   if (shape?.arrays) return beside(shape.arrays.map((array) => layout(array.taxels, array.shape)));
   if (shape?.places?.length === count) return placed(shape.places.map(({ x_m, y_m }) => [1000 * x_m, 1000 * y_m]));
@@ -28,7 +27,7 @@ function beside(layouts) {
   return { places, width, height: Math.max(...layouts.map((one) => one.height)) };
 }
 
-/** Places in mm; a pad is as wide as the nearest two are apart. */
+/** Places in mm; a square is as wide as the distance of the nearest two. */
 function placed(points) {
   let apart = Infinity;
   points.forEach(([x, y], i) => points.slice(0, i).forEach(([u, v]) => { apart = Math.min(apart, Math.hypot(x - u, y - v)); }));

@@ -1,6 +1,6 @@
-// The pads as a map: each a square with what its count is above its mean of phase S, coloured on a fixed scale, the
-// same from run to run: from the rig's calibration where its file has it. Raw counts at a click. The scale goes from
-// dark blue to yellow by lightness, so that it is read without seeing colours.
+// The taxels as a map: each square shows the count above its mean of phase S. The colour scale is fixed, so that runs
+// can be compared; the rig file's calibration gives it, if present. A click shows raw counts. The scale goes from dark
+// blue to yellow in lightness, so that it is readable without colour vision.
 import { byId, say } from './dom.js';
 import { Surface, colour, each_frame } from './frame.js';
 import { layout } from './pad_layout.js';
@@ -9,9 +9,9 @@ import { layout } from './pad_layout.js';
 const stops = [[0, 32, 77], [29, 54, 109], [66, 78, 108], [93, 103, 114], [124, 123, 120], [155, 146, 117], [196, 175, 95], [255, 234, 70]];
 const largest_with_figures = 64;
 const full_range = 65535;
-const usual_span = 1000; // counts above rest at full colour, where the rig does not say
-const dead_frames = 100; // that a pad stays the same while others change: two seconds of the page's frames and more
-const least_others = 0.5; // of the pads have changed by then
+const usual_span = 1000; // counts above rest at full colour, if the rig gives none
+const dead_frames = 100; // frames in which a taxel does not change while others do: at least two seconds of the page's frames
+const least_others = 0.5; // share of the taxels that must have changed in that time
 
 export function heat(share) {
   const place = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
@@ -20,10 +20,10 @@ export function heat(share) {
   return { fill: `rgb(${rgb.join(' ')})`, ink: 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2] > 130 ? '#000' : '#fff' };
 }
 
-/** Counts above rest at full colour, of the rig as rig.describe has it. */
+/** Counts above rest at full colour, from rig.describe. */
 export const span_of = (description) => description?.taxel_span_counts ?? usual_span;
 
-/** What is wrong with each pad: 'saturated', 'dead' or nothing. */
+/** Fault of each taxel: 'saturated', 'dead' or nothing. */
 export function faults_of(counts, still) {
   const changing = still.filter((frames) => frames < dead_frames).length;
   const others_change = changing >= least_others * counts.length;
@@ -54,7 +54,7 @@ export class PadMap {
     return span_of(this.store.description);
   }
 
-  /** What is shown: raw where that is wanted or nothing rested yet. */
+  /** The shown values: raw if selected or if there is no mean of phase S yet. */
   get #shown() {
     const { counts, rest_counts } = this.samples;
     const rested = !this.#raw && rest_counts?.length === counts.length;
@@ -109,7 +109,7 @@ export class PadMap {
   }
 }
 
-/** A frame, and a cross over a dead one: seen without colours. */
+/** A frame, and a cross over a dead taxel: visible without colour vision. */
 function mark(context, fault, x, y, size) {
   context.strokeStyle = colour('danger');
   context.lineWidth = 3;

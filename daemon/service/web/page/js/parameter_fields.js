@@ -1,7 +1,7 @@
-// Fields for the parameters that a recipe declares, and what was typed into them.
+// Fields for the parameters that a recipe declares, and the typed values.
 import { el } from './dom.js';
 
-/** `declared`: by name {type, default, min, max}; `prefix`: of the fields' ids. */
+/** `declared`: {type, default, min, max} by name; `prefix`: of the fields' ids. */
 export function parameter_fields(declared, prefix, changed) {
   return Object.entries(declared ?? {}).map(([name, { type, default: usual, min, max }]) => {
     const id = `${prefix}-${name}`;
@@ -14,7 +14,7 @@ export function parameter_fields(declared, prefix, changed) {
   });
 }
 
-/** Of a call, {parameters} or nothing: only what was typed, what is left empty keeps its default. */
+/** Parameters of a call, {parameters} or {}: only typed values; an empty field keeps its default. */
 export function typed_parameters(box) {
   const typed = {};
   for (const input of box.querySelectorAll('[data-name]')) {

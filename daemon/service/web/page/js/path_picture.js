@@ -9,14 +9,14 @@ function shape(tag, attributes) {
 
 const mm = ({ x_m, y_m }) => [1000 * x_m, 1000 * y_m];
 
-/** Where an exploration of recipe.plan begins and the corners of its slide, on the plate [mm]. */
+/** Start of an exploration of recipe.plan and the corners of its stroke, on the plate [mm]. */
 export function path_mm(exploration) {
   const [u, v] = mm(exploration.start);
   const corners = exploration.phases.find((phase) => phase.corners)?.corners ?? [];
   return [[u, v], ...corners.map(mm).map(([along, across]) => [u + along, v + across])];
 }
 
-/** `description`: of rig.describe; the plate is drawn where it is known. */
+/** `description`: from rig.describe; the plate is drawn if it is known. */
 export function path_picture(exploration, description) {
   const size = description ? mm(description.plate.size) : [150, 150];
   const foot = description ? mm(description.footprint) : [16, 16];

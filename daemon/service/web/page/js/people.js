@@ -1,4 +1,4 @@
-// What people are needed for: a step that a run waits for, and runs that a restart of the daemon cut short.
+// Pending actions of people: an operator step that a run waits for, and interrupted runs.
 import { byId, button, el, fill } from './dom.js';
 import { ask, attempt, note } from './dialog.js';
 import { clock, duration } from './format.js';
@@ -43,7 +43,7 @@ export class People {
         button(text, () => this.#recover(run, choice, text), { title: hint, disabled: !may, 'data-key': `${run.run}-${choice}` }))));
   }
 
-  /** What it would do is told before it is done. */
+  /** Shows a preview before the action. */
   async #recover(run, choice, title) {
     const params = { run: run.run, choice };
     const told = await attempt(() => this.api.call('run.recover', { ...params, preview: true }));

@@ -1,5 +1,5 @@
-// Where the probe is, seen from above with the path that it took, and from the side with its height over the plate.
-// Frames as in recipes/kinematics: u along the warp, v along the weft, h up from the plate; z stages count downwards.
+// Position of the probe: from above with its path, and from the side with its height over the plate. Frames as in
+// recipes/kinematics: u along the warp, v along the weft, h up from the plate; z stages count downwards.
 import { byId, say } from './dom.js';
 import { fixed } from './format.js';
 import { Surface, colour, each_frame } from './frame.js';
@@ -9,7 +9,7 @@ const most_points = 4000;
 const margin_px = 24;
 const below_mm = 2;
 
-/** Of rig.describe, in millimetres. */
+/** From rig.describe, in millimetres. */
 function bench_of(description) {
   const { plate, footprint, clearance_m } = description;
   const mm = ({ x_m, y_m }) => ({ x: 1000 * x_m, y: 1000 * y_m });
@@ -20,25 +20,25 @@ function bench_of(description) {
 export class ProbeView {
   #trail = [];
   #run = '';
-  #until_s = -Infinity; // the trail has everything up to then
+  #until_s = -Infinity; // the trail is complete up to this time
 
   constructor(samples, store) {
     this.samples = samples;
     this.store = store;
     this.above = new Surface(byId('probe-above'));
     this.beside = new Surface(byId('probe-beside'));
-    this.planned = []; // corners of the path that the exploration under way follows [mm]
+    this.planned = []; // corners of the current exploration's path [mm]
     each_frame(() => this.#paint());
     setInterval(() => this.#say(), 250);
   }
 
-  /** The path of an exploration of recipe.plan; none: nothing. */
+  /** Sets the path of an exploration of recipe.plan; nothing: no path. */
   plan(exploration) {
     this.planned = exploration ? path_mm(exploration) : [];
     this.above.resized = true;
   }
 
-  /** The trail goes on from its newest point, also with what the daemon tells of before. */
+  /** Continues the trail from its newest point, also with earlier samples that the daemon sends later. */
   #learn() {
     const { rows, run } = this.samples;
     if (this.#run !== run || rows.length === 0) {
@@ -82,7 +82,7 @@ export class ProbeView {
     label(context, `${size.x} × ${size.y} mm`, x(size.x), this.above.height - 6, 'right');
   }
 
-  /** Where it was down on the cloth thick, on its way thin. */
+  /** Thick while the probe is down on the fabric, thin while it travels. */
   #trace(context, x, y, clearance) {
     let part = [];
     let down = null;
@@ -101,7 +101,7 @@ export class ProbeView {
     end();
   }
 
-  /** Seen along the warp; where the rig has no stage along the weft, along that. */
+  /** Seen along the warp; along the weft if the rig has no stage in that direction. */
   #paint_beside({ size, foot, clearance, along }) {
     const context = this.beside.context();
     if (context === null) return;
@@ -119,7 +119,7 @@ export class ProbeView {
     label(context, along === 'y' ? 'weft v →' : 'warp u →', x(0), this.beside.height - 6, 'left');
     if (!now) return;
     const at = along === 'y' ? now.v : now.u;
-    const h = Math.min(now.h, highest - 1); // higher than the picture: at its edge
+    const h = Math.min(now.h, highest - 1); // above the picture: at its edge
     const wide = Math.max(foot[along] * x_scale, 8);
     context.fillStyle = colour('line-1');
     context.fillRect(x(at) - wide / 2, y(h) - 14, wide, 14);
@@ -133,7 +133,7 @@ export class ProbeView {
   }
 }
 
-/** A weave, so that the plate is seen as what lies on it. */
+/** Draws a weave, so that the plate is recognised as fabric. */
 function cloth(context, x, y, width, height) {
   context.fillStyle = colour('cloth');
   context.fillRect(x, y, width, height);

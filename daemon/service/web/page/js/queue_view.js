@@ -1,5 +1,5 @@
-// Who waits for the rig, in which order. A change names the revision that it was made by: two people cannot undo each
-// other without seeing it.
+// The queue in its order. A change names the revision that it was made from, so that two people cannot undo each
+// other's changes unnoticed.
 import { byId, button, el, fill } from './dom.js';
 import { attempt } from './dialog.js';
 import { clock, plural, who_text } from './format.js';

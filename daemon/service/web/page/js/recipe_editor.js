@@ -1,5 +1,5 @@
-// A recipe in place: a form by its schema and the JSON of it, each following the other, and the checker beside. Nothing
-// is written until it is saved; what the checker refuses cannot be.
+// Edits a recipe in place: a form from its schema and its JSON, kept in sync, with the checker beside. Nothing is
+// written before saving; a recipe that the checker refuses cannot be saved.
 import { byId, button, el, fill } from './dom.js';
 import { ask, attempt, note } from './dialog.js';
 import { answer, diagnostics } from './checker.js';
@@ -15,7 +15,7 @@ function classic_script(address) {
 }
 
 let library = null;
-/** CodeMirror, the first time that somebody edits. */
+/** Loads CodeMirror at the first edit. */
 function load_library() {
   library ??= (async () => {
     document.head.append(el('link', { rel: 'stylesheet', href: '/lib/codemirror.css' }));
@@ -47,7 +47,7 @@ export class RecipeEditor {
   }
 
   async open(recipe) {
-    if (this.#unsaved && (recipe === this.#recipe || !(await this.#may_drop()))) { // back from a look elsewhere
+    if (this.#unsaved && (recipe === this.#recipe || !(await this.#may_drop()))) { // return from another view
       history.replaceState(null, '', `#edit/${this.#recipe}`);
       return;
     }
@@ -76,7 +76,7 @@ export class RecipeEditor {
     if (this.#editor !== null) return this.#editor.refresh();
     /* global CodeMirror */
     this.#editor = CodeMirror(byId('edit-json'), { mode: { name: 'javascript', json: true }, lineNumbers: true, lineWrapping: true, tabSize: 2,
-      extraKeys: { Tab: false, 'Shift-Tab': false } }); // the keyboard gets out
+      extraKeys: { Tab: false, 'Shift-Tab': false } }); // lets the keyboard focus leave
     this.#editor.getInputField().setAttribute('aria-label', 'The recipe as JSON');
     this.#editor.on('change', (_, { origin }) => { if (origin !== 'form') this.#from_text(); });
   }
@@ -92,7 +92,7 @@ export class RecipeEditor {
     this.#check_soon();
   }
 
-  /** Nothing where the text is no JSON object. */
+  /** Null if the text is not a JSON object. */
   get #content() {
     try {
       const read = JSON.parse(this.#editor.getValue());
@@ -110,7 +110,7 @@ export class RecipeEditor {
     this.#timer = setTimeout(() => this.#check(), wait_ms);
   }
 
-  /** What the recipe leaves open is asked for here: it is checked and saved with these values. */
+  /** Asks for values of parameters without a default. They are used only to check the recipe, also on saving. */
   #parameters() {
     const declared = this.#content?.parameters;
     if (!declared) return;

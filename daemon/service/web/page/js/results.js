@@ -1,17 +1,17 @@
-// What a run has come to, in the same words and figures wherever the page shows it.
+// Results of a run, in the same words and numbers everywhere on the page.
 import { el } from './dom.js';
 import { percent } from './format.js';
 
-/** Past runs have these states. */
+/** States of past runs. */
 export const past = new Set(['ended', 'interrupted']);
 
-/** What kind of data a run recorded: its own, whatever the bench is today. */
+/** Kind of the recorded bench, as stored with the run, whatever the bench is today. */
 export function badge_of({ bench }) {
   if (bench === 'simulated') return el('span', { class: 'badge' }, 'SIMULATED');
   return el('span', { class: 'badge-none' }, bench === 'real' ? 'real bench' : 'simulated or real: not known');
 }
 
-/** "M1 95.1 %": short, for a list; empty where nothing was evaluated. */
+/** "M1 95.1 %": short, for a list; empty if nothing was evaluated. */
 export function accuracy_text({ result }) {
   return (result ?? []).map(({ exploration, accuracy }) => `${exploration} ${percent(accuracy, 1)}`).join(', ');
 }
@@ -24,7 +24,7 @@ export function no_accuracy_text({ handover, state, outcome }) {
   return texts[handover.state] ?? handover.state;
 }
 
-/** A line of each accuracy with what data it is of, its interval and how it was tested. */
+/** One line per accuracy with its data, interval and test method. */
 export function accuracy_lines(run) {
   return (run.result ?? []).map((one) => el('p', { class: 'headline' }, badge_of(run), ' ', el('strong', {}, `${one.exploration}: ${percent(one.accuracy, 1)} right`),
     el('span', { class: 'quiet' }, ` (95 % interval ${percent(one.ci95[0], 1)} to ${percent(one.ci95[1], 1)}) of ${one.tested} ${one.unit}, ${one.labels} labels, the most frequent ${percent(one.base_rate)}; learner ${one.learner}; ${one.protocol}`)));

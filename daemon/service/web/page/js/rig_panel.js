@@ -1,4 +1,4 @@
-// How the rig stands, what keeps a run from beginning, and the way out of a halt.
+// State of the rig, what prevents a run from starting, and the reset of a halt.
 import { byId, button, el, fill } from './dom.js';
 import { ask, attempt } from './dialog.js';
 import { words } from './format.js';

@@ -1,4 +1,4 @@
-// The run that has the rig, or had it last: how far it is, when it ends, its three facts, and what can be asked of it.
+// The active run or the last one: its progress, its expected end, its three facts, and the possible orders.
 import { byId, button, el, facts, fill, say } from './dom.js';
 import { ask, attempt } from './dialog.js';
 import { clock, duration, plural, words } from './format.js';
@@ -28,7 +28,7 @@ export function three_facts(run) {
   return facts([one('outcome', run.outcome), one('cleanup', run.cleanup), one('rig', run.rig)]);
 }
 
-/** The first thing that went wrong on the bench, and why there is no data set of it. */
+/** The first error on the bench, and why there is no data set. */
 export function problems({ error, dataset_error }) {
   return [error, dataset_error].filter(Boolean).map((sentence) => el('p', { class: 'problem' }, sentence));
 }
@@ -39,7 +39,7 @@ function hand_over_text(over) {
   return `${over.state}${step}${over.error ? `: ${over.error}` : ''}`;
 }
 
-/** What became of its data after its end: by the daemon, and by others in its folder. */
+/** Changes of its data after its end: by the daemon, and by other programs in its folder. */
 export function later_facts({ handover, campaign_since: since }) {
   const told = [['evaluation', hand_over_text(handover)]];
   if (!since) return told;

@@ -1,5 +1,5 @@
-// The page of one past run: its result first, then report, matrix, model, trials and files, each in a tab with an
-// address of its own: #run/R-000001/matrix.
+// The page of one past run: its result first, then report, matrix, model, trials and files, each in a tab with its own
+// address: #run/R-000001/matrix.
 import { byId, button, el, facts, fill, table } from './dom.js';
 import { ask, attempt, note } from './dialog.js';
 import { bytes, clock, who_text, words } from './format.js';
@@ -24,7 +24,7 @@ function matrix_of(name, one) {
 export class RunView {
   #id = '';
   #tab = '';
-  #listed = null; // of data.get
+  #listed = null; // from data.get
   #turn = 0;
 
   constructor(api, store) {
@@ -59,7 +59,7 @@ export class RunView {
     return this.store.run(this.#id);
   }
 
-  /** Again where what it shows has changed under it: the evaluation is done. */
+  /** Shows the head again when its data has changed, such as after the evaluation. */
   #head() {
     const run = this.#run;
     if (!run) return;
@@ -73,7 +73,7 @@ export class RunView {
 
   #shown_state = '';
 
-  /** What is being typed stays. */
+  /** Keeps text that is being typed. */
   async #again() {
     const turn = ++this.#turn;
     this.#listed = null;
@@ -127,13 +127,13 @@ export class RunView {
       this.#notes(run)), ...(await this.#matrices(false))];
   }
 
-  /** Where its evaluation failed or was cancelled, or is from before accuracies were put on record. */
+  /** If its evaluation failed or was cancelled, or is older than stored accuracies. */
   #evaluate_button({ handover }) {
     const again = handover && !['waiting', 'running'].includes(handover.state) && this.store.may_operate && this.store.live;
     return again ? button('Evaluate again', () => attempt(() => this.api.change('handover.start', { run: this.#id }), 'It is in line to be evaluated.'), { 'data-key': 'evaluate' }) : null;
   }
 
-  /** Tags and a note, for whoever looks for this run. */
+  /** Tags and a note, for finding this run. */
   #notes(run) {
     const may = this.store.may_operate && this.store.live;
     const tags = el('input', { type: 'text', id: 'run-tags', value: (run.tags ?? []).join(', '), ...(may ? {} : { readonly: '' }) });
@@ -200,7 +200,7 @@ export class RunView {
     });
   }
 
-  /** Of each exploration: a table of features is of one. */
+  /** For each exploration, because a feature table has one. */
   async #export_features() {
     const plan = await attempt(() => this.api.call('recipe.plan', { recipe: this.#id, most: 1 }));
     for (const { exploration } of plan?.explorations ?? []) await this.#export('features-csv', { exploration });

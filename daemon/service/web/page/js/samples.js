@@ -1,14 +1,14 @@
-// The newest minutes of the bench's samples, by the bench's own clock: as the stream brings them, and as the daemon has
-// them from before the page was there. A gap stays one: what was not told is asked for, and no line is drawn over it.
+// The newest minutes of samples in bench time, from the stream and, for the time before the page was opened, from the
+// daemon. Missing samples are requested, and no line is drawn over a gap.
 
 const most_rows = 6000;
 const least_span_s = 20;
 const least_window_s = 10;
-const real_span_s = 30; // of our time, however fast the bench's own goes
+const real_span_s = 30; // of wall time, at any simulation speed
 const ask_every_ms = 500;
-const most_asked = 3000; // of 40 minutes each fourth row is told: still closer than joined_s
+const most_asked = 3000; // for 40 minutes the daemon sends every fourth row: still closer than joined_s
 
-/** Further apart than this [s of the bench] two rows have no line between them. */
+/** Rows further apart than this are not joined by a line [bench s]. */
 export const joined_s = 1;
 
 export const force_names = ['fx_n', 'fy_n', 'fz_n', 'tx_nm', 'ty_nm', 'tz_nm'];
@@ -16,14 +16,14 @@ export const axis_names = ['x', 'y', 'z'];
 const force_columns = [...force_names, 'fz_min_n', 'fz_max_n', 'phase', 'force_n', 'force_band_n'];
 
 export class Samples {
-  rows = []; // {bench_s, fx_n, ..., x_mm, ...}, the oldest first; null or absent: not known
+  rows = []; // {bench_s, fx_n, ..., x_mm, ...}, oldest first; null or absent: unknown
   counts = [];
-  rest_counts = null; // mean of each pad in the newest phase S
+  rest_counts = null; // mean of each taxel in the newest phase S
   counts_dirty = false;
-  still = []; // frames since each pad's count changed
+  still = []; // frames since each taxel's count changed
   run = '';
-  #pace = []; // [our ms, bench s]
-  #hole_from = -1; // what came after is asked for; null: nothing lacks
+  #pace = []; // [wall ms, bench s]
+  #hole_from = -1; // rows after this time are missing; null: none are
   #asked_ms = -Infinity;
 
   event({ topic, delta }) {
@@ -33,7 +33,7 @@ export class Samples {
     if (topic === 'stream:taxels' && Array.isArray(delta.counts)) this.#taxels(delta.counts, delta.rest_counts);
   }
 
-  /** What was before is another run's. */
+  /** Starts a new run: earlier samples are another run's. */
   #begin(run) {
     this.run = run;
     this.rows = [];
@@ -45,7 +45,7 @@ export class Samples {
     this.#hole_from = -1;
   }
 
-  /** The row of that time, the newest. */
+  /** The row of that time, which is the newest. */
   #row(bench_s) {
     let last = this.rows.at(-1);
     if (last && bench_s < last.bench_s) this.#begin(this.run);
@@ -77,12 +77,12 @@ export class Samples {
     this.counts_dirty = true;
   }
 
-  /** Asks the daemon for what lacks, where something does: `ask(method, params)`. Often called. */
+  /** Requests missing rows, if any: `ask(method, params)`. Call often. */
   async fill_gaps(ask) {
     if (this.#hole_from === null || performance.now() - this.#asked_ms < ask_every_ms) return;
     this.#asked_ms = performance.now();
     const from = this.#hole_from;
-    this.#hole_from = null; // what opens meanwhile is asked for next
+    this.#hole_from = null; // a gap that opens meanwhile is requested next
     try {
       this.#take(await ask('run.samples', { after_s: from, most: most_asked }), from);
     } catch (error) {
@@ -91,7 +91,7 @@ export class Samples {
     }
   }
 
-  /** Rows in the place of those of the same time. */
+  /** Replaces the rows of the same period. */
   #take({ run, columns, rows, counts, rest_counts }, after_s) {
     if (!run || (this.run !== '' && run !== this.run)) return;
     if (this.run === '') {
@@ -104,7 +104,7 @@ export class Samples {
     if (this.counts.length === 0 && counts) this.#taxels(counts, rest_counts);
   }
 
-  /** Seconds of the bench in one of ours; 1 where too little is known. */
+  /** Simulation speed [bench s / wall s]; 1 while too little is known. */
   get pace() {
     if (this.#pace.length < 10) return 1;
     const [first, last] = [this.#pace[0], this.#pace.at(-1)];
@@ -113,7 +113,7 @@ export class Samples {
     return real_s > 0.1 && bench_s > 0 ? bench_s / real_s : 1;
   }
 
-  /** From when to when all charts show [s]: the newest span, or what there is of it. */
+  /** Common time range of all charts [s]: the newest span, or the available part of it. */
   get window_s() {
     if (this.rows.length === 0) return [0, least_window_s];
     const last = this.rows.at(-1).bench_s;
@@ -121,7 +121,7 @@ export class Samples {
     return [first, Math.max(last, first + least_window_s)];
   }
 
-  /** How much of the bench's time a chart shows at most [s]: in steps, so that it does not creep. */
+  /** Longest bench time that a chart shows [s]: in steps, so that it does not change continuously. */
   get span_s() {
     const wanted = Math.max(least_span_s, real_span_s * this.pace);
     const step = 10 ** Math.floor(Math.log10(wanted));

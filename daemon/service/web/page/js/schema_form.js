@@ -1,10 +1,11 @@
-// A form for a JSON document by its JSON Schema: a field for each value that the document has, and for each object a
-// list of what may be added. What a form cannot show (a reference to a parameter, say) is left to the JSON beside it.
+// A form for a JSON document, from its JSON Schema: a field for each value of the document, and for each object a list
+// of possible members. Values that a form cannot show (such as a reference to a parameter) are edited in the JSON
+// beside it.
 import { button, el } from './dom.js';
 
 const reference = '#/$defs/reference';
 
-/** The schema without $ref, and of alternatives the one that `value` fits, else the first that is no reference. */
+/** The schema without $ref. For alternatives, the one that `value` fits, else the first that is not a reference. */
 function resolve(schema, root, value) {
   if (schema?.$ref) return resolve({ ...root.$defs[schema.$ref.split('/').at(-1)], ...without(schema, '$ref') }, root, value);
   const choices = schema?.anyOf ?? (schema?.type === 'array' || schema?.properties ? undefined : schema?.oneOf);
@@ -29,13 +30,13 @@ function fits(schema, value) {
 const is_object = (value) => value !== null && typeof value === 'object' && !Array.isArray(value);
 const is_text_list = (schema, root) => schema.type === 'array' && schema.items && resolve(schema.items, root, '').type === 'string';
 
-/** What an item of an array is, by its place and how many there are. */
+/** Schema of an array's item, by its place and the number of items. */
 function item_schema(schema, at, count) {
   const fixed = (schema.oneOf ?? [schema]).find((one) => one.prefixItems?.length === count);
   return fixed?.prefixItems[at] ?? schema.items ?? {};
 }
 
-/** What stands where a value begins: the schema's own example or default, else the least that its kind allows. */
+/** Initial value: the schema's own example or default, else the smallest that its type permits. */
 function first_value(schema, root) {
   const known = resolve(schema, root, undefined);
   if (known.default !== undefined) return known.default;
@@ -65,7 +66,7 @@ export class SchemaForm {
     this.changed(structuredClone(this.document));
   }
 
-  /** After a change of the fields themselves: what has the focus then is `wanted`, by its id. */
+  /** Shows the form again after fields were added or removed; `wanted` is the id of the field to focus. */
   #show_again(wanted) {
     this.#tell();
     this.show(this.document);

@@ -1,10 +1,10 @@
-// Who is at the page: a token, from the link that `weft page` prints or typed in. It stays in this tab
-// (sessionStorage) and leaves the address bar at once.
+// The user of the page: a token, from the link that `weft page` prints or typed in. It stays in this tab
+// (sessionStorage) and is removed from the address bar at once.
 import { byId } from './dom.js';
 
 const key = 'weft.token';
 
-/** The token of the link, or of this tab; empty where there is none. */
+/** The token of the link, or of this tab; empty if there is none. */
 export function token_at_start() {
   const given = new URLSearchParams(location.hash.slice(1)).get('token');
   if (given) {
@@ -18,12 +18,12 @@ export function forget_token() {
   sessionStorage.removeItem(key);
 }
 
-/** Shows the form until somebody types a token; `why`, where one was refused. */
+/** Shows the form until a token is typed; `why`: reason for refusing the previous one. */
 export function ask_for_token(why = '') {
   const form = byId('sign-in');
   byId('sign-in-why').textContent = why;
   const box = form.closest('dialog');
-  box.addEventListener('cancel', (event) => event.preventDefault()); // without a token there is nothing behind it
+  box.addEventListener('cancel', (event) => event.preventDefault()); // without a token the page has nothing to show
   box.showModal();
   form.addEventListener('submit', (event) => {
     event.preventDefault();

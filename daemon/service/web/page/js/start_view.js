@@ -1,5 +1,5 @@
-// Start a campaign: choose a recipe, read what the checker says of it, and only then put it in the queue. Recipes that
-// the rig cannot run stand apart, each with the checker's first reason.
+// Starts a campaign: choose a recipe, read the checker's answer, and only then queue it. Recipes that the rig cannot
+// run are listed separately, each with the checker's first reason.
 import { byId, button, el, fill } from './dom.js';
 import { attempt, note } from './dialog.js';
 import { parameter_fields, typed_parameters } from './parameter_fields.js';
@@ -28,14 +28,14 @@ export class StartView {
     if (!byId('view-start').hidden) await this.#find_fits(recipes);
   }
 
-  /** Asks the checker for each recipe in turn; those asked before keep their answer until the new one is there. */
+  /** Checks each recipe in turn; earlier answers stay until the new one arrives. */
   async #find_fits(recipes) {
     if (this.#fitting) return;
     this.#fitting = true;
     try {
       for (const recipe of recipes) {
         const answered = await this.api.call('recipe.check', { recipe }).catch((error) => (error.kind === 'unreachable' ? null : { ok: false, problems: [{ message: error.sentence }] }));
-        if (answered === null) return; // what was known stays
+        if (answered === null) return; // keep the known answers
         const { ok, problems } = answered;
         const first = problems[0];
         this.#fit.set(recipe, { ok: ok || this.#needs_values(recipe), why: first ? `${first.message}${first.got ? `: ${first.got}` : ''}` : '' });
@@ -46,7 +46,7 @@ export class StartView {
     }
   }
 
-  /** Refused for want of values that are typed here. */
+  /** Refused only because values are missing that are typed here. */
   #needs_values(recipe) {
     return Object.values(this.store.recipe_parameters?.[recipe] ?? {}).some((one) => one.default === undefined);
   }
@@ -80,7 +80,7 @@ export class StartView {
     return typed === '' ? {} : { seed: Number(typed) };
   }
 
-  /** Nothing moves; a later question makes an earlier answer void. `go_there`: on a phone the answer is below. */
+  /** Checks the recipe; nothing moves. A later check cancels an earlier answer. `go_there`: scroll to the answer, which is below on a phone. */
   async look(go_there = false) {
     if (!this.#recipe) return;
     const turn = ++this.#turn;
@@ -109,7 +109,7 @@ export class StartView {
   }
 
   async #start(method, more = {}) {
-    if (this.#under_way) return; // a second click is no second campaign
+    if (this.#under_way) return; // a second click starts no second campaign
     this.#under_way = true;
     const { recipe, seed, parameters } = this.#check;
     const name = byId('run-name').value.trim();

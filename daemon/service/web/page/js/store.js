@@ -1,5 +1,5 @@
-// What the page knows: the topics of the stream, put together as the daemon does it, and the answers to the few
-// questions that no topic answers. Views ask to be told when something has changed, once a frame at most.
+// Data of the page: the topics of the stream, merged as the daemon does it, and the answers to the few requests that no
+// topic covers. Views are notified of changes, at most once per frame.
 
 /** RFC 7386. */
 export function merge(target, patch) {
@@ -27,7 +27,7 @@ export class Store {
   me = null; // session.whoami
   queue = { rev: 0, paused_by: null, runs: [] };
   leases = [];
-  sessions = []; // session.list, when the leases were looked at
+  sessions = []; // session.list, as of the newest lease.list
   recipes = [];
 
   /** `view` is called soon after any change. */
@@ -60,13 +60,13 @@ export class Store {
     this.changed();
   }
 
-  /** Answers of run.list in the place of the stream's. */
+  /** Replaces runs of the stream by answers of run.list. */
   take_runs(runs) {
     for (const run of runs) this.topics.set(`run:${run.run}`, run);
     this.changed();
   }
 
-  /** The oldest first, whenever the page heard of them: new runs have higher numbers. */
+  /** Oldest first, in whatever order they arrived: new runs have higher numbers. */
   get runs() {
     const found = [];
     for (const [topic, run] of this.topics) if (topic.startsWith('run:')) found.push(run);
@@ -77,12 +77,12 @@ export class Store {
     return this.topics.get(`run:${id}`);
   }
 
-  /** The run that has the rig, or nothing. */
+  /** The run that controls the rig, or nothing. */
   get active() {
     return this.runs.find((run) => !over.has(run.state) && !waiting.has(run.state));
   }
 
-  /** The one that is shown: what has the rig, or had it last. */
+  /** The shown run: the active one, or the last. */
   get shown() {
     return this.active ?? this.runs.filter((run) => over.has(run.state)).at(-1);
   }

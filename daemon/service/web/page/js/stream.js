@@ -1,12 +1,12 @@
-// The one stream of events that a page has: GET /events, read by fetch because an EventSource cannot say who
-// it is. Goes on by itself after a cut, a sleep of the machine or a new start of the daemon, and says at all times
-// whether what is shown is live.
+// The only event stream of a page: GET /events, read by fetch because an EventSource cannot send a token. Reconnects
+// automatically after a lost connection, a sleep of the machine or a restart of the daemon. Always reports whether the
+// data is live.
 
 const silent_ms = 12000; // the daemon sends a comment every 5 s
 const watch_ms = 1000;
-const slept_ms = 15000; // between two looks at the clock: a browser in the background looks once a minute
+const slept_ms = 15000; // between two checks of the clock: a browser in the background checks once a minute
 const waits_ms = [250, 500, 1000, 2000, 5000, 10000];
-const full_ms = 15000; // all seats taken
+const full_ms = 15000; // no stream is free
 
 /** Lines of an event stream to events: {event, id, data}. Source: https://html.spec.whatwg.org, "Server-sent events". */
 export class EventParser {
@@ -32,8 +32,8 @@ export class EventParser {
 }
 
 /**
- * `told`: {snapshot(topics, epoch), event({topic, delta, t_us}), state(name, since_ms)}, where a state is "connecting",
- * "live", "stale", "full" (no seat: ask now and then), "refused" (the token).
+ * `told`: {snapshot(topics, epoch), event({topic, delta, t_us}), state(name, since_ms)}. A state is "connecting",
+ * "live", "stale", "full" (no stream is free: poll), "refused" (the token).
  */
 export class Stream {
   #abort = null;
@@ -55,19 +55,19 @@ export class Stream {
     if (!document.hidden) this.#connect();
   }
 
-  /** An answer came, of whatever was asked beside the stream. */
+  /** Call when the daemon has answered any request outside the stream. */
   heard() {
     this.#heard_ms = Date.now();
   }
 
-  /** Nothing was to be had of the daemon. */
+  /** Call when the daemon could not be reached. */
   lost() {
-    if (this.state !== 'full') return; // else the stream itself knows best
+    if (this.state !== 'full') return; // otherwise the stream itself detects it
     this.#be('stale');
     this.#again(0);
   }
 
-  /** The token is not good any more. */
+  /** Call when the token is no longer valid. */
   refuse() {
     this.#drop('refused');
   }
@@ -79,7 +79,7 @@ export class Stream {
     this.told.state(state, this.#heard_ms);
   }
 
-  /** Nothing heard for long, or a clock that has jumped: the machine slept, and what is shown is old. */
+  /** Detects silence, or a jump of the clock after the machine slept: the shown data is old. */
   #watch() {
     const now = Date.now();
     const slept = Math.abs(now - this.#looked_ms - watch_ms) > slept_ms;
@@ -90,9 +90,7 @@ export class Stream {
     this.#again(0);
   }
 
-  /**
-   * A page that nobody sees gives its connection back: a browser has six for one host, and a halt must always find one.
-   */
+  /** A hidden page closes its stream: a browser has six connections per host, and a halt must always find a free one. */
   #rest() {
     this.#drop('stale');
   }
@@ -125,7 +123,7 @@ export class Stream {
       full = response.status === 503 && (await response.json()).error?.data?.kind === 'request.too_many';
       if (response.ok) await this.#read(response.body, turn);
     } catch {
-      // cut, refused or given up: all the same, it is tried again
+      // lost, refused or timed out: it is retried in all cases
     }
     clearTimeout(impatient);
     if (turn !== this.#turn) return;

@@ -1,5 +1,4 @@
-// The trials of a run that is over: a list with what the record says of each one's quality, and one trial's forces,
-// stages and pads.
+// Trials of a past run: a list with the recorded quality of each one, and one trial's forces, stages and taxels.
 /* global Dygraph */
 import { button, el, facts, table } from './dom.js';
 import { attempt } from './dialog.js';
@@ -14,7 +13,7 @@ const phase_inks = { S: 'phase-rest', P: 'phase-press', M: 'phase-motion', E: 'p
 const mN = (value) => (typeof value === 'number' ? fixed(1000 * value, 1) : '–');
 const share = (value) => (typeof value === 'number' ? percent(value) : '–');
 
-/** Of {t_s, NAME: {min, max}} what dygraphs takes with `customBars`. */
+/** Converts {t_s, NAME: {min, max}} to dygraphs' rows for `customBars`. */
 function rows_of(curves, names) {
   const value = (name, at) => {
     const [low, high] = [curves[name].min[at], curves[name].max[at]];
@@ -54,7 +53,7 @@ function chart(box, curves, names, labels, trial) {
   });
 }
 
-/** Each pad's rise from phase S to M as a square, on the same fixed scale as the live map. */
+/** Each taxel's rise from phase S to M as a square, on the same fixed scale as the live map. */
 function pad_picture({ mean_S_counts: rest, mean_M_counts: motion }, description) {
   if (!rest?.length || !motion?.length) return el('p', { class: 'quiet' }, 'Without phases S and M, or without pads.');
   const { places, width, height } = layout(rest.length, description?.taxel_shape);

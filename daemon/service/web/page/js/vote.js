@@ -1,4 +1,4 @@
-// The newest live vote: what the model takes the cloth for, while the probe slides.
+// The newest live vote: the predicted fabric while the probe slides.
 import { byId, el, fill } from './dom.js';
 import { fixed, percent } from './format.js';
 
