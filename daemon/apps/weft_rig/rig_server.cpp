@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 constexpr std::size_t longest_order = 65536;
 constexpr std::string_view net_ft = "ati_netft";
-/// How soon hosts see that a plug was pulled or is in again.
+/// Period at which plugs are checked: hosts see a change of a plug within it.
 constexpr Duration plug_period = std::chrono::milliseconds(10);
 
 struct OrderReader {
@@ -46,7 +46,8 @@ json without_order(json order) {
   return order;
 }
 
-/// By the seeds of piece, mounting and touch, or all from one.
+/// Seeds piece, mounting and touch separately when "piece_seed" is given, else all from
+/// "patch_seed".
 Status mount(const json& order, sim::Rig& rig, TimePoint now) {
   const std::string fabric = order.value("fabric", "");
   const auto seed = [&](const char* key) { return order.value(key, std::uint64_t{0}); };
@@ -78,7 +79,7 @@ void serve_on_tcp_too(RigFile& rig, std::uint16_t first) {
   for (DeviceEntry& device : rig.devices)
     if (device.driver != net_ft) device.also.emplace_back(next());
   for (DeviceEntry& device : rig.devices) {
-    if (device.driver != net_ft) continue;  // its stream is of datagrams
+    if (device.driver != net_ft) continue;  // streams datagrams only
     if (!device.http) device.http = next();
     if (!device.commands) device.commands = next();
   }
@@ -103,8 +104,8 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
 
 RigServer::~RigServer() = default;
 
-// The place for orders is the first: where another weft-rig serves the same rig, that is all this
-// one touches. Links to terminals would be taken from it.
+// The console port is opened first. If another weft-rig already serves this rig, opening fails
+// here, before this one takes over the links to terminals.
 Status RigServer::serve(const RigFile& file) {
   auto door = TcpDoor::open(*loop_, file.console,
                             [this](std::unique_ptr<Link> host) { welcome(std::move(host)); });
@@ -178,7 +179,8 @@ Status RigServer::serve_clients(const Endpoint& at, ServedClients::Make make,
   return {};
 }
 
-// A place that cannot be had again yet is asked for again. What nobody hears rests.
+// Retries every period to open a place that cannot be opened yet. Some devices without a host send
+// nothing: see sim::Rig::set_connected().
 void RigServer::apply_plugs() {
   for (const Served& device : devices_) {
     const bool in = rig_->plugged(device.name, loop_->now());

@@ -1,5 +1,5 @@
 #pragma once
-// An emulated rig on real ports in real time: what weft-rig serves.
+// An emulated rig on real ports in real time, served by weft-rig.
 
 #include <map>
 #include <memory>
@@ -12,26 +12,26 @@
 
 namespace weft::daemon {
 
-/// Adds to what the rig file says: every device also on TCP, on 127.0.0.1 from `first` on in the
-/// file's order, and behind them the pages and the command port of each Net F/T box, whose records
-/// stay on UDP.
+/// Adds TCP ports to those of the rig file, on 127.0.0.1, numbered from `first` in the file's
+/// order. Each device gets one, except Net F/T boxes: their records stay on UDP. Then each Net F/T
+/// box gets a port for its pages and one for its commands, unless the file names them.
 void serve_on_tcp_too(RigFile& rig, std::uint16_t first);
 
-/// Thread-bound to its loop, which outlives it.
+/// Thread-bound to its loop, which must outlive it.
 class RigServer {
  public:
-  /// Switches every device on and opens its port; the bare plate lies under the probe.
-  /// Errors: the rig's own, a place that cannot be served, wrong_state when the bench is not
-  /// "emulated".
+  /// Switches every device on and opens its port; the bare plate lies under the probe. Errors:
+  /// those of the rig; a place that cannot be served; wrong_state if the bench is not "emulated".
   static Result<std::unique_ptr<RigServer>> create(RealLoop& loop, const RigFile& rig,
                                                    std::string_view fabrics_json,
                                                    std::uint64_t seed);
   ~RigServer();
 
-  /// What is served where, one line a device.
+  /// A line for each device, pages, command port and the console, with its places.
   [[nodiscard]] std::vector<std::string> lines() const;
-  /// Obeys one order, a JSON object: {"order": "mount", "fabric", "patch_seed"}, {"order":
-  /// "unmount"}, {"order": "truth"}. Answers {"ok": true, ...} or {"ok": false, "error": sentence}.
+  /// Executes one order, a JSON object: {"order": "mount", "fabric", "patch_seed"}, {"order":
+  /// "unmount"}, {"order": "truth"}, {"order": "fault", ...} or {"order": "clear", "device",
+  /// "fault"}. Returns {"ok": true, ...} or {"ok": false, "error": sentence}.
   std::string execute_order(std::string_view order);
 
  private:
@@ -47,14 +47,14 @@ class RigServer {
 
   RealLoop* loop_;
   std::vector<std::string> lines_;
-  /// One device's places, and whether its plug is in.
+  /// The places and ports of one device.
   struct Served {
     std::string name;
     std::unique_ptr<ServedPlace> place;
     std::vector<std::unique_ptr<ServedClients>> ports;
   };
   std::vector<Served> devices_;
-  std::unique_ptr<sim::Rig> rig_;  ///< after the places: gone before them
+  std::unique_ptr<sim::Rig> rig_;  ///< after devices_: destroyed before the places
 
   struct Console {
     std::unique_ptr<Link> link;

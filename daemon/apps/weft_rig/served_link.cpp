@@ -7,18 +7,18 @@
 namespace weft::daemon {
 namespace {
 
-/// A host that has sent so much without a whole message is no host of this device.
+/// A host that has sent more bytes than this without a whole message is disconnected.
 constexpr std::size_t most_unfinished = 65536;
 
-/// Each host's messages are handed on whole, so that none is mixed with another host's. An answer
-/// goes to whom it answers; what a fault has delayed, to who asked last.
+/// Passes on whole messages only, so that messages of several hosts never mix. A reply goes to the
+/// host of the last message, also when a fault has delayed the reply.
 class ManyHosts final : public TcpPlace {
  public:
   ManyHosts(RealLoop& loop, Endpoint at, WholeMessages whole)
       : TcpPlace(loop, std::move(at)), whole_(std::move(whole)) {}
 
   [[nodiscard]] bool has_host() const override { return !hosts_.empty(); }
-  // Nobody there: lost, as on a wire.
+  // Without a host the bytes are lost, as on a wire.
   Status write(ByteView bytes) override {
     const auto host = hosts_.find(polled_last_);
     if (host != hosts_.end()) static_cast<void>(host->second.link->write(bytes));
@@ -47,7 +47,7 @@ class ManyHosts final : public TcpPlace {
     polled_last_ = id;
     on_bytes(messages, at);
   }
-  // Not from inside the link's own callback.
+  // Deferred: a link must not be destroyed inside its own callback.
   void end_soon(std::size_t id) {
     loop().after({}, [this, id, alive = std::weak_ptr(alive_)] {
       if (alive.lock()) hosts_.erase(id);
@@ -56,7 +56,7 @@ class ManyHosts final : public TcpPlace {
 
   struct Host {
     std::unique_ptr<Link> link;
-    Bytes partial;  ///< no whole message yet
+    Bytes partial;  ///< bytes before the first whole message
   };
   WholeMessages whole_;
   std::map<std::size_t, Host> hosts_;
@@ -110,7 +110,8 @@ class JoinedLinks final : public ServedPlace {
   [[nodiscard]] bool has_host() const override {
     return std::ranges::any_of(places_, [](const auto& place) { return place->has_host(); });
   }
-  /// Where another place has spoken since, its conversation goes on.
+  /// A host counts as new only at the place that received last; otherwise the device's exchange
+  /// with the other place continues.
   void on_host_came(HostCame came) override {
     for (const auto& place : places_)
       place->on_host_came(

@@ -1,6 +1,6 @@
 #pragma once
-// The device's end of a link: it waits for hosts at the place that the rig file names, on a
-// terminal, UDP or TCP, one host or several.
+// The device's end of a link. It waits for one or several hosts at the place that the rig file
+// names: a terminal, UDP or TCP.
 
 #include <functional>
 #include <map>
@@ -15,32 +15,33 @@
 
 namespace weft::daemon {
 
-/// The device's end of a link, whose plug can be pulled.
+/// The device's end of a link, with a plug that can be pulled.
 class ServedPlace : public Link {
  public:
-  /// Out: what a host sees when the plug is pulled. In: the same place again, for hosts to open
-  /// anew. Nothing is done when it is so already. Errors: io, when the place cannot be had again.
+  /// False: hosts see a pulled plug. True: opens the same place again; hosts have to open it anew.
+  /// No effect if the plug is in that state already. Errors: io if the place cannot be opened
+  /// again.
   virtual Status set_plugged(bool in) = 0;
-  /// Whether a host may be there. On a datagram port it stays one that was there once.
+  /// Whether a host may be connected. A datagram port keeps its host once it had one.
   [[nodiscard]] virtual bool has_host() const = 0;
-  /// Told at once when a host has come. `is_new`: it is another one for the device; false where the
-  /// device's conversation at another place goes on.
+  /// Called at once when a host has connected. `is_new`: the device sees another host; false if its
+  /// exchange with a host at another place continues.
   using HostCame = std::function<void(bool is_new)>;
-  /// On a datagram port hosts come and go unseen.
+  /// Without effect on a datagram port, where hosts are not seen to come and go.
   virtual void on_host_came(HostCame) {}
 };
 
-/// Hands every host that connects to `accepted`. Errors: not_found (address), io (port taken).
+/// Passes every host that connects to `accepted`. Errors: not_found (address), io (port in use).
 class TcpDoor {
  public:
   using Accepted = std::function<void(std::unique_ptr<Link> host)>;
-  /// How a connection ends when its link is destroyed here: after what was sent has arrived, or at
-  /// once, with a reset.
+  /// How a connection ends when its link is destroyed here: after the sent bytes have arrived, or
+  /// at once with a reset.
   enum class Ends : std::uint8_t { in_order, reset };
   static Result<std::unique_ptr<TcpDoor>> open(RealLoop& loop, const Endpoint& at,
                                                Accepted accepted, Ends ends = Ends::in_order);
   ~TcpDoor();
-  /// The port it listens on; the system's choice when 0 was asked for.
+  /// The port it listens on; chosen by the system if 0 was given.
   [[nodiscard]] std::uint16_t port() const;
 
  private:
@@ -49,7 +50,7 @@ class TcpDoor {
   std::shared_ptr<Parts> parts_;
 };
 
-/// A place behind a TCP door: out, connections are reset and others refused.
+/// A place on a TCP port. Unplugged, its connections are reset and new ones are refused.
 class TcpPlace : public ServedPlace {
  public:
   TcpPlace(RealLoop& loop, Endpoint at) : loop_(&loop), at_(std::move(at)) {}
@@ -72,7 +73,7 @@ class TcpPlace : public ServedPlace {
   std::unique_ptr<TcpDoor> door_;
 };
 
-/// `Place` is made of `arguments` and plugged in.
+/// Makes a `Place` from `arguments` and plugs it in. Errors: those of set_plugged().
 template <class Place, class... Arguments>
 Result<std::unique_ptr<ServedPlace>> plugged_in(Arguments&&... arguments) {
   auto made = std::make_unique<Place>(std::forward<Arguments>(arguments)...);
@@ -80,27 +81,28 @@ Result<std::unique_ptr<ServedPlace>> plugged_in(Arguments&&... arguments) {
   return std::unique_ptr<ServedPlace>(std::move(made));
 }
 
-/// One host at a time, the newest wins. Unplugged, the host's connection is reset and others are
-/// refused.
+/// One host at a time; a new host replaces the old one. Unplugged, the host's connection is reset
+/// and new ones are refused.
 Result<std::unique_ptr<ServedPlace>> serve_tcp(RealLoop& loop, const Endpoint& at);
-/// Whether a datagram makes its sender the one who is answered.
+/// Whether later replies go to the sender of this datagram.
 using Redirects = std::function<bool(ByteView datagram)>;
-/// Answers go to whoever sent the last datagram that redirects them; before there was one, to port
-/// `unasked` of this address, to nobody where that is 0. Unplugged, it is silent: a cable that is
-/// out sends no refusal.
+/// Replies go to the sender of the last redirecting datagram. Before the first, they go to port
+/// `unasked` of the given address, or are dropped if that is 0. Unplugged, it is silent: a pulled
+/// cable sends no refusal. Errors: not_found (address), io (port in use).
 Result<std::unique_ptr<ServedPlace>> serve_udp(RealLoop& loop, const Endpoint& at,
                                                Redirects redirects, std::uint16_t unasked = 0);
 
-// A port of an emulated device that takes many clients: a connection and an emulator for each,
-// ended when the client asks.
+// A port of an emulated device for many clients. Each has its own connection and emulator, which
+// end when the client asks for it.
 
-/// Thread-bound to its loop, which outlives it.
+/// Thread-bound to its loop, which must outlive it.
 class ServedClients {
  public:
   using Make = std::function<std::unique_ptr<sim::ClientEmulator>()>;
-  /// Errors: not_found (address), io (port taken).
+  /// Errors: not_found (address), io (port in use).
   static Result<std::unique_ptr<ServedClients>> open(RealLoop& loop, const Endpoint& at, Make make);
-  /// Out: connections end, others are refused. Errors: io, when the port cannot be had again.
+  /// False: connections end and new ones are refused. Errors: io if the port cannot be opened
+  /// again.
   Status set_plugged(bool in);
 
  private:
@@ -123,21 +125,22 @@ class ServedClients {
   std::unique_ptr<TcpDoor> door_;
 };
 
-/// How many bytes at the front are whole messages, or no part of any.
+/// Number of bytes at the front that form whole messages or belong to none.
 using WholeMessages = std::function<std::size_t(ByteView)>;
 
-/// Serves one device. What is sent while nobody listens is lost, as on a wire. A host may come, go
-/// and come again.
+/// Serves one device. Bytes sent without a host are lost, as on a wire. A host may disconnect and
+/// connect again.
 ///   serial  a pseudo-terminal; `path` becomes a symbolic link to it, removed with the link
-///   tcp     listens at host:port; several hosts where `whole` tells their messages apart, else one
-///           at a time, the newest wins
-///   udp     bound to host:port; answers go to whoever sent the last datagram that redirects them
-/// Errors: io, when the place is taken or cannot be made; wrong_state for a link in memory.
+///   tcp     listens at host:port; several hosts if `whole` can separate their messages, else one
+///   at
+///           a time, the newest replaces the older
+///   udp     bound to host:port; replies go to the sender of the last redirecting datagram
+/// Errors: io if the place is in use or cannot be made; wrong_state for a link in memory.
 Result<std::unique_ptr<ServedPlace>> serve_link(RealLoop& loop, const LinkSettings& settings,
                                                 Redirects redirects, WholeMessages whole = {});
 
-/// One device at several places. What it answers goes to whom it answers, what it says unasked to
-/// all. There must be at least one.
+/// Joins several places (at least one) of one device. A reply goes to the place that asked; an
+/// unsolicited message goes to all.
 std::unique_ptr<ServedPlace> join_links(std::vector<std::unique_ptr<ServedPlace>> places);
 
 }  // namespace weft::daemon

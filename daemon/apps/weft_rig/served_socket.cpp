@@ -35,13 +35,13 @@ tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& e
                .hint = "Another program, perhaps another weft-rig, may hold the port"});
 }
 
-/// The host's link changes; the device keeps one.
+/// Keeps one link for the device while hosts change.
 class NewestHost final : public TcpPlace {
  public:
   using TcpPlace::TcpPlace;
 
   [[nodiscard]] bool has_host() const override { return host_ && !gone_; }
-  // Nobody there: lost, as on a wire.
+  // Without a host the bytes are lost, as on a wire.
   Status write(ByteView bytes) override {
     if (host_) static_cast<void>(host_->write(bytes));
     return {};
@@ -60,7 +60,7 @@ class NewestHost final : public TcpPlace {
 
   HostCame came_;
   std::unique_ptr<Link> host_;
-  bool gone_ = false;  ///< the link stays until another host comes
+  bool gone_ = false;  ///< host_ stays until another host connects
 };
 
 class UdpPlace final : public ServedPlace {
@@ -76,7 +76,7 @@ class UdpPlace final : public ServedPlace {
     parts_->socket.close(ignored);
   }
   [[nodiscard]] bool has_host() const override { return parts_->last.port() != 0; }
-  // UDP may lose anything; so may this.
+  // Errors are ignored: UDP may lose any datagram.
   Status write(ByteView bytes) override {
     asio::error_code ignored;
     if (parts_->plugged && parts_->last.port() != 0)
@@ -246,7 +246,7 @@ void ServedClients::answer(std::size_t client, ByteView bytes, TimePoint at) {
   if (found->second.emulator->finished()) end_soon(client);
 }
 
-// Not from inside the link's own callback.
+// Deferred: a link must not be destroyed inside its own callback.
 void ServedClients::end_soon(std::size_t client) {
   loop_->after({}, [this, client, alive = std::weak_ptr(alive_)] {
     if (alive.lock()) clients_.erase(client);

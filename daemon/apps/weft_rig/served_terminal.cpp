@@ -17,7 +17,7 @@
 namespace weft::daemon {
 namespace {
 
-/// How late a host may be noticed that opens the terminal.
+/// Longest delay until a host that opens the terminal is noticed.
 constexpr Duration poll_period = std::chrono::milliseconds(5);
 
 tl::unexpected<Error> no_terminal(const char* what) {
@@ -36,8 +36,8 @@ Status ServedTerminal::plug_in() {
                                              Unsent::lost);
   if (::grantpt(master_port_) != 0 || ::unlockpt(master_port_) != 0) return no_terminal("grantpt");
   terminal_ = ::ptsname(master_port_);
-  // Raw before the path is known, for a cooked terminal echoes: it stays so as long as its master
-  // is open. Closed again, so that hosts are seen to come and go.
+  // Made raw before the path is published, because a terminal in cooked mode echoes. It stays raw
+  // while its master is open. Closed again, so that hosts are seen to come and go.
   const int other_end = open_other_end();
   if (other_end < 0) return no_terminal("open");
   const Status raw = set_line_raw(other_end, false);
@@ -56,7 +56,7 @@ int ServedTerminal::open_other_end() const {
   return ::open(terminal_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
 }
 
-// Without a plug or a host: lost, as on a wire.
+// Without a plug or a host the bytes are lost, as on a wire.
 Status ServedTerminal::write(ByteView bytes) {
   return master_ && occupied_ ? master_->write(bytes) : Status{};
 }
@@ -65,8 +65,8 @@ void ServedTerminal::have_host() {
   if (!std::exchange(occupied_, true) && came_) came_(true);
 }
 
-// What was not read and who may open the port ends with the last host, as on a port; settings of
-// the line stay.
+// Unread bytes and exclusive mode (TIOCEXCL) end with the last host, as on a serial port. Line
+// settings stay.
 void ServedTerminal::have_lost_host() {
   occupied_ = false;
   master_->forget_unsent();
@@ -78,7 +78,8 @@ void ServedTerminal::have_lost_host() {
   poll_host();
 }
 
-/// Nothing tells a master that its terminal is opened; a hang-up that is over does.
+/// The kernel does not notify a master when its terminal is opened, so the end of the hang-up
+/// (POLLHUP) is polled.
 void ServedTerminal::poll_host() {
   if (std::exchange(looking_, true)) return;
   loop_->after(poll_period, [this, alive = std::weak_ptr(alive_)] {
@@ -94,7 +95,7 @@ void ServedTerminal::poll_host() {
   });
 }
 
-// A symbolic link that is left over from a killed weft-rig is replaced; anything else is not.
+// Replaces a symbolic link left over from a killed weft-rig, and nothing else.
 Status ServedTerminal::publish() {
   std::error_code error;
   const std::filesystem::path place(path_);
@@ -115,7 +116,7 @@ void ServedTerminal::pull() {
   std::error_code ignored;
   const bool is_ours = std::filesystem::read_symlink(path_, ignored) == terminal_;
   if (std::exchange(published_, false) && is_ours) std::filesystem::remove(path_, ignored);
-  master_.reset();  // hosts that hold the other end are hung up on
+  master_.reset();  // hangs up on hosts that have the other end open
   occupied_ = false;
 }
 

@@ -9,13 +9,13 @@
 
 namespace weft::daemon {
 
-/// Thread-bound to its loop, which outlives it. Unplugged, the terminal hangs up and its path is
-/// gone, as with a serial adapter; plugged in again, another terminal is at the same path.
+/// Thread-bound to its loop, which must outlive it. Unplugged, the terminal hangs up and its path
+/// is removed, as with a serial adapter. Plugged in again, another terminal is at the same path.
 ///
-/// As on a serial port, what the device says while nobody has the terminal open is lost, and so is
-/// what the last host left unread; settings of the line last. Made by plugged_in(): there is no
-/// terminal before set_plugged(true), whose errors are io. Who opens it when nobody has it open
-/// is a new host. A host that does not read gets what the system holds for it, about 20 kB, in
+/// As on a serial port, bytes that the device sends while no host has the terminal open are lost.
+/// Bytes that the last host left unread are lost too; line settings stay. Made by plugged_in():
+/// there is no terminal before set_plugged(true) (errors: io). A host that opens a vacant terminal
+/// is a new host. A host that does not read gets the bytes that the system buffers, about 20 kB, in
 /// whole messages.
 class ServedTerminal final : public ServedPlace {
  public:
@@ -45,7 +45,7 @@ class ServedTerminal final : public ServedPlace {
   std::unique_ptr<DescriptorLink> master_;
   int master_port_ = -1;  ///< owned by master_
   std::string terminal_;
-  bool occupied_ = false;  ///< somebody has the terminal open
+  bool occupied_ = false;  ///< a host has the terminal open
   bool looking_ = false;
   bool published_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

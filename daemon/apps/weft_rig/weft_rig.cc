@@ -19,7 +19,7 @@ using namespace weft::daemon;
 struct Args {
   std::filesystem::path rig;
   std::uint64_t seed = 1;
-  std::uint16_t tcp_from = 0;  ///< 0: as the rig file says
+  std::uint16_t tcp_from = 0;  ///< first TCP port; 0: ports of the rig file only
 };
 
 Status serve(const Args& args) {
