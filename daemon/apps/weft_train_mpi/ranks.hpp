@@ -1,6 +1,6 @@
 #pragma once
-// The processes of one MPI job: orders from the first to all, texts from any to the first. Included
-// by weft-train-mpi only: nothing else of Weft knows MPI.
+// The processes of one MPI job: rank 0 sends orders to all, any rank sends texts to rank 0. Only
+// weft-train-mpi includes this; nothing else in Weft depends on MPI.
 
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
@@ -13,15 +13,15 @@
 
 namespace weft::daemon::cluster {
 
-/// What the root tells everybody to do next.
+/// The root's next order to all ranks.
 enum class Order : int {
-  report,  ///< say whether the data could be read, and their SHA-256
-  train,   ///< a share of the cores of the task that `text` is: task_text()
+  report,  ///< report whether the data could be read, and their SHA-256
+  train,   ///< train a share of the cores of the task in `text`: task_text()
   end
 };
 
-/// This process' place in the job. MPI's default error handler ends the whole job, so calls that
-/// return have worked.
+/// This process's place in the job. MPI's default error handler ends the whole job, so calls that
+/// return have succeeded.
 class Ranks {
  public:
   Ranks() {
@@ -42,12 +42,12 @@ class Ranks {
     Order order = Order::end;
     std::string text = {};
   };
-  /// Of the root to all. Texts of at most 2 GiB.
+  /// From the root to all ranks. Texts of at most 2 GiB.
   static void give(Command command) { broadcast(std::move(command)); }
-  /// Waits for the root's next.
+  /// Waits for the root's next order.
   static Command take() { return broadcast({}); }
 
-  /// At most 2 GiB.
+  /// Texts of at most 2 GiB.
   static void send_to_root(std::string_view text) {
     MPI_Send(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, text_tag, MPI_COMM_WORLD);
   }

@@ -1,6 +1,6 @@
 // `weft-train-mpi`: `weft fabric train` with its cores shared among the ranks of an MPI job. Every
-// rank reads the data set by itself; rank r of n trains cores r, r + n, r + 2n ... and sends them
-// to rank 0 as lines of the model file, which holds them bit for bit. Only rank 0 writes, at the
+// rank reads the data set itself. Rank r of n trains cores r, r + n, r + 2n ... and sends them to
+// rank 0 as lines of the model file, which represent them bit for bit. Only rank 0 writes, at the
 // end.
 
 #include <unistd.h>
@@ -25,14 +25,14 @@ using classifier::FabricCore;
 using classifier::TrainOptions;
 using Cores = std::vector<FabricCore>;
 
-/// What precedes a text that is a complaint; the others are a digest, a count or a core.
+/// Prefix of a text that reports an error; other texts are a digest, a count or a core.
 constexpr std::string_view complaint = "!";
 
 std::string complaint_of(const Error& error) {
   return std::string(complaint) + to_string(error);
 }
 
-/// MPI's launcher ends all ranks when one dies; its own message names that one.
+/// MPI's launcher ends all ranks when one dies; its own message names the dead rank.
 extern "C" void on_terminate(int) {
   constexpr std::string_view text =
       "weft-train-mpi: ended by its launcher, most likely because another rank died; "
@@ -51,7 +51,7 @@ Result<std::string> from_rank(std::size_t rank) {
 
 // ---- rank 0 ----
 
-/// Refuses ranks that cannot read the data set, or read another one under the same name.
+/// Refuses ranks that cannot read the data set, or that read another one under the same name.
 Status agree(const Ranks& ranks, const std::string& sha256) {
   Ranks::give({Order::report});
   Status status;
@@ -71,7 +71,7 @@ Status agree(const Ranks& ranks, const std::string& sha256) {
   return status;
 }
 
-/// The cores of one rank into their places. All its messages are taken, whatever they say.
+/// Puts the cores of one rank into their places. Receives all its messages even after an error.
 Status collect(std::size_t rank, std::size_t ranks, std::size_t features,
                std::vector<std::optional<FabricCore>>& places) {
   const auto share = from_rank(rank);
@@ -106,8 +106,8 @@ Result<Cores> train_shared(const Ranks& ranks, const classifier::FeatureMatrix& 
   return cores;
 }
 
-// What has no cores (LDA, SVC, trees) is trained here alone: seconds, whatever the number of
-// classes.
+// Learners without cores (LDA, SVC, trees) are trained on rank 0 alone: seconds, whatever the
+// number of classes.
 Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::ChosenTrials& chosen,
                                                classifier::Learner learner,
                                                const TrainOptions& options) {
@@ -115,7 +115,8 @@ Result<classifier::ChosenLearner> train_on_all(const Ranks& ranks, const cli::Ch
   const auto& labels = chosen.features.labels;
   const std::size_t classes = std::set<std::string>(labels.begin(), labels.end()).size();
   const cli::LearningTask work = cli::learning_task(chosen, learner, options.cap);
-  // A task names no columns: a choice between features of imprints is trained here alone, seconds.
+  // A task names no columns, so a choice between features of imprints is trained here alone
+  // (seconds).
   if (&work.matrix != &chosen.features)
     return classifier::train_best(work.matrix, work.candidates, options);
   return classifier::train_best(work.matrix, work.candidates, options, [&](const CoreTask& task) {
@@ -172,7 +173,7 @@ int run(int argc, char** argv) {
     if (!ranks.root()) return e.get_exit_code() == 0 ? cli::exit_ok : cli::exit_usage;
     if (e.get_exit_code() == 0) return command.exit(e);
     return cli::report_usage(console, e.what());
-  } catch (const std::exception& e) {  // std::bad_alloc and what else a library throws
+  } catch (const std::exception& e) {  // std::bad_alloc and other exceptions of libraries
     cli::report_thrown(console, e, "rank " + std::to_string(ranks.rank()));
     MPI_Abort(MPI_COMM_WORLD, cli::exit_failure);
     return cli::exit_failure;
