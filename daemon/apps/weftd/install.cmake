@@ -1,5 +1,5 @@
-# What a machine at a bench needs: programs, manual pages, completion, the daemon's unit, rigs and recipes (cmake --install).
-# Components are the packages of packaging/deb; docs/howto/install.md lists what is in each.
+# Installs the files a bench machine needs (cmake --install): programs, manual pages, completion, the daemon's unit, rigs and recipes.
+# Components are the packages of packaging/deb; docs/howto/install.md lists the contents of each.
 include(GNUInstallDirs)
 set(weft_texts ${CMAKE_BINARY_DIR}/texts)
 file(MAKE_DIRECTORY ${weft_texts})
@@ -21,7 +21,7 @@ file(GLOB weft_tables sim/*.json)
 install(FILES ${weft_tables} DESTINATION ${weft_share}/sim COMPONENT weft)
 install(DIRECTORY sim/rigs/ DESTINATION ${weft_share}/sim/rigs COMPONENT weft FILES_MATCHING PATTERN *.json)
 
-# The unit names the programs where they are installed, which is known then (--prefix).
+# Configured at install time: only then is the prefix known (--prefix), under which the unit names the programs.
 install(CODE "set(programs \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
   configure_file(\"${PROJECT_SOURCE_DIR}/daemon/apps/weftd/weftd.service.in\" \"${weft_texts}/weftd.service\" @ONLY)" COMPONENT weftd)
 install(TARGETS weftd COMPONENT weftd)

@@ -93,8 +93,8 @@ int main(int argc, char** argv) {
       },
       "these options as a manual page");
   if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
-  // What is kept of a run is found by a daemon that is started elsewhere. A socket's name may not
-  // be long: it stays as it was given.
+  // Absolute paths: a daemon started from another folder must find the files kept of a run. The
+  // socket path stays as given, because its length is limited.
   if (options.socket.empty()) options.socket = options.data / "weftd.sock";
   for (auto* const path : {&options.rig, &options.recipes, &options.data})
     *path = std::filesystem::absolute(*path);
@@ -106,5 +106,5 @@ int main(int argc, char** argv) {
   if (ended) return 0;
   if (options.log_format == weft::daemon::server::LogFormat::journald) std::cerr << "<3>";
   std::cerr << "weftd: " << weft::to_string(ended.error()) << std::endl;
-  std::quick_exit(1);  // threads of a run that does not answer are at work yet
+  std::quick_exit(1);  // threads of an unresponsive run may still be working
 }
