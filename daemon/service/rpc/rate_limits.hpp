@@ -59,7 +59,7 @@ class RefusedTokens {
  public:
   using Clock = std::chrono::nanoseconds;
   static constexpr std::chrono::seconds window{10};
-  /// Refused tokens per window; further ones limit the address until the window ends.
+  /// Refused tokens in a window at which the address is limited until the window ends.
   static constexpr std::size_t most_in_window = 20;
   /// Number of addresses; a new one replaces the one with the oldest window.
   static constexpr std::size_t most_known = 1024;

@@ -42,7 +42,7 @@ struct RunView {
   std::string last_rejection;          ///< reason of the newest one
   std::optional<double> force_rms_error_n = {};  ///< newest trial, while the force was regulated
   std::uint64_t frames_lost = 0;                 ///< up to the newest trial [count]
-  std::optional<double> recorder_lag_s = {};     ///< longest commit of the newest trial
+  std::optional<double> recorder_lag_s = {};     ///< longest commit of the newest trial [s]
   std::optional<double> wall_left_s = {};        ///< until the run ends, see RunForecast
   std::string changed_by;                        ///< user, session or rule of the last change
   std::optional<HandoverStatus> handover;        ///< if its recipe has one and it is complete

@@ -3,7 +3,7 @@
 // one program; other machines can connect only with TLS.
 
 // clang-format off
-#include <cstdint>  // first: by its configuration Asio chooses how it allocates, in each file alike
+#include <cstdint>  // first, so that Asio's choice of allocation is the same in every file
 #include <asio/buffer.hpp>
 #include <asio/generic/stream_protocol.hpp>
 #include <asio/ip/tcp.hpp>

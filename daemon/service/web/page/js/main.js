@@ -117,7 +117,7 @@ class Page {
     if (this.store.connection.state === 'full') this.#quietly(this.#all_runs().then((runs) => this.store.take_runs(runs)));
   }
 
-  /** Page by page. */
+  /** Loads all pages of run.list. */
   async #all_runs() {
     const found = [];
     for (let from = {}; from; ) {
