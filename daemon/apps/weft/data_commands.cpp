@@ -1,4 +1,4 @@
-// weft data: the folders that a running weftd lists.
+// weft data: the folders listed by a running weftd.
 
 #include <nlohmann/json.hpp>
 
@@ -17,7 +17,7 @@ void add_options(CLI::App& command, DataImportArgs& args) {
       ->required();
 }
 
-/// A relative folder is meant from here, not from where the daemon works.
+/// A relative folder starts here, not in the daemon's working directory.
 Result<int> run_data_import(client::Client& daemon, const DataImportArgs& args, Console& console) {
   const std::string folder = std::filesystem::absolute(args.folder).lexically_normal();
   return print_run(call(daemon, "data.import", {{"folder", folder}}), console);

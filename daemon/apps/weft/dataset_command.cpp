@@ -30,8 +30,8 @@ struct ImportArgs {
   std::string group;                  ///< fabricslide: empty is "repetition"
   std::string order;                  ///< icub20: empty is "time"
   std::vector<std::string> channels;  ///< vibtac12; empty: X, Y, Z
-  double rate_hz = 0;                 ///< tables with times; 0: as they tell
-  std::string bench;                  ///< empty: as the manifest tells, or unknown
+  double rate_hz = 0;                 ///< tables with times; 0: from these
+  std::string bench;                  ///< empty: from the manifest, or unknown
 
   [[nodiscard]] std::optional<BenchKind> stated_bench() const { return bench_kind_from(bench); }
 };
@@ -149,7 +149,7 @@ void print_campaign(const char* command, const std::filesystem::path& file,
   print(console, info_text(file, campaign.dataset, sha256) + left_out_text(campaign), object);
 }
 
-// A manifest's files lie beside it, those of other formats in the folder that was named.
+// The files of a manifest are beside it; those of other formats are in the named folder.
 Status refuse_same_files(const ImportArgs& args, const Dataset& dataset) {
   if (auto ok = refuse_same_file(args.source, args.out); !ok) return ok;
   const bool manifest = args.format != "fabricslide";
@@ -309,7 +309,7 @@ void add_options(CLI::App& command, ImportArgs& args) {
       ->check(CLI::IsMember({"real", "simulated", "unknown"}));
 }
 
-/// Options that say nothing about the format that was asked for.
+/// Refuses options without effect on the requested format.
 Status check_format_options(const ImportArgs& args) {
   const auto is = [&](std::initializer_list<std::string_view> formats) {
     return std::ranges::find(formats, args.format) != formats.end();
@@ -362,7 +362,7 @@ void add_options(CLI::App& command, ExportArgs& args) {
                    "of a campaign whose log is damaged or gone: the trials that lie before");
 }
 
-/// The complete trials of a campaign file; says how many were left out.
+/// Exports the complete trials of a campaign file, and reports how many were left out.
 Result<int> run_export(const ExportArgs& args, Console& console) {
   if (auto ok = check_output(args.campaign, args.out); !ok) return pass(ok.error());
   const Result<CampaignContents> campaign = open_campaign(
@@ -391,7 +391,7 @@ void add_options(CLI::App& command, InfoArgs& args) {
       ->check(CLI::IsMember({"recipe", "rig"}));
 }
 
-/// The recipe or the rig file as it was recorded, byte for byte.
+/// Prints the recorded recipe or rig file, byte for byte.
 Result<int> print_document(const InfoArgs& args, const DatasetInfo& info, Console& console) {
   const std::string& text = args.document == "rig" ? info.rig_json : info.recipe_json;
   if (text.empty())

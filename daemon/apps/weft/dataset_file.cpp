@@ -21,14 +21,14 @@
 namespace weft::daemon::cli {
 namespace {
 
-/// One whose first bytes are gone, or that is nothing but its log, is still one by its name.
+/// A damaged file, or one of which only the log is left, is recognised by its name.
 bool is_campaign(const std::filesystem::path& path) {
   std::error_code unseen;
   return is_campaign_file(path) || has_log(path) ||
          (path.filename() == campaign_file_name && std::filesystem::exists(path, unseen));
 }
 
-/// By its content, or by its name beside a campaign: verify takes what lies there for one.
+/// Recognised by content, or by its name beside a campaign, where verify looks for one.
 bool is_certificate(const std::filesystem::path& path) {
   if (path.filename() == certificate_file_name &&
       is_campaign(path.parent_path() / campaign_file_name))
@@ -113,7 +113,7 @@ Status check_output(const std::filesystem::path& input, const std::filesystem::p
 
 namespace {
 
-// Before they are there, under whatever name.
+// Works for files that do not exist yet, under any name.
 bool will_be_one(const std::filesystem::path& a, const std::filesystem::path& b) {
   const auto canonical = [](const std::filesystem::path& path) {
     std::error_code unseen;
@@ -179,7 +179,7 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path,
 
 namespace {
 
-/// What trials from a pipe are called, in place of a file name.
+/// Name of trials from a pipe, in place of a file name.
 constexpr const char* standard_input_name = "standard input";
 constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
 constexpr std::size_t most_bytes = std::size_t{4} << 30;
@@ -202,7 +202,7 @@ Result<std::string> read_to_end(std::istream& in) {
   return text;
 }
 
-// A file that is gone when this is.
+// Removes the file in its destructor.
 class TemporaryFile {
  public:
   TemporaryFile()

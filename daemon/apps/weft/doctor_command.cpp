@@ -119,7 +119,7 @@ void add_options(CLI::App& command, DoctorArgs& args) {
   add_options(command, args.plugins);
 }
 
-/// exit_failure when there is a problem; warnings alone do not count.
+/// Returns exit_failure if there is a problem; warnings alone do not count.
 Result<int> run_doctor(const DoctorArgs& args, Console& console) {
   const Result<DoctorReport> report =
       examine({args.rig, args.out, args.listen_s, make_settings(args.plugins, console)});

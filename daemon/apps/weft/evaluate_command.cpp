@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// What the same training reaches when the labels are in random order, beside every outcome.
+// Adds to every outcome the accuracy of the same training with labels in random order.
 Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
                     const std::vector<Outcome>& outcomes, std::string& text, json& out) {
   if (args.permute_labels == 0) return {};
@@ -40,7 +40,7 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
   return {};
 }
 
-// How often a fabric that was left out is taken for another, beside every outcome.
+// Adds to every outcome how often a left-out fabric is predicted as another.
 Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
                           const Measured& measured, std::string& text, json& out) {
   if (!args.none_of_these) return {};
@@ -112,7 +112,7 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
   const Result<Measured> measured = measure(args, *chosen);
   if (!measured) return pass(measured.error());
   json out = report_json(args, *chosen, *measured);
-  // It has nothing of what follows, which trains anew and may end in an error.
+  // The page excludes the results below, which train again and may fail.
   if (Status ok = write_page(args, *chosen, *measured, out); !ok) return pass(ok.error());
   std::string text = report_text(args, *chosen, *measured);
   if (Status ok = add_permuted(args, *chosen, measured->outcomes, text, out); !ok)
@@ -127,7 +127,7 @@ Result<int> run_evaluate(const EvaluateArgs& args, Console& console) {
 
 namespace {
 
-/// What is measured beside the accuracy, of slides and imprints.
+/// Measurements beside the accuracy, for slides and imprints.
 void add_measure_options(CLI::App& command, EvaluateArgs& args) {
   command
       .add_option("--permute-labels", args.permute_labels,

@@ -20,7 +20,7 @@ std::vector<std::string> named(const std::vector<std::string>& names,
   return out;
 }
 
-// The five by which the paper went on, of its ten figures.
+// The five of its ten features that the paper selected.
 std::vector<std::string> papers_choice() {
   std::vector<std::string> out;
   for (const vibro::FrameFeature figure : vibro::features_of_family(vibro::Family::smmrp))
@@ -28,7 +28,7 @@ std::vector<std::string> papers_choice() {
   return out;
 }
 
-// Columns of the paper's five, of every channel; none where one of the five is not among them.
+// Columns of the paper's five in every channel; empty if one of the five is missing.
 std::vector<std::size_t> papers_columns(const std::vector<std::string>& names) {
   std::vector<std::size_t> out;
   const auto chosen = papers_choice();
@@ -42,7 +42,7 @@ std::vector<std::size_t> papers_columns(const std::vector<std::string>& names) {
   return out;
 }
 
-// "STD 5, MEAN 4": how often each was kept.
+// "STD 5, MEAN 4": how often each was retained.
 std::string format_selected(const vibro::Reached& reached, const std::vector<std::string>& names) {
   std::vector<std::pair<std::size_t, std::size_t>> times;  // and column
   for (std::size_t f = 0; f < names.size(); ++f) {
@@ -74,7 +74,7 @@ void add_row(const std::string& what, const std::string& key, const vibro::Reach
   out[key] = reached_json(reached, names);
 }
 
-// What the learner reaches with the selected columns, the paper's and all.
+// Compares the learner on the selected columns, on the paper's five and on all.
 Result<std::string> compare_selection(const vibro::WindowSet& windows,
                                       std::span<const classifier::Split> splits,
                                       const classifier::Recipe& recipe,
@@ -114,7 +114,7 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
   std::vector<vibro::Importance> by_forest;
   for (const double share : weighed->forest) by_forest.push_back({share, 0.0});
   const auto order = vibro::most_important(weighed->permutation, names.size(), weighed->forest);
-  std::vector<std::string> retained;  // of those that cost something
+  std::vector<std::string> retained;  // those that cost accuracy
   for (const std::size_t f : order)
     if (retained.size() < features_selected && weighed->permutation[f].mean > 0.0)
       retained.push_back(names[f]);

@@ -21,11 +21,11 @@ namespace {
 using classifier::Evaluation;
 using classifier::Learner;
 
-// What "every" means of slides: the paper's and ours, and best, which tries all of these.
+// Learners of "every" for slides: the paper's, ours, and best, which tries all of these.
 constexpr std::array every_learner = {Learner::pvalue, Learner::pca,   Learner::all, Learner::lda,
                                       Learner::svc,    Learner::trees, Learner::best};
 
-/// Of the words of --learner.
+/// Parses the words of --learner.
 Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& words) {
   std::vector<Learner> out;
   for (const std::string& word : words) {
@@ -37,7 +37,7 @@ Result<std::vector<Learner>> parse_learners(const std::vector<std::string>& word
   return out;
 }
 
-// Others have nothing to choose by folds; their probabilities are learnt from them.
+// Other learners choose nothing by folds; calibrated probabilities always need folds.
 bool needs_folds(Learner learner, bool calibration) {
   return calibration || is_choice(learner) || is_cores(learner) || learner == Learner::svc;
 }
@@ -72,7 +72,7 @@ Result<std::vector<Outcome>> evaluate_all(const EvaluateArgs& args,
   return out;
 }
 
-/// What the outcomes come to where the mountings' levels say nothing.
+/// Repeats the outcomes without each mounting's level.
 Status remove_levels(const EvaluateArgs& args, const ChosenTrials& chosen, Measured& out) {
   const bool only_choices =
       std::ranges::all_of(out.outcomes, classifier::is_choice, &Outcome::learner);
@@ -102,8 +102,8 @@ std::vector<GroupLeftOut> by_group(const classifier::FeatureMatrix& features,
   return out;
 }
 
-// The splits with fewer training trials of each label, by their number; draws of one split follow
-// each other.
+// The splits with fewer training trials of each label, by their number. Draws of one split are
+// adjacent.
 using ThinSplits = std::map<std::size_t, std::vector<classifier::Split>>;
 
 Result<ThinSplits> thin_splits(const EvaluateArgs& args, const classifier::FeatureMatrix& features,
@@ -118,7 +118,7 @@ Result<ThinSplits> thin_splits(const EvaluateArgs& args, const classifier::Featu
   return out;
 }
 
-// Draws of one split share its trials: what they reach on average is that split's figure.
+// Draws of one split share its trials: their mean accuracy counts as one value of that split.
 classifier::Interval curve_interval(const EvaluateArgs& args, const classifier::Scores& drawn,
                                     const std::vector<classifier::Split>& splits) {
   std::vector<double> accuracy(splits.size());
@@ -151,7 +151,7 @@ Result<std::vector<CurvePoint>> measure_curve(const EvaluateArgs& args,
 
 constexpr std::size_t most_timed = 16;
 
-/// Mean over the first of `count` things, each extracted once before; 0 where one cannot be.
+/// Mean over the first of `count` items [s], each extracted once before; 0 if an extraction fails.
 template <class Extract>
 double mean_seconds(std::size_t count, const classifier::SecondsNow& seconds_now,
                     const Extract& extract) {
@@ -229,7 +229,7 @@ double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen
                       [&](std::size_t i) { return extractor.extract(trials[i]).has_value(); });
 }
 
-// "lda" or "lda 4, svc 1": what a choice came to, and how often.
+// "lda" or "lda (4 splits), svc (1 splits)": the chosen recipes, and how often.
 std::string chosen_text(const Evaluation& e) {
   std::map<std::string, std::size_t> count;
   for (const auto& recipe : e.recipes) ++count[to_string(recipe)];

@@ -28,8 +28,8 @@ using nlohmann::json;
 
 struct RecordingsPlan {
   vibro::FeatureChoice features;
-  /// best chooses among sets of features: windows have the columns of all of them, WIDE, and named
-  /// learners take those of `features`.
+  /// best chooses among sets of features: windows have the columns of all of them (WIDE), and named
+  /// learners use those of `features`.
   bool chooses_features = false;
   vibro::ProtocolOptions protocol;
   std::size_t components = 0;
@@ -38,7 +38,7 @@ struct RecordingsPlan {
   bool best = false;
 };
 
-/// What windows are taken apart into.
+/// Features to extract from windows.
 vibro::FeatureChoice extracted_features(const RecordingsPlan& plan) {
   return {plan.chooses_features ? vibro::Family::wide : plan.features.family,
           plan.features.combine};
@@ -171,7 +171,7 @@ json method_json(const vibro::CrossValidation& a) {
 std::vector<std::string> method_row(const std::string& name, const vibro::CrossValidation& a) {
   std::vector<std::string> chosen;
   for (const classifier::Recipe& one : a.chosen) chosen.push_back(format_chosen(one));
-  // What every split chose is said once.
+  // A choice that is equal in all splits is printed once.
   if (std::ranges::adjacent_find(chosen, std::ranges::not_equal_to()) == chosen.end() &&
       !chosen.empty())
     chosen.resize(1);
@@ -185,7 +185,7 @@ std::vector<std::string> method_row(const std::string& name, const vibro::CrossV
           joined(chosen)};
 }
 
-// Notes what came of one learner.
+// Adds the result of one learner.
 void add_method(const std::string& name, const RecordingsPlan& plan, vibro::CrossValidation got,
                 Table& table, json& results, std::vector<WindowLearner>& all) {
   name_left_out(got, plan.protocol.protocol);
@@ -194,7 +194,8 @@ void add_method(const std::string& name, const RecordingsPlan& plan, vibro::Cros
   all.push_back({name, std::move(got)});
 }
 
-// Fills table, results and all of them; what this build has no library for is left out by name.
+// Fills table, results and `all`. Learners without their library in this build are left out by
+// name.
 Status measure_all(const RecordingsPlan& plan, const std::vector<vibro::Channel>& channels,
                    const vibro::WindowSet& windows, const std::vector<classifier::Split>& splits,
                    Table& table, json& results, std::vector<WindowLearner>& all, Console& console) {
@@ -224,7 +225,7 @@ Status measure_all(const RecordingsPlan& plan, const std::vector<vibro::Channel>
   return {};
 }
 
-// What the step of outliers left out for each learner, over all splits; nothing without it.
+// Windows removed as outliers for each learner, over all splits; empty without --outliers.
 std::string format_left_out(double deviations, const std::vector<WindowLearner>& learners) {
   std::string out;
   for (const WindowLearner& one : learners)
@@ -233,7 +234,7 @@ std::string format_left_out(double deviations, const std::vector<WindowLearner>&
   return out;
 }
 
-// The variance that the paper's components explain, where its recipe was asked for.
+// The variance that the paper's components explain, if its recipe was requested.
 std::optional<double> explained_by_paper(const RecordingsPlan& plan, const RecordingSet& set) {
   if (plan.chooses_features ||
       !is_papers_recipe(set.recordings, plan.protocol, plan.features.combine, plan.components))
@@ -241,7 +242,7 @@ std::optional<double> explained_by_paper(const RecordingsPlan& plan, const Recor
   return papers_explained(plan.features.family, plan.protocol.window_s);
 }
 
-// Learners of the same features have the same components, of which one line tells.
+// Learners of the same features have the same components, which are printed once.
 std::string format_explained(const std::vector<WindowLearner>& learners,
                              std::optional<double> papers) {
   std::string out;
@@ -256,7 +257,7 @@ std::string format_explained(const std::vector<WindowLearner>& learners,
   return out;
 }
 
-// Where it was asked for: by the one learner that was named, or by the paper's forest.
+// With --importance: for the single named learner, or else for the paper's forest.
 Result<std::string> weigh(const EvaluateArgs& args, const RecordingsPlan& plan,
                           const vibro::WindowSet& windows,
                           const std::vector<classifier::Split>& splits, json& out) {
@@ -282,17 +283,17 @@ json leak_json(const vibro::Leak& leak) {
           {"share_of_windows", leak.windows}};
 }
 
-/// The windows of a set, what they are split into, and what that took.
+/// The windows of a set, their splits, and the time of extraction.
 struct Windows {
   vibro::WindowSet set;
   std::vector<classifier::Split> splits;
   vibro::Leak leak;
-  std::vector<classifier::NeverTested> never_tested;  ///< labels of which no recording tests
-  classifier::DuplicateRows duplicates;               ///< test windows of copies of what trains
-  double features_s_each = 0;                         ///< as vibro_features_time() tells
+  std::vector<classifier::NeverTested> never_tested;  ///< labels that no recording tests
+  classifier::DuplicateRows duplicates;               ///< test windows copied from training windows
+  double features_s_each = 0;                         ///< median, vibro_features_time() [s]
 };
 
-constexpr std::size_t features_timed = 101;  // windows of which the median is told
+constexpr std::size_t features_timed = 101;  // windows of the median
 
 Result<Windows> cut_windows(const RecordingSet& set, const RecordingsPlan& plan) {
   vibro::ProtocolOptions protocol = plan.protocol;
@@ -335,7 +336,7 @@ Status write_page(const EvaluateArgs& args, const RecordingsPlan& plan, const Re
   return write_page_files(args.report, record, *page);
 }
 
-/// What the budget kept from being tried in the first split; nothing where all was.
+/// Candidates that the time budget excluded in the first split; empty if there are none.
 std::string format_untried(const std::vector<WindowLearner>& measured) {
   std::string out;
   for (const WindowLearner& one : measured)
@@ -345,7 +346,7 @@ std::string format_untried(const std::vector<WindowLearner>& measured) {
   return out;
 }
 
-/// What a reader of the table has to know first, a line each.
+/// Warnings above the table, a line each.
 std::string format_warnings(const RecordingsPlan& plan, const Windows& windows) {
   std::string out;
   if (!windows.set.too_short.empty())
@@ -389,7 +390,7 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
                            " columns of " +
                            std::string(vibro::to_string(extracted_features(*plan).family));
   const std::vector<Warning> warnings = find_data_warnings(*set);
-  // None where this build has a library for none of the learners.
+  // Zero if this build has no library for any of the learners.
   const double base_rate = measured.empty() ? 0.0 : measured.front().result.confusion.base_rate();
   const std::string balance =
       measured.empty() ? ""

@@ -16,16 +16,16 @@
 
 namespace weft::daemon::cli {
 
-// `weft vibro evaluate --importance`: which features of sound and vibration a learner leans on.
+// `weft vibro evaluate --importance`: features of sound and vibration that a learner relies on.
 
-/// How many features the paper kept of its ten.
+/// Number of features that the paper kept of its ten.
 inline constexpr std::size_t features_selected = 5;
 
-/// Weighs the columns of `windows` on the splits, and adds to `json` and the text it gives back
-/// what came out: permutation of test windows by the recipe, and a forest of training windows. Then
-/// what the recipe reaches with the columns that the same permutation selects on folds of the
-/// training windows of each split, beside the paper's five and all.
-/// Errors: weigh_features()'s and reach_by_selection()'s.
+/// Weighs the columns of `windows` on the splits, and adds the result to `json` and to the returned
+/// text: permutation of test windows by the recipe, and a forest of training windows. Then compares
+/// the recipe on the paper's five columns, on all, and on selected ones. The same permutation
+/// selects these on folds of the training windows of each split. Errors: those of weigh_features()
+/// and reach_by_selection().
 Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
                                    std::span<const classifier::Split> splits,
                                    const classifier::Recipe& recipe,
@@ -34,35 +34,35 @@ Result<std::string> add_importance(const classifier::vibro::WindowSet& windows,
 
 struct EvaluateArgs;
 struct TrialChoice;
-/// Whether a command is about recordings: those of a modality know; else whether the file holds
-/// them, or something of theirs was asked for.
+/// Whether a command is about recordings. Commands of a modality know; for others, if the file
+/// holds recordings or one of their options was given.
 bool is_about_recordings(const TrialChoice& choice, const std::filesystem::path& file,
                          bool is_requested);
 
-/// What evaluate needs to know of recordings beside the options that it has for slides.
+/// Options of evaluate for recordings, beside those for slides.
 struct RecordingChoice {
   std::vector<std::string> methods;  ///< learners; "every", "best"; empty: best
   std::string protocol = "blocks";
-  std::string features;  ///< empty: best chooses, others take SMMRPFFT
+  std::string features;  ///< empty: best chooses, others use SMMRPFFT
   std::string combine = "concat";
   std::size_t components = 0;
   double outliers = 0.0;  ///< classifier::TrainOptions::outliers
   double step_s = 0.25;
   std::size_t blocks = 5;
   std::size_t per_recording = 100;
-  std::size_t importance = 0;  ///< repeats of the permutation; 0: not asked for
+  std::size_t importance = 0;  ///< repeats of the permutation; 0: none
 };
 /// --outliers.
 CLI::Option* add_outliers_option(CLI::App& command, double& outliers);
 void add_recording_options(CLI::App& command, LearningOptions& options, RecordingChoice& choice);
-/// Those of them that say how recordings become rows of features.
+/// Adds the options for turning recordings into rows of features.
 void add_recording_feature_options(LearningOptions& options, RecordingChoice& choice);
-/// And what is done to the rows before a learner sees them.
+/// Also those for changing the rows before a learner gets them.
 void add_row_options(LearningOptions& options, RecordingChoice& choice);
-/// What they say. Refuses names that are not known.
+/// Parses the feature options. Errors: unknown names.
 Result<classifier::vibro::FeatureChoice> parse_feature_choice(const RecordingChoice& choice);
-/// ", training windows beyond 3 standard deviations left out"; empty of 0. `found`: per label, as
-/// TrainedLearner::outliers(): " (felt 2, foil 0)" behind it.
+/// ", training windows beyond 3 standard deviations left out"; empty for 0. `found`: per label, as
+/// TrainedLearner::outliers(); appended as " (felt 2, foil 0)".
 std::string format_outliers(double deviations,
                             const std::map<std::string, std::size_t>& found = {});
 /// "lda on WIDE", "lda".

@@ -50,7 +50,7 @@ std::string accuracy_table(const std::vector<Outcome>& outcomes) {
   return table.text() + choices + "  interval: " + methods_text(methods) + "\n";
 }
 
-// Folds of trainings that are not those asked for: the same words once, with the learners.
+// Texts about folds that differ from the requested ones: each once, with its learners.
 std::string folds_text(const Measured& measured) {
   std::map<std::string, std::vector<std::string>> learners;
   for (const Outcome& outcome : measured.outcomes) {
@@ -64,7 +64,7 @@ std::string folds_text(const Measured& measured) {
   return out;
 }
 
-// A simple learner that does at least as well as every kind of cores, in words.
+// Text about a simple learner that does at least as well as every kind of cores.
 std::string simple_wins_text(const std::vector<Outcome>& outcomes) {
   const Outcome* simple = nullptr;
   const Outcome* cores = nullptr;
@@ -128,8 +128,8 @@ std::string curve_text(const std::vector<CurvePoint>& curve) {
          " draws of training trials:\n" + table.text();
 }
 
-// The paper's slides last equally long; features of others know how long they lasted (AMB-3), and
-// with the rms norm too: Sh and Hfrq are of the spectrum, which has more bins the longer it is.
+// The paper's slides all last equally long. Features of slides of other lengths contain the length
+// (AMB-3). With the rms norm too: Sh and Hfrq use the spectrum, with more bins for longer slides.
 std::string format_motion(const MotionLengths& motion) {
   constexpr double alike = 1.05;
   if (static_cast<double>(motion.longest) <= alike * static_cast<double>(motion.shortest))
@@ -149,7 +149,7 @@ std::string format_groups(const std::vector<std::string>& groups) {
          "their label; compare --leave-one-group-out";
 }
 
-// How the trials were split, in words.
+// Description of the split.
 std::string split_text(const EvaluateArgs& args, const std::vector<classifier::Split>& splits) {
   const std::string sizes = std::to_string(splits.front().train.size()) + " train, " +
                             std::to_string(splits.front().test.size()) + " test";
@@ -226,7 +226,7 @@ json recipe_json(const classifier::Recipe& recipe) {
   return out;
 }
 
-// Test trials and answers of every split.
+// Test trials and predictions of every split.
 json answers_json(const classifier::FeatureMatrix& features,
                   const std::vector<classifier::Split>& splits, const Evaluation& e) {
   json out = json::array();

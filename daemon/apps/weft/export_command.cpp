@@ -1,4 +1,4 @@
-// What other programs read: the features of a data set, and the trials of a campaign.
+// Exports for other programs: the features of a data set, and the trials of a campaign.
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -38,7 +38,7 @@ struct Unit {
   std::string feature, unit;
 };
 
-// Of the columns that FeatureLayout knows, which are not those of imprints.
+// Units of the columns that FeatureLayout knows; it does not know those of imprints.
 std::vector<Unit> units_of(const ChosenTrials& chosen) {
   std::map<std::string, std::string_view, std::less<>> known;
   const classifier::FeatureLayout layout(chosen.setup.taxels, chosen.setup.phases);
@@ -76,7 +76,7 @@ void add_options(CLI::App& command, FeaturesArgs& args) {
   options.finish();
 }
 
-// A row for every window, of sound and vibration.
+// Writes a row for every window of sound and vibration.
 Result<int> run_window_features(const FeaturesArgs& args, Console& console) {
   if (auto ok = check_command(args.trials, DataKind::whole_recordings); !ok)
     return pass(ok.error(), args.dataset.string());

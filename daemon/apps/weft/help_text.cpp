@@ -8,7 +8,7 @@ namespace weft::daemon::cli {
 
 namespace {
 
-/// "NUMBER" of "FLOAT:FLOAT in [0.001 - 1e+06]"; words that may be typed stay.
+/// "NUMBER" for "FLOAT:FLOAT in [0.001 - 1e+06]"; a list of words stays.
 std::string value_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t words = type.find('{');

@@ -1,15 +1,15 @@
 #pragma once
-// How --help looks: 80 columns, and options that are rarely needed only on request.
+// Layout of --help: 80 columns; rarely needed options only on request.
 
 #include <CLI/CLI.hpp>
 #include <string>
 
 namespace weft::daemon::cli {
 
-/// Heading of options that --help leaves out and --help-all has.
+/// Heading of options that only --help-all shows.
 inline constexpr const char* rarely_needed_group = "Rarely needed";
 
-/// A line or more for each option: its values and default in few words, what it does, wrapped.
+/// At least a line for each option: its values and default, its purpose, wrapped.
 class HelpText : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name,

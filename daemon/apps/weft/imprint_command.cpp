@@ -39,7 +39,7 @@ struct ImprintTablesArgs {
 };
 struct ImprintSearchArgs {
   std::filesystem::path dataset;
-  std::vector<std::string> groups;  ///< to learn from; empty: all
+  std::vector<std::string> groups;  ///< groups for training; empty: all
   std::string scales = "0,0.5,1,1.5,2,2.5,3,3.5,4,5,6,8";
   std::size_t most_scales = 3;
   std::string form = "10";
@@ -55,13 +55,13 @@ std::vector<std::string> all_names(const std::array<Kind, count>& all) {
   return out;
 }
 
-/// The one of `all` that has this name, which one of them has.
+/// The value with this name; `all` must contain it.
 template <class Kind, std::size_t count>
 Kind named_one(const std::string& name, const std::array<Kind, count>& all) {
   return *std::ranges::find_if(all, [&](Kind one) { return to_string(one) == name; });
 }
 
-/// The named ones of `all`, in the order given.
+/// The named values of `all`, in the given order.
 template <class Kind, std::size_t count>
 std::vector<Kind> named_ones(const std::vector<std::string>& names,
                              const std::array<Kind, count>& all) {
@@ -206,7 +206,7 @@ Result<int> run_imprint_tables(const ImprintTablesArgs& args, Console& console) 
   return exit_ok;
 }
 
-/// The imprints to learn from.
+/// Reads the imprints to train on.
 Result<std::vector<ci::Imprint>> imprints_to_search(const ImprintSearchArgs& args,
                                                     const Dataset& dataset) {
   auto all = extract_imprints(dataset);
@@ -257,7 +257,7 @@ void add_options(CLI::App& command, ImprintSearchArgs& args) {
   add_count(command, "--shown", args.shown, 1, 2000, "best sets to show");
 }
 
-/// The sets of scales that tell the classes of a data set apart best.
+/// Finds the sets of scales that separate the classes of a data set best.
 Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) {
   const auto options = search_options(args);
   if (!options) return pass(options.error());

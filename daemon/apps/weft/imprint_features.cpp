@@ -31,7 +31,7 @@ std::vector<std::string> strings(std::span<const std::string_view> names) {
   return {names.begin(), names.end()};
 }
 
-// Place of a name, which is among them.
+// Kind at the position of a name, which must be present.
 template <class Kind>
 Kind kind_named(std::span<const std::string_view> names, std::string_view name) {
   return static_cast<Kind>(std::ranges::find(names, name) - names.begin());
@@ -78,7 +78,7 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
            .got = kinds});
     }
   }
-  constexpr std::size_t any_side = 8;  // what an array is too small for is found when it is read
+  constexpr std::size_t any_side = 8;  // too small arrays are found on reading
   if (const auto features = ci::PlannedFeatures::make(out, any_side, any_side); !features)
     return pass(features.error(), "features of imprints");
   return out;
@@ -124,7 +124,7 @@ Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& ch
   const auto imprints = extract_imprints(dataset);
   if (!imprints) return pass(imprints.error());
   const ci::Image& first = imprints->front().image;
-  out.setup.taxels = first.rows() * first.cols();  // a trial of imprints is a row of them wide
+  out.setup.taxels = first.rows() * first.cols();  // all taxels of an imprint
   out.setup.exploration = imprint_exploration;
   out.strokes = features->size();
   out.features = std::move(*features);

@@ -1,5 +1,5 @@
 #pragma once
-// Features of the imprints of a data set, as a command line asks for them.
+// Features of the imprints of a data set, as the command line requests them.
 
 #include <span>
 #include <string>
@@ -14,7 +14,7 @@
 
 namespace weft::daemon::cli {
 
-/// "1,2,4" [taxels]. Errors: parse, for anything but numbers with commas between.
+/// "1,2,4" [taxels]. Errors: parse for anything but numbers separated by commas.
 Result<std::vector<double>> scales_from(std::string_view text);
 
 /// How step edges are measured: the open points E2 and E3 of Ellis 1986.
@@ -26,15 +26,15 @@ struct EdgeChoice {
 };
 void add_edge_options(CLI::App& command, EdgeChoice& choice);
 
-/// `scales`: "1,2,4" [taxels]. `kinds`: a sum of one of form_names (Ellis 1986, at every scale),
-/// laws3 and laws5 (Laws 1979) and maps (contact_maps()), these of the imprint as it is, such as
-/// "10+laws5". Errors: parse for words that mean nothing, and those of ScaleFeatures.
+/// `scales`: "1,2,4" [taxels]. `kinds`: a sum such as "10+laws5" of one of form_names (Ellis 1986,
+/// at every scale), laws3 and laws5 (Laws 1979), and maps (contact_maps() of the unsmoothed
+/// imprint). Errors: parse for unknown words, and those of ScaleFeatures.
 Result<classifier::imprint::FeaturePlan> feature_plan_from(const std::string& scales,
                                                            const std::string& kinds,
                                                            const EdgeChoice& edges = {});
 
-/// The groups of `imprints`, which are the complete ones of `dataset`: those of the data set, of
-/// recorded scans the objects.
+/// The groups of `imprints`, which are the complete ones of `dataset`: the data set's groups, or
+/// for recorded scans the objects.
 std::vector<std::string> imprint_groups(const Dataset& dataset,
                                         std::span<const classifier::imprint::Imprint> imprints);
 

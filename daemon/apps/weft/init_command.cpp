@@ -17,7 +17,7 @@ struct InitArgs {
   std::string simulated, emulated, name;
   std::vector<std::string> ports, boxes, roles, stages, numbers;
   bool yes = false, no_network = false, only_named = false;
-  std::string answers_json;  ///< of the file
+  std::string answers_json;  ///< content of the file
 };
 
 std::string shape_list() {
@@ -27,7 +27,7 @@ std::string shape_list() {
   return out;
 }
 
-/// An option that is given again for each value.
+/// An option that is repeated for each value.
 CLI::Option* add_repeated(CLI::App& command, const std::string& name,
                           std::vector<std::string>& values, const std::string& text,
                           const std::string& type) {
@@ -67,7 +67,7 @@ void add_options(CLI::App& command, InitArgs& args) {
                    "ask nothing; take the defaults (a real bench has none for what does harm)");
 }
 
-/// "A=B" put into `set`. A place may have "=" in it; what is stated has none.
+/// Passes "A=B" to `set`. The place A may contain "=", the value B not.
 Status apply_pairs(
     RigDraft& draft, const std::vector<std::string>& pairs, const char* option,
     const std::function<Status(RigDraft&, const std::string&, const std::string&)>& set) {
@@ -96,7 +96,7 @@ Status apply_args(RigDraft& draft, const InitArgs& args) {
   return apply_pairs(draft, args.numbers, "--set", set_number_text);
 }
 
-/// What can be wrong before a port is opened.
+/// Checks that need no open port.
 Status check_args(const InitArgs& args) {
   RigDraft scratch;
   if (!args.answers.empty())
@@ -109,8 +109,8 @@ Status check_args(const InitArgs& args) {
   return apply_pairs(scratch, args.numbers, "--set", set_number_text);
 }
 
-/// One question until its answer is understood; an empty line is the default, where there is one.
-/// Errors: wrong_state, where the input has ended.
+/// Repeats one question until the answer is valid; an empty line selects the default, if any.
+/// Errors: wrong_state if the input has ended.
 Status prompt(Console& console, const std::string& question, const std::string& preset,
               const std::function<Status(const std::string&)>& take) {
   const std::string shown = preset.empty() ? preset : " [" + preset + "]";
@@ -142,7 +142,7 @@ Status prompt_all(RigDraft& draft, Console& console) {
                              [&](const auto& text) { return set_role(draft, found.place, text); });
         !done)
       return done;
-    draft.devices[i].is_role_stated = true;  // an empty line says so too
+    draft.devices[i].is_role_stated = true;  // an empty line accepts the role
   }
   for (const NumberKey* const key : unstated_numbers(draft))
     if (Status done = prompt(
@@ -164,7 +164,7 @@ Result<Endpoint> parse_console(const std::string& text) {
   return place->records;
 }
 
-/// By options and answers: these are not even asked.
+/// Devices left out by options and answers, for which no question is asked.
 std::vector<std::string> left_out(const InitArgs& args) {
   std::vector<std::string> out = devices_without_role(args.answers_json);
   for (const std::string& pair : args.roles)
@@ -174,7 +174,7 @@ std::vector<std::string> left_out(const InitArgs& args) {
   return out;
 }
 
-/// What was found, and a draft of it.
+/// The search result, and a draft of the rig.
 struct Found {
   SearchReport report;
   RigDraft draft;

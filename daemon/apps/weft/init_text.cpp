@@ -21,7 +21,7 @@ std::string rate_text(const FoundDevice& found) {
   return out;
 }
 
-/// What a rig file has of it beside model and serial number.
+/// Description of a device beside model and serial number.
 std::string details(const FoundDevice& found) {
   if (found.kind == DeviceKind::stage)
     return found.stages.empty() ? "of no stage that is known" : joined(found.stages);
@@ -47,7 +47,7 @@ json devices_json(const SearchReport& report) {
   return out;
 }
 
-/// As a shell takes it.
+/// Quoted for a shell.
 std::string quoted(const std::string& text) {
   const bool is_plain = std::ranges::all_of(text, [](unsigned char c) {
     return std::isalnum(c) != 0 ||
@@ -71,7 +71,7 @@ std::vector<std::string> next_commands(const std::filesystem::path& rig, const s
   return out;
 }
 
-/// What a person still has to do on a bench of their own.
+/// Remaining tasks of a person on a bench of their own.
 std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft& draft) {
   std::vector<std::string> out;
   if (recipe.empty())
@@ -99,13 +99,13 @@ std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft&
   return out;
 }
 
-/// Where the rig file names a port otherwise than it was found.
+/// The port's name in the rig file, if it differs from the name at which it was found.
 std::string stable_name(const FoundDevice& found) {
   const auto* port = std::get_if<SerialSettings>(&found.link);
   return port == nullptr || port->path == found.place ? std::string() : "as " + port->path;
 }
 
-/// Roles by guess and numbers by default; empty where there are none.
+/// Guessed roles and default numbers; empty if there are none.
 std::string assumed_text(const RigDraft& draft) {
   Table table(Align::left);
   const auto roles = assumed_roles(draft);

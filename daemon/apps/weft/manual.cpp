@@ -28,7 +28,7 @@ std::vector<std::string> flags_of(const CLI::Option& option) {
   return out;
 }
 
-// A dash is a hyphen to roff, and a line that begins with a dot a request.
+// Escapes for roff: a dash would be a hyphen, a dot at the start of a line a request.
 std::string roff(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -72,7 +72,7 @@ std::string section(const CLI::App& app) {
          roff(app.get_description()) + ".\n" + list_options(app);
 }
 
-// What a shell may put next: commands and flags, those of the root everywhere.
+// Words that may follow: commands and flags, those of the root everywhere.
 std::string describe_command(const CLI::App& app, const CLI::App& root) {
   std::vector<std::string> words;
   for (const CLI::App* command : commands_of(app)) words.push_back(command->get_name());

@@ -34,11 +34,11 @@ struct Instead {
 
 struct OptionRow {
   std::vector<std::string_view> options;
-  Kinds kinds = 0;  // that they say something about
+  Kinds kinds = 0;  // kinds that they have an effect on
   std::vector<Instead> instead = {};
 };
 
-/// An option with another name in the commands of a modality than in those of all.
+/// An option with a different name in the commands of one modality.
 struct OtherName {
   classifier::Modality modality;
   std::string_view of_all, own;
@@ -69,7 +69,7 @@ Kinds kinds_of(classifier::Modality modality) {
   return for_all;
 }
 
-// A slide may have been heard: then its sound and vibration can be asked about.
+// A campaign may record slides with a vibration sensor too: --method selects that.
 constexpr Instead if_vibration{for_slides, "--method with it"};
 
 const std::vector<OptionRow>& options_by_kind() {
@@ -106,7 +106,7 @@ const std::vector<OptionRow>& options_by_kind() {
   return rows;
 }
 
-/// nullptr: nothing is known of it.
+/// nullptr: unknown option.
 const OptionRow* find_row(std::string_view option) {
   const auto row = std::ranges::find_if(options_by_kind(), [&](const OptionRow& one) {
     return std::ranges::find(one.options, option) != one.options.end();
@@ -157,7 +157,7 @@ std::string learner_problem(const std::string& name) {
   return learner ? std::string() : to_string(learner.error());
 }
 
-/// "lda", "lda,best": nothing but learners.
+/// "lda", "lda,best": learners only.
 bool names_learners(const std::string& word) {
   const auto names = split_names(word.ends_with(',') ? word.substr(0, word.size() - 1) : word);
   return names && std::ranges::all_of(*names, [](const std::string& name) {

@@ -1,5 +1,5 @@
 #pragma once
-// Pages that commands write, each with the record beside it that it is drawn from.
+// Pages written by commands, each drawn from the record beside it.
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -10,25 +10,26 @@
 
 namespace weft::daemon::cli {
 
-/// Where the record of a page is: the same name with the ending .json.
+/// Path of a page's record: the same name with the ending .json.
 std::filesystem::path record_beside(const std::filesystem::path& html);
 
-/// Whether a page and its record may be written: refuse_same_file() and check_output() of both, and
-/// where the record goes there is none, or one of an older report. Nobody named that file: it may
-/// be a recipe. Asked before anything is measured. Nothing is checked where `html` is empty.
+/// Whether a page and its record may be written; called before any measurement. Checks
+/// refuse_same_file() and check_output() of both. The record may only replace that of an older
+/// report: the user did not name that file, and it may be a recipe. Checks nothing if `html` is
+/// empty.
 Status check_page(std::span<const std::filesystem::path> inputs, const std::filesystem::path& html);
 Status check_page(const std::filesystem::path& input, const std::filesystem::path& html);
 
-/// write_page(), or nothing where `html` is empty.
+/// write_page(); does nothing if `html` is empty.
 Status write_page_files(const std::filesystem::path& html, const nlohmann::ordered_json& record,
                         const Document& document);
 
-/// Draws `record` again into `html`: the same bytes as the page that was written beside it. Errors:
-/// page_of_record()'s, io.
+/// Draws `record` again into `html`: the same bytes as the page first written beside it. Errors:
+/// those of page_of_record(), io.
 Status draw_record(const std::filesystem::path& record, const std::filesystem::path& html);
 
 /// Shows a page with the desktop's program (xdg-open). Errors: not_found without that program; io
-/// where it fails.
+/// if it fails.
 Status open_page(const std::filesystem::path& html);
 
 }  // namespace weft::daemon::cli

@@ -48,7 +48,7 @@ void ProgressPrinter::operator()(const TrialProgress& p) {
 }
 
 void ProgressPrinter::rewrite(const std::string& whole) {
-  winsize size{};  // a line that wraps cannot be rewritten
+  winsize size{};  // a wrapped line cannot be rewritten
   const bool is_known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
   const std::string line = is_known ? whole.substr(0, size.ws_col - 1U) : whole;
   const std::string wipe(last_width_ > line.size() ? last_width_ - line.size() : 0, ' ');

@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 
 struct QueueAddArgs : RunRequestArgs {
-  std::optional<std::int64_t> place;  ///< from 0; the end
+  std::optional<std::int64_t> place;  ///< from 0; empty: the end
 };
 struct QueuedRunArgs : SocketArgs {
   std::string run;
@@ -69,7 +69,7 @@ std::string queue_text(const json& queue) {
   return text.empty() ? "nobody waits\n" : text;
 }
 
-/// Prints what the queue is after a call.
+/// Prints the queue after a call.
 Result<int> print_queue(const Result<json>& queue, Console& console) {
   if (!queue) return pass(queue.error());
   print(console, queue_text(*queue), *queue);

@@ -9,8 +9,8 @@
 
 namespace weft::daemon::cli {
 
-/// Of each exploration of `dataset`, which was read from `file`: 99 permutations with LDA, none
-/// with trees, no changed features. Where it cannot be made, the headline says why.
+/// Headlines of each exploration of `dataset`, which was read from `file`: 99 permutations with
+/// LDA, none with trees, no changed features. If an audit fails, its headline gives the reason.
 std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file, const Dataset& dataset);
 
 }  // namespace weft::daemon::cli

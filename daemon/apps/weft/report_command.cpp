@@ -23,19 +23,19 @@ namespace fs = std::filesystem;
 
 struct ReportArgs {
   std::filesystem::path folder;  ///< campaign.sqlite and dataset.h5, of weft run or weftd
-  std::filesystem::path out;     ///< page; its record goes beside it
-  std::filesystem::path from;    ///< a record that is drawn again; empty: none
+  std::filesystem::path out;     ///< page; its record is beside it
+  std::filesystem::path from;    ///< a record to draw again; empty: none
   bool open = false;
   std::size_t repeats = 30;                                       ///< random splits, as of weft run
   std::vector<std::string> vary{"features", "learner", "slide"};  ///< of the classifier's trade
   bool no_tradeoff = false;
   bool no_audit = false;
   std::size_t tradeoff_splits = 5;
-  std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
+  std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ by repetition
   std::filesystem::path fidelity;  ///< table of weft trade sim; empty: no such section
 };
 
-/// Imprints, sweeps and slides that ended early have pages and commands of their own.
+/// Imprints, sweeps and slides that ended early have their own pages and commands.
 bool tradeoffs(const ReportArgs& args, const Dataset& dataset) {
   return !args.no_tradeoff && dataset.info.ended_early.empty() && !holds_imprints(dataset) &&
          dataset.info.factors.empty() && list_explorations(dataset).size() > 0;
@@ -115,7 +115,8 @@ void add_options(CLI::App& command, ReportArgs& args) {
       ->check(CLI::ExistingFile);
 }
 
-/// Nothing, and why, where it is damaged or of another data set: the report measures then.
+/// Empty, with a reason on `err`, if it is damaged or of another data set: the report then
+/// measures.
 std::optional<HandoverResult> usable_handover(const fs::path& folder,
                                               const std::string& dataset_sha256, Console& console) {
   auto found = read_handover(folder);
@@ -128,7 +129,7 @@ std::optional<HandoverResult> usable_handover(const fs::path& folder,
   return std::nullopt;
 }
 
-/// Errors: not_found, where the folder has no data set; verify()'s, the trade's.
+/// Errors: not_found if the folder has no data set; those of verify() and of the trade-off.
 Result<int> report_of_folder(const ReportArgs& args, Console& console) {
   if (Status ok = check_places(args); !ok) return pass(ok.error());
   const auto verified = verify(args.folder);
@@ -150,7 +151,7 @@ Result<int> report_of_folder(const ReportArgs& args, Console& console) {
     if (!sections && is_whole) return pass(sections.error());
     if (sections)
       options.tradeoff = std::move(*sections);
-    else  // too few trials to split, perhaps
+    else  // for example too few trials to split
       console.err << "speed against accuracy is left out: " << to_string(sections.error()) << '\n';
   }
   auto fidelity = load_fidelity(args, *summary);
@@ -170,7 +171,7 @@ Result<int> report_of_folder(const ReportArgs& args, Console& console) {
   return verified->holds() ? exit_ok : exit_failure;
 }
 
-/// Where a record is drawn again: -o, else beside it.
+/// Page of a record that is drawn again: -o, else beside it.
 fs::path page_of(const ReportArgs& args) {
   return args.out.empty() ? fs::path(args.from).replace_extension(".html") : args.out;
 }
@@ -191,7 +192,8 @@ Result<int> report_from_record(const ReportArgs& args, Console& console) {
   return exit_ok;
 }
 
-/// Errors: those of the report; invalid_argument, without a folder or a record; open_page()'s.
+/// Errors: those of the report; invalid_argument without a folder or a record; those of
+/// open_page().
 Result<int> run_report(const ReportArgs& args, Console& console) {
   if (args.from.empty() && (args.folder.empty() || args.out.empty()))
     return fail({.code = Errc::invalid_argument,

@@ -57,7 +57,7 @@ std::string motion_text(const json& done) {
   return text + "\n" + (done.contains("error") ? done.value("error", "") + "\n" : "");
 }
 
-/// `announcement`: what is about to move.
+/// `announcement`: the motion that is about to start.
 Result<int> move_rig(client::Client& daemon, const std::string& order, const json& params,
                      const std::string& announcement, Console& console) {
   console.err << "weft: " << announcement << '\n';
@@ -75,7 +75,7 @@ Result<int> run_jog(client::Client& daemon, const JogArgs& args, Console& consol
                   args.axis + " moves slowly; weft halt stops it", console);
 }
 
-/// Prints how the rig is.
+/// Prints the state of the rig.
 Result<int> print_rig(client::Client& daemon, Console& console) {
   const auto rig = call(daemon, "rig.state");
   if (!rig) return pass(rig.error());
@@ -89,14 +89,14 @@ Result<int> print_rig(client::Client& daemon, Console& console) {
   return exit_ok;
 }
 
-/// Clears the latch, and prints where the rig is.
+/// Clears the latch, and prints the state of the rig.
 Result<int> run_reset(client::Client& daemon, const ResetArgs& args, Console& console) {
   const auto reset = call(daemon, "rig.reset", {{"reason", args.reason}});
   if (!reset) return pass(reset.error());
   return print_rig(daemon, console);
 }
 
-/// Nothing moves before this person removes the lock-out.
+/// Blocks motion until this person removes the lock-out.
 Result<int> run_lock(client::Client& daemon, const ResetArgs& args, Console& console) {
   const auto locked = call(daemon, "rig.lock", {{"reason", args.reason}});
   if (!locked) return pass(locked.error());

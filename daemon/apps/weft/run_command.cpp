@@ -34,25 +34,25 @@ struct RunArgs {
   std::filesystem::path recipe;
   std::filesystem::path rig;
   std::filesystem::path out;
-  std::optional<std::uint64_t> seed;  ///< in place of the recipe's
+  std::optional<std::uint64_t> seed;  ///< overrides the recipe's
   ParameterArgs parameters;
   FidelityArgs fidelity;
   PluginArgs plugins;
   bool error_check = true;
   bool evaluate = true;
   bool yes = false;                                ///< operator steps count as done without asking
-  bool resume = false;                             ///< go on with the campaign in `out`
-  std::filesystem::path level;                     ///< what weft align --json said; empty: none
+  bool resume = false;                             ///< resume the campaign in `out`
+  std::filesystem::path level;                     ///< result of weft align --json; empty: none
   double level_max_age_h = 24;                     ///< 0: any age
-  bool preview = false;                            ///< with resume: say what is left, move nothing
+  bool preview = false;                            ///< with resume: print the rest, move nothing
   std::size_t repeats = 30;                        ///< random splits of the evaluation
   std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
-  std::filesystem::path socket = {};               ///< OUT/weftd.sock where it is empty
+  std::filesystem::path socket = {};               ///< empty: OUT/weftd.sock
 };
 
 using Campaign = std::function<Result<CampaignSummary>(const CampaignHooks& hooks)>;
 
-/// Folders that were made for the socket alone go with it.
+/// Removes the folders that were made only for the socket.
 class FoldersForSocket {
  public:
   explicit FoldersForSocket(const std::filesystem::path& folder) {
@@ -63,7 +63,7 @@ class FoldersForSocket {
       missing_.push_back(missing);
   }
   ~FoldersForSocket() {
-    std::error_code error;  // one that is not empty stays, and those above it
+    std::error_code error;  // a folder that is not empty stays
     for (const auto& folder : missing_) std::filesystem::remove(folder, error);
   }
   FoldersForSocket(const FoldersForSocket&) = delete;
@@ -73,9 +73,9 @@ class FoldersForSocket {
   std::vector<std::filesystem::path> missing_;  // the innermost first
 };
 
-/// Calls `campaign` once, on another thread, with what others ask for as orders in `hooks`, and
-/// serves it on the socket until it has ended. Where no socket can be had that is said, and the
-/// campaign runs all the same, on this thread. What it throws is an error.
+/// Calls `campaign` once, on another thread, and serves it on the socket until it has ended.
+/// Requests of clients arrive as orders in `hooks`. If there is no socket, it reports that and
+/// calls `campaign` on this thread. An exception of `campaign` becomes an error.
 Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignRequest& request,
                                         const Campaign& campaign, Console& console) {
   const FoldersForSocket folders(request.out);
@@ -114,13 +114,13 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
 
 json summary_json(const CampaignSummary& s) {
   json out = run_json(s);
-  out.erase("error");  // the word for a command that failed
+  out.erase("error");  // name reserved for failed commands
   out["command"] = "run";
   out["bench"] = to_string(s.bench);
   out["level"] = s.level;
   out["campaign_file"] = s.campaign_file.string();
   out["dataset_file"] = s.dataset_file.string();
-  out.erase("dataset_error");  // a sentence there, all of it here
+  out.erase("dataset_error");  // only a sentence; all of it is below
   if (s.error) out["campaign_error"] = error_json(*s.error);
   if (s.dataset_error) out["dataset_error"] = error_json(*s.dataset_error);
   return out;
@@ -198,7 +198,7 @@ json preview_json(const ResumePreview& preview) {
           {"trials_left", preview.left}};
 }
 
-/// Both are told, where there are both.
+/// Calls both, if there are both.
 template <class Callback>
 std::function<void(const Callback&)> both(std::function<void(const Callback&)> one,
                                           std::function<void(const Callback&)> other) {
@@ -209,7 +209,7 @@ std::function<void(const Callback&)> both(std::function<void(const Callback&)> o
   };
 }
 
-/// The campaign as the terminal shows and ends it, beside what its daemon asks of it by `hooks`.
+/// Runs the campaign with progress and stop signals of the terminal, beside the daemon's `hooks`.
 /// `prompts`: the recipe has operator steps.
 Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
   ProgressPrinter progress(console.err, console.terminal);
@@ -244,8 +244,8 @@ Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
   return {std::move(summary), signals.number()};
 }
 
-/// What a campaign that was asked to stop leaves behind. Returns the status of a process that the
-/// signal ended, as shells count.
+/// Prints the remains of a campaign that a signal stopped. Returns 128 plus the signal, like
+/// shells.
 int interrupted(const CampaignSummary& s, int signal, Console& console) {
   console.err << "weft: interrupted by signal " << signal << ": kept " << s.trials_complete
               << " of " << s.trials_planned << " trials complete in " << s.campaign_file.string()
@@ -261,13 +261,14 @@ Status refuse_inputs_as_outputs(const RunArgs& args) {
   return {};
 }
 
-/// How the bench ended is told all the same, and where its record is.
+/// Prints the outcome of the bench and the place of its record, although the record could not be
+/// concluded.
 int unconcluded(const CampaignSummary& s, Console& console) {
   print(console, summary_text(s), summary_json(s));
   return exit_failure;
 }
 
-/// The data set is given back before anything else is read.
+/// Frees the data set before anything else is read.
 Result<WrittenReport> report_of(const RunArgs& args, const CampaignSummary& summary,
                                 const HandoverResult* handover, Console& console) {
   const Result<Dataset> dataset = read_hdf5(summary.dataset_file);
@@ -280,14 +281,14 @@ Result<WrittenReport> report_of(const RunArgs& args, const CampaignSummary& summ
   return write_report(summary, *dataset, args.out / "report.html", options, true, console);
 }
 
-/// Of a campaign that came to its end.
+/// Exit status of a campaign that ended.
 int status_of(const CampaignSummary& summary) {
   if (!is_complete(summary)) return exit_failure;
   return is_promise_missed(summary.simulation) ? exit_promise_missed : exit_ok;
 }
 
-/// Classifies and reports what is complete. What is missing costs the exit status, not the data.
-/// `began_s`: of the run, on the wall's clock.
+/// Classifies and reports the complete trials. Missing trials change the exit status, not the data.
+/// `began_s`: start of the run on the wall clock [s].
 Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double began_s,
                      Console& console) {
   const int recorded = status_of(summary);
@@ -365,8 +366,8 @@ void add_options(CLI::App& command, RunArgs& args) {
   add_beside_option(command, args.beside);
 }
 
-/// exit_failure when not every trial is complete, exit_promise_missed when they are but not within
-/// the accuracy asked for, exit_signal + number after SIGINT or SIGTERM.
+/// Returns exit_failure if not every trial is complete; exit_promise_missed if they are, but not
+/// within the requested accuracy; exit_signal + number after SIGINT or SIGTERM.
 Result<int> run_run(const RunArgs& args, Console& console) {
   const IgnoreWriteSignals to_the_end;
   if (auto ok = refuse_inputs_as_outputs(args); !ok) return pass(ok.error());

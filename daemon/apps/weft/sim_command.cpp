@@ -82,7 +82,7 @@ Status check_files(const CalibrateArgs& args) {
   return check_page(inputs, args.page);
 }
 
-/// Strokes that count twice make intervals too short, and held out they check nothing.
+/// Refuses strokes given twice: they make intervals too short, and as held-out data check nothing.
 Status check_distinct(const std::vector<Dataset>& datasets, const CalibrateArgs& args,
                       const Dataset* held_out) {
   std::map<std::string, std::string> files;  // by digest
@@ -182,7 +182,7 @@ std::string held_out_text(const HeldOutCheck& check) {
          "(80 % are asked for)\n";
 }
 
-/// Labels are any text; in the name of a file a letter or digit stays.
+/// Labels are any text; in the file name only letters and digits stay.
 std::filesystem::path picture_file(const std::filesystem::path& folder, std::string name) {
   for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
   return folder / ("calibration-" + name + ".svg");
@@ -193,7 +193,7 @@ Status write_pictures(const std::filesystem::path& folder, const CalibrationResu
   std::set<std::filesystem::path> files;
   for (const CalibrationPicture& picture : draw_calibration(result)) {
     std::filesystem::path file = picture_file(folder, picture.name);
-    // Labels "a b" and "a-b": the second gets a number.
+    // Labels such as "a b" and "a-b" give the same name: the second gets a number.
     for (std::size_t again = 2; !files.insert(file).second; ++again)
       file = picture_file(folder, picture.name + "-" + std::to_string(again));
     if (Status ok = write_text_file(file, standalone_svg(chart::draw(picture.plot))); !ok)

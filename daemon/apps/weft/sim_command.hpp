@@ -1,5 +1,5 @@
 #pragma once
-// What the commands of `weft sim` share.
+// Functions shared by the commands of `weft sim`.
 
 #include "daemon/apps/weft/commands.hpp"
 

@@ -47,10 +47,10 @@ void add_options(CLI::App& command, StrokesArgs& args) {
 
 struct Sides {
   RecordingView recorded, simulated;
-  json cloths = json::object();  ///< label, and the table's cloth that stands for it
+  json cloths = json::object();  ///< label -> cloth of the table
 };
 
-/// The table's calibrations with these very recordings, oldest first.
+/// The table's calibrations with exactly these recordings, oldest first.
 std::vector<nlohmann::ordered_json> own_calibrations(const std::string& table,
                                                      const Dataset& recordings) {
   std::vector<nlohmann::ordered_json> out;
@@ -63,14 +63,14 @@ std::vector<nlohmann::ordered_json> own_calibrations(const std::string& table,
   return out;
 }
 
-/// Of the newest calibration: its values are in counts of that scale.
+/// Scale of counts of the newest calibration, in which its values are given.
 std::optional<double> scale_of(const std::vector<nlohmann::ordered_json>& calibrations) {
   if (calibrations.empty() || !calibrations.back().contains("counts_scale")) return {};
   return calibrations.back()["counts_scale"].get<double>();
 }
 
-/// Those of the table; where its newest calibration with these very recordings saw a parameter,
-/// that one's: some are of the recordings and in no cloth table.
+/// Parameters from the table. Calibrations with exactly these recordings override those that they
+/// could determine, the newest last: some belong to the recordings and are in no cloth table.
 std::vector<double> values_of(const ClothModel& model,
                               const std::vector<nlohmann::ordered_json>& calibrations) {
   std::vector<double> out = model.start();
@@ -109,7 +109,7 @@ Result<Sides> simulate(const Dataset& recordings, const std::string& table,
   return out;
 }
 
-/// What the strokes were made with, where a data set names its devices.
+/// Device entry of the simulated data set.
 DeviceInfo plant_info(const std::string& table, const StrokesArgs& args) {
   return {"plant", "weft sim strokes",
           json{{"fabrics_sha256", sha256_hex(table)}, {"seed", args.seed}}.dump()};

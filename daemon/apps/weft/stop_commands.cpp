@@ -1,5 +1,5 @@
-// weft halt and weft estop. They never fail for their arguments, and reach every daemon that they
-// are given: a person who types one of them wants the motion to stop.
+// weft halt and weft estop. They never fail for their arguments, and call every given daemon: a
+// person who types one of them wants the motion to stop.
 
 #include <algorithm>
 #include <array>
@@ -46,7 +46,7 @@ void add_options(CLI::App& command, StopArgs& args) {
       ->multi_option_policy(last);
 }
 
-/// Every daemon that the command line or the environment names; the unit's, where none is named.
+/// Every daemon that the command line or the environment names; by default the unit's.
 std::vector<SocketArgs> targets_of(const StopArgs& args) {
   std::vector<SocketArgs> out;
   const auto add = [&](const std::filesystem::path& socket, const std::string& daemon) {
@@ -67,7 +67,7 @@ std::vector<SocketArgs> targets_of(const StopArgs& args) {
   return out;
 }
 
-/// The rig as one daemon has it after the stop. Motion first: the raw line needs no answer.
+/// Stops one rig and returns its state afterwards. Motion first: the raw line needs no answer.
 Result<json> stop_one(const SocketArgs& target, bool is_emergency, const std::string& reason) {
   const bool is_local = target.daemon.empty();
   if (is_local)
@@ -107,9 +107,9 @@ Sent send_stop(const SocketArgs& target, bool is_emergency, const std::string& r
     ordered->set_value(catch_as_error([&] { return stop_one(target, is_emergency, reason); }));
   };
   try {
-    std::thread(work).detach();  // one that hangs ends with the process
+    std::thread(work).detach();  // a hanging one ends with the process
   } catch (const std::system_error&) {
-    work();  // no thread is left for this user
+    work();  // the user's limit of threads is reached
   }
   return sent;
 }
@@ -136,7 +136,7 @@ Reply print_reply(Sent& sent, bool is_only_one, Console& console) {
   return rig ? Reply::latched : Reply::refused;
 }
 
-/// As a daemon takes it: at most 1000 bytes, where one that is no UTF-8 becomes three.
+/// Clips for the daemon's limit of 1000 bytes; an invalid UTF-8 byte becomes three bytes.
 std::string clipped_reason(const std::string& reason) {
   constexpr std::size_t most = 330;
   std::size_t end = std::min(reason.size(), most);
@@ -145,9 +145,9 @@ std::string clipped_reason(const std::string& reason) {
   return reason.substr(0, end) + (end < reason.size() ? " ..." : "");
 }
 
-/// A daemon that hangs keeps the stop from no other one.
+/// A hanging daemon does not delay the stop of the others.
 Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) {
-  const IgnoreWriteSignals to_the_end;  // of `weft halt | head`
+  const IgnoreWriteSignals to_the_end;  // for `weft halt | head`
   const std::string reason = clipped_reason(args.reason);
   std::vector<Sent> sent;
   for (const SocketArgs& target : targets_of(args))
@@ -162,7 +162,7 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
   if (!reason.empty()) console.err << "weft: taken as the reason: " << reason << std::endl;
   if (hanging == 0) return status;
   console.out.flush();
-  std::quick_exit(status);  // a thread is at work yet
+  std::quick_exit(status);  // a thread is still working
 }
 
 constexpr std::array<std::string_view, 4> options_with_value{"--socket", "--daemon", "--tls-ca",
@@ -172,8 +172,8 @@ bool takes_value(const std::string& word) {
   return std::ranges::count(options_with_value, word) > 0;
 }
 
-/// The command, where it is a stop. After an unknown option, or where no command is left, take the
-/// first `halt` or `estop`: any other reading would be refused.
+/// The position of a stop command. After an unknown option, or if no command is left, the first
+/// `halt` or `estop`: any other reading would be refused.
 std::vector<std::string>::iterator find_stop(std::vector<std::string>& words) {
   const auto is_stop = [](const std::string& word) { return word == "halt" || word == "estop"; };
   bool is_odd = false;

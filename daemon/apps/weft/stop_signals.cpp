@@ -8,7 +8,7 @@
 namespace weft::daemon::cli {
 namespace {
 
-// A signal handler reaches nothing but what is static.
+// A signal handler can only reach static data.
 std::atomic<bool> stop_requested{false};
 std::atomic<int> stop_number{0};
 std::atomic<bool> hung_up{false};
@@ -21,7 +21,7 @@ extern "C" void on_stop_signal(int number) {
     reload_wanted.store(true);
     return;
   }
-  if (number == SIGHUP) {  // no person's word: one that follows is the first
+  if (number == SIGHUP) {  // not counted: a signal after it is the first
     hung_up.store(true);
     stop_requested.store(true);
     return;
@@ -31,10 +31,10 @@ extern "C" void on_stop_signal(int number) {
   stop_requested.store(true);
   signal(SIGINT, SIG_DFL);
   signal(SIGTERM, SIG_DFL);
-  if (!first) raise(number);  // two threads were told at once; it ends when this one returns
+  if (!first) raise(number);  // signals on two threads; delivered on return
 }
 
-// On one thread each signal waits while the other is handled, and the second meets its default
+// On one thread each signal waits while the other is handled; the second then has its default
 // effect.
 void install(int number, struct sigaction& before) {
   struct sigaction action {};

@@ -1,7 +1,7 @@
 #pragma once
-// Ctrl-C, SIGTERM and a terminal that is closed while a campaign runs: the first asks it to end
-// tidily, a second Ctrl-C or SIGTERM ends the process. SIGHUP asks a daemon to reload instead.
-// Ctrl-Z would leave the probe on the cloth without control: it is refused.
+// Ctrl-C, SIGTERM and a closed terminal while a campaign runs. The first asks it to end in order, a
+// second Ctrl-C or SIGTERM ends the process. SIGHUP asks a daemon to reload instead. Ctrl-Z is
+// refused: it would leave the probe on the cloth without control.
 
 #include <signal.h>
 
@@ -10,13 +10,13 @@
 
 namespace weft::daemon::cli {
 
-/// While it lives, a write that cannot be done fails, where a signal would have ended the process
-/// and left the probe where it is: SIGPIPE (a reader that is gone, as `| head`) and SIGXFSZ (the
-/// limit of a file's size).
+/// While it exists, a failed write returns an error. Otherwise a signal would end the process and
+/// leave the probe in place: SIGPIPE (a closed reader, as with `| head`) and SIGXFSZ (the limit of
+/// a file's size).
 class IgnoreWriteSignals {
  public:
   IgnoreWriteSignals();
-  ~IgnoreWriteSignals();  ///< puts the actions back that were there before
+  ~IgnoreWriteSignals();  ///< restores the earlier actions
   IgnoreWriteSignals(const IgnoreWriteSignals&) = delete;
   IgnoreWriteSignals& operator=(const IgnoreWriteSignals&) = delete;
 
@@ -25,25 +25,25 @@ class IgnoreWriteSignals {
   struct sigaction before_size_ {};
 };
 
-/// While it lives, the first SIGINT, SIGTERM or SIGHUP sets requested(), and the first two then
-/// have their default effect again; of a closed terminal the kernel and the shell both tell, so
-/// SIGHUP never ends the process. A signal that was ignored, as by nohup, stays ignored. One at a
-/// time. With Hangup::reloads SIGHUP sets reload_requested() alone, also where it was ignored.
-/// With Suspend::refused SIGTSTP writes a sentence to standard error, and a terminal does not stop
-/// a process in the background that reads or writes (SIGTTIN, SIGTTOU).
+/// While it exists, the first SIGINT, SIGTERM or SIGHUP sets requested(). After a SIGINT or SIGTERM
+/// these two have their default effect again. Kernel and shell both report a closed terminal, so
+/// SIGHUP never ends the process. A signal that was ignored, as by nohup, stays ignored. Only one
+/// object at a time. With Hangup::reloads SIGHUP sets reload_requested() only, even if it was
+/// ignored. With Suspend::refused SIGTSTP writes a sentence to standard error, and a terminal does
+/// not stop a background process that reads or writes (SIGTTIN, SIGTTOU).
 class StopSignals {
  public:
   enum class Hangup { stops, reloads };
   enum class Suspend { allowed, refused };
   explicit StopSignals(Hangup hangup = Hangup::stops, Suspend suspend = Suspend::refused);
-  ~StopSignals();  ///< puts the actions back that were there before
+  ~StopSignals();  ///< restores the earlier actions
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
   [[nodiscard]] const std::atomic<bool>& requested() const;
-  /// Taken back by whoever reloads.
+  /// The code that reloads clears it.
   [[nodiscard]] static std::atomic<bool>& reload_requested();
-  /// The signal that came, or 0.
+  /// The first SIGINT or SIGTERM, else SIGHUP after a hang-up that stops, else 0.
   [[nodiscard]] int number() const;
 
  private:

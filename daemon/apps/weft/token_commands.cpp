@@ -1,4 +1,4 @@
-// Tokens of a daemon's clients by TCP and HTTP: in its file, and in a link to its page.
+// Tokens of clients over TCP and HTTP: in the token file, and in a link to the page.
 
 #include <pwd.h>
 #include <unistd.h>
@@ -33,7 +33,7 @@ struct TokenRemoveArgs {
   std::string name;
 };
 struct PageArgs : SocketArgs {
-  std::string name;  ///< your own in the system, or that with a number, where it is empty
+  std::string name;  ///< empty: your system user name, or that with a number
   std::string role = "operator";
   int days = 1;
 };
@@ -78,7 +78,7 @@ Result<int> run_token_add(const TokenAddArgs& args, Console& console) {
   return exit_ok;
 }
 
-/// Names, roles and until when each is good: the file knows no more of a token.
+/// Prints name, role and expiry of each token; the file has no other data.
 Result<int> run_token_list(const TokenListArgs& args, Console& console) {
   const auto tokens = access::TokenFile::load(args.file);
   if (!tokens) return pass(tokens.error());
@@ -97,7 +97,7 @@ Result<int> run_token_list(const TokenListArgs& args, Console& console) {
   return exit_ok;
 }
 
-/// Takes a token away: within a second or so it is good for nothing more.
+/// Removes a token; it becomes invalid within about a second.
 Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console) {
   const Status changed = access::TokenFile::change(
       args.file, access::TokenFile::Wait::until_free,
@@ -115,8 +115,8 @@ std::string own_name() {
   return entry == nullptr ? "page" : entry->pw_name;
 }
 
-/// Names of tokens are taken once: "ada", "ada-2", ... A link for yourself acts for you, so that
-/// page and terminal steer the same run; one for somebody else does not.
+/// Each token name is used once: "ada", "ada-2", ... A link for yourself acts as you, so that page
+/// and terminal control the same run; a link for another person does not.
 Result<json> new_token(client::Client& daemon, const PageArgs& args) {
   const std::string name = args.name.empty() ? own_name() : args.name;
   const auto me = call(daemon, "session.whoami");
@@ -144,7 +144,7 @@ void add_options(CLI::App& command, PageArgs& args) {
   add_count(command, "--days", args.days, 1, most_days, "how long the link is good for");
 }
 
-/// Has the daemon make a token, and prints the link that opens its page with it.
+/// Requests a token from the daemon, and prints the link that opens its page with it.
 Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& console) {
   const auto info = call(daemon, "system.info");
   if (!info) return pass(info.error());
@@ -157,7 +157,7 @@ Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& cons
                  .hint = "Start it with --http 8080"});
   const auto token = new_token(daemon, args);
   if (!token) return pass(token.error());
-  // After '#': a browser keeps it to itself, no server's log has it.
+  // After '#': the browser does not send it, so that no server logs it.
   const std::string link =
       url.get<std::string>() + "/#token=" + token->at("token").get<std::string>();
   print(console, link + "\n",

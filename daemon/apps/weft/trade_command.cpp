@@ -34,8 +34,8 @@ bool has_groups(const Dataset& dataset) {
   return groups.size() >= 2;
 }
 
-/// As asked for; else random splits of a campaign, whose trials are independent, and groups left
-/// out in turn where others recorded.
+/// The requested splits. Default: random splits for a campaign, because its trials are independent;
+/// for other data with groups, each group is held out once.
 EvaluateArgs split_args(const TradeClassifierArgs& args, const Dataset& dataset) {
   EvaluateArgs out;
   static_cast<SplitChoice&>(out) = args;
@@ -221,7 +221,7 @@ void add_options(CLI::App& command, TradeoffFiles& files) {
 }
 
 Status check_page(std::span<const std::filesystem::path> inputs, const TradeoffFiles& files) {
-  // --data may name the record itself: then it may be replaced.
+  // --data may be the record itself
   return files.data == record_beside(files.page) ? Status{} : check_page(inputs, files.page);
 }
 

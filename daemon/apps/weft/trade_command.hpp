@@ -1,5 +1,5 @@
 #pragma once
-// What the commands of `weft trade` share, and `weft report` takes from them.
+// Functions shared by the commands of `weft trade` and used by `weft report`.
 
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -10,12 +10,12 @@
 
 namespace weft::daemon::cli {
 
-/// The page, and the figures behind it.
+/// The page, and the file of its data.
 struct TradeoffFiles {
   std::filesystem::path page;
   std::filesystem::path data;  ///< JSON; empty: not written
 };
-/// check_page(), where --data is not the page's record itself.
+/// check_page(), unless --data is the page's record itself.
 Status check_page(std::span<const std::filesystem::path> inputs, const TradeoffFiles& files);
 /// --output and --data.
 void add_options(CLI::App& command, TradeoffFiles& files);
@@ -33,22 +33,22 @@ struct TradeClassifierArgs : SplitChoice {
 };
 void add_options(CLI::App& command, TradeClassifierArgs& args);
 
-/// What it measures; `text` gets its tables, for a terminal.
+/// Measures the trade-off; `text` gets its tables, for a terminal.
 Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Console& console,
                                          std::string& text);
 
-/// Writes the page and the figures, and prints `text` and where the page is. `more_of_set`: per
-/// data set of the report, what its object in JSON has beside; empty: nothing.
+/// Writes the page and its data, and prints `text` and the path of the page. `more_of_set`: more
+/// JSON keys for each data set of the report; empty: none.
 Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
                            const std::string& text, Console& console,
                            std::span<const nlohmann::ordered_json> more_of_set);
 Result<int> write_tradeoff(const TradeoffFiles& files, const TradeoffReport& report,
                            const std::string& text, Console& console);
-/// Bytes that are no UTF-8 become U+FFFD.
+/// Invalid UTF-8 becomes U+FFFD.
 Status write_json(const std::filesystem::path& file, const nlohmann::ordered_json& object,
                   int indent);
 
-/// Says on `err` what is being measured.
+/// Prints the current step on `err`.
 void print_step(Console& console, std::size_t step, std::size_t steps, const std::string& what);
 
 void add_trade_vibro_command(const CommandGroup& trade);

@@ -28,14 +28,14 @@ struct TradeSimArgs {
   std::filesystem::path table;      ///< sim/fidelity.json; empty: not written
   std::filesystem::path reference;  ///< trajectories of another solver; empty: the finest run
   std::filesystem::path fabrics = "sim/fabrics.json";
-  std::filesystem::path rig = "sim/rigs/bench17.json";  ///< of the table
+  std::filesystem::path rig = "sim/rigs/bench17.json";  ///< for the table
   std::size_t table_recipes = 800, table_seeds = 1;
   std::vector<std::string> scenes;  ///< empty: all; "none"
   bool quick = false;
   std::size_t timings = 7;
   bool downstream = false;
-  std::size_t seeds = 5;   ///< of downstream
-  std::size_t trials = 8;  ///< of downstream: on each swatch
+  std::size_t seeds = 5;   ///< for downstream
+  std::size_t trials = 8;  ///< for downstream: on each swatch
 };
 
 constexpr const char* no_scene = "none";
@@ -66,7 +66,7 @@ std::vector<std::string> scenes_of(const TradeSimArgs& args) {
   return args.scenes.empty() ? sim_scene_names() : args.scenes;
 }
 
-/// Nothing but the table is asked for.
+/// Only the table was requested.
 bool makes_table_alone(const TradeSimArgs& args) {
   return args.files.page.empty();
 }

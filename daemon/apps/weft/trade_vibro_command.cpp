@@ -26,7 +26,7 @@ struct TradeVibroArgs {
   TradeoffFiles files;
   std::vector<std::string> methods;
   std::vector<std::string> families;
-  std::string exploration;  ///< of campaigns; empty: the only one there is
+  std::string exploration;  ///< of campaigns; empty: the only one
   std::vector<double> windows_s = {1.0, 2.0};
   std::size_t blocks = 5;
   double step_s = 0.25;
@@ -68,7 +68,7 @@ struct NamedSet {
   RecordingSet set;
 };
 
-// All of them before the first is measured, which takes long.
+// Opens all sets before the first long measurement.
 Result<std::vector<NamedSet>> checked_sets(const TradeVibroArgs& args,
                                            const VibroTradeoffOptions& options) {
   std::vector<NamedSet> out;
@@ -107,7 +107,7 @@ TradeoffReport vibro_report(const TradeVibroArgs& args) {
   return out;
 }
 
-// The best of each learner, with its time, under each protocol.
+// The best choice of each learner, with its time, under each protocol.
 std::string vibro_summary(const TradeoffSet& set) {
   Table table;
   table.row({"best of", "choice", "F-score", "95 % interval", "answer"});
@@ -126,7 +126,7 @@ std::string vibro_summary(const TradeoffSet& set) {
          "\n" + left_out + table.text();
 }
 
-// Averages over the paper's learners, and what longer windows gain; nothing where none of them was
+// Averages over the paper's learners, and the gain of longer windows; empty if none of them was
 // measured.
 std::string format_averages(const VibroTradeoff& tradeoff) {
   const auto averages = compute_averages(tradeoff);

@@ -30,15 +30,15 @@ using classifier::StoredModel;
 
 namespace ci = classifier::imprint;
 
-// What came of a training, and what the two lines about it need beside the model.
+// The result of a training, and the facts that its two lines of text need beside the model.
 struct Trained {
   StoredModel model;
-  std::optional<ci::ImprintSetup> imprints;  // empty: of fabrics
+  std::optional<ci::ImprintSetup> imprints;  // empty: fabrics
   classifier::Recipe recipe;
   std::vector<classifier::RecipeScore> scores;
   std::size_t rows = 0;
-  double train_s = 0.0;      // choice and machine
-  double calibrate_s = 0.0;  // probabilities and the reject rule
+  double train_s = 0.0;      // choice and training [s]
+  double calibrate_s = 0.0;  // probabilities and the reject rule [s]
   classifier::TrainOptions options;
   classifier::FoldReport folds;
 };
@@ -47,7 +47,7 @@ json folds_json(const classifier::FoldReport& report) {
   return {{"none", report.none}, {"finer", report.finer}, {"not_tested", report.untested}};
 }
 
-// Of a data set of imprints; nothing of fabrics.
+// For a data set of imprints; empty for fabrics.
 Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen) {
   if (!chosen.imprint_plan) return std::nullopt;
   const auto imprints = extract_imprints(chosen.dataset);
@@ -57,7 +57,8 @@ Result<std::optional<ci::ImprintSetup>> imprint_setup(const ChosenTrials& chosen
   return ci::ImprintSetup{*grid, *chosen.imprint_plan};
 }
 
-// Of imprints, whose features were chosen too: a stored learner uses all that it is given.
+// For imprints with chosen features: a stored learner uses all features that it gets, so the unused
+// ones are removed.
 void take_used_features(ChosenTrials& chosen, classifier::ChosenLearner& trained) {
   ci::UsedFeatures used = ci::used_features(trained.trained, *chosen.with_maps);
   chosen.imprint_plan = ci::chosen_plan(*chosen.imprint_plan, trained.recipe);
@@ -65,7 +66,7 @@ void take_used_features(ChosenTrials& chosen, classifier::ChosenLearner& trained
   trained.trained = std::move(used.learner);
 }
 
-// The model file of fabrics, or of imprints.
+// Writes the model file of fabrics, or of imprints.
 Status write_model(const Trained& trained, std::ostream& out) {
   const StoredModel& model = trained.model;
   if (!trained.imprints) return classifier::save_model(model, out);
@@ -115,7 +116,7 @@ std::string format_machine(const StoredModel& stored, const classifier::Recipe& 
          to_string(recipe);
 }
 
-// What no fold had a say in, where there were none.
+// Settings that no fold tested, if there were no folds.
 std::string format_untested(const Trained& trained) {
   if (!trained.folds.none) return {};
   std::string out = "; not tested";

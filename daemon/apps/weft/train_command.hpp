@@ -1,6 +1,5 @@
 #pragma once
-// `weft fabric train`: all complete trials of a data set into a model file; the options of a
-// training.
+// `weft fabric train`: all complete trials of a data set into a model file; training options.
 
 #include <cstdint>
 #include <filesystem>
@@ -28,8 +27,8 @@ struct TrainChoice {
   double time_budget_s = 60.0;  ///< classifier::TrainOptions::budget
 };
 
-/// What is wrong with `text` as a seed, or nothing. CLI11 by itself takes -1 and saturates numbers
-/// that are too large, so that another seed than the one asked for would be used.
+/// The error in `text` as a seed; empty if it is valid. CLI11 itself accepts -1 and saturates
+/// numbers that are too large, which would silently use another seed.
 std::string seed_problem(const std::string& text);
 
 void add_train_options(CLI::App& command, TrainChoice& choice);
@@ -38,30 +37,30 @@ void add_train_options(CLI::App& command, TrainChoice& choice);
 /// smallest parameters (reference AMB-15, AMB-16).
 classifier::TrainOptions train_options(const TrainChoice& choice);
 
-/// What a training by `options` counted as not solved, as a line that warns; nothing where all
-/// were.
+/// A warning line with the number of trainings by `options` that did not converge; empty if all
+/// did.
 std::string unconverged_text(const classifier::TrainOptions& options);
 
-/// One line for people. `folds`: in what they are not as chosen, words_of().
+/// One line for people. `folds`: format_folds().
 std::string describe(const TrainChoice& choice, const std::string& folds = {});
-/// The same for the model file, with the rule for ties that a training on so many fabrics used.
+/// The same for the model file, with the rule for ties used for this number of fabrics.
 std::string describe(TrainChoice choice, std::size_t fabrics, const std::string& folds);
 
 struct TrainArgs {
   std::filesystem::path dataset;
   std::filesystem::path out;
   std::string learner = "best";
-  bool live = false;  ///< a staged model: votes while a slide goes on
+  bool live = false;  ///< a staged model: votes during a slide
   TrialChoice trials;
   TrainChoice training;
-  RecordingChoice recordings;  ///< of sound and vibration; one method
+  RecordingChoice recordings;  ///< sound and vibration; one method
 };
 void add_options(CLI::App& command, TrainArgs& args);
 
 Result<int> run_train_recordings(const TrainArgs& args, Console& console);
 
-/// Trains on slides or imprints, with the training itself done by `trainer`, which must give what
-/// train_learner() would; the file then is the same too, byte for byte.
+/// Trains on slides or imprints. `trainer` does the training and must return the result of
+/// train_learner(); the file is then the same, byte for byte.
 using Trainer = std::function<Result<classifier::ChosenLearner>(
     const ChosenTrials& chosen, classifier::Learner learner,
     const classifier::TrainOptions& options)>;

@@ -25,7 +25,7 @@ struct RecordingPlan {
   vibro::RecordingSetup setup;
   classifier::Recipe recipe;
   classifier::TrainOptions training;
-  std::vector<classifier::RecipeScore> scores = {};  // of a choice
+  std::vector<classifier::RecipeScore> scores = {};  // empty without a choice
 };
 
 Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
@@ -45,7 +45,7 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (args.trials.window_s > 0.0) out.setup.window_s = args.trials.window_s;
   out.setup.step_s = choice.step_s;
   const std::size_t columns = vibro::columns_of(set.recordings.front().channels, *features).size();
-  // Groups stay whole in folds: what a session has in common must not be learnt as a texture.
+  // Groups stay whole in folds: common properties of a session must not be learnt as a texture.
   out.training = vibro::window_training({.seed = args.training.seed,
                                          .threads = args.training.threads,
                                          .outliers = choice.outliers,
@@ -66,7 +66,7 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   return out;
 }
 
-// How the choice went; nothing without one.
+// Result of the choice; empty without one.
 std::string choice_text(const RecordingPlan& plan) {
   if (plan.scores.empty()) return {};
   const classifier::RecipeScore& first = plan.scores.front();

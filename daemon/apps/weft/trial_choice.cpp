@@ -19,8 +19,8 @@ namespace {
 
 using classifier::Trial;
 
-// Whether each combination of the factors of a sweep is one exploration: a cell, told by its
-// columns.
+// Whether each combination of the factors of a sweep is one exploration. Such a cell is identified
+// by its columns.
 bool has_varied_factors(const Dataset& dataset) {
   std::map<std::vector<double>, std::string> exploration;
   for (const TrialRecord& record : dataset.records) {
@@ -82,7 +82,7 @@ classifier::FeatureSetup make_setup(const TrialSelection& chosen, const TrialCho
 
 namespace {
 
-/// Gives each row the group that a column has of it.
+/// Sets each row's group from a column.
 template <class Data, class Rows>
 Status group_by(const Data& data, Rows& rows, std::string_view column) {
   const auto labels = group_labels(data, column);
@@ -192,7 +192,7 @@ std::string format_rate(double period_s) {
   return std::to_string(period_s) + " s (" + fixed(1 / period_s, 2) + " Hz)";
 }
 
-// Windows of one length, and a model, are of one rate: what the trials have in common.
+// Windows of one length and a model need one rate: checks that the trials share one.
 Status one_rate(const Dataset& dataset, const std::optional<std::string>& exploration) {
   const std::vector<std::size_t> trials = select_chosen(dataset, exploration);
   std::vector<std::vector<std::int64_t>> times;
@@ -222,7 +222,7 @@ Status one_rate(const Dataset& dataset, const std::optional<std::string>& explor
 
 Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
                   double period_s) {
-  if (period_s == 0.0) return {};  // not known
+  if (period_s == 0.0) return {};  // unknown
   for (const std::size_t i : select_chosen(dataset, exploration)) {
     const std::vector<std::int64_t> t_ns = motion_times(dataset, i);
     if (can_have_period(t_ns, period_s)) continue;
@@ -280,8 +280,8 @@ Result<classifier::FeatureMatrix> compute_features(std::vector<Trial> trials,
 
 using TrialKey = std::tuple<std::string, std::string, std::uint32_t>;  // label, group, repetition
 
-// Complete trials of one exploration by what they have in common with those of another; a
-// repetition that was run again counts with its last attempt.
+// Complete trials of one exploration, by the key shared with another; the last attempt of a
+// repetition counts.
 std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std::string& name) {
   std::map<TrialKey, std::size_t> out;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
@@ -292,7 +292,7 @@ std::map<TrialKey, std::size_t> trials_by_key(const Dataset& dataset, const std:
   return out;
 }
 
-// Features of several explorations side by side.
+// Joins the features of several explorations side by side.
 Result<ChosenTrials> load_joined(const Dataset& dataset, const TrialChoice& choice,
                                  bool one_exploration) {
   if (choice.window_s != 0.0)

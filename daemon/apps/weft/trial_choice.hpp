@@ -1,5 +1,5 @@
 #pragma once
-// From a data set file to the feature matrix of a command: which trials, whole or in windows.
+// From a data set file to the feature matrix of a command: chosen trials, whole or in windows.
 
 #include <filesystem>
 #include <optional>
@@ -19,7 +19,7 @@
 
 namespace weft::daemon::cli {
 
-/// Options that features, train and evaluate share.
+/// Options shared by features, train and evaluate.
 struct TrialChoice {
   std::string exploration;     ///< empty: the only one, or all; see choose_trials()
   double window_s = 0.0;       ///< 0: whole strokes
@@ -30,16 +30,16 @@ struct TrialChoice {
   EdgeChoice edges = {};                      ///< of imprints
   std::string group = "recorded";             ///< see set_groups()
   std::string remove_level = {};              ///< "", "motion" or "rest"; see remove_level()
-  GivenOptions given = {};  ///< of the whole command: those not of the data's kind are refused
-  CommandModality modality = {};  ///< the command's: other data are refused
+  GivenOptions given = {};                    ///< of the command; other kinds are refused
+  CommandModality modality = {};              ///< the command's: other data are refused
 };
 void add_trial_options(CLI::App& command, const LearningOptions& options, TrialChoice& choice);
 /// --group.
 void add_group_option(CLI::App& command, std::string& group);
-/// --remove-level, for commands that make no model: a model file does not know of it.
+/// `--remove-level`, for commands that make no model: a model file does not store it.
 void add_level_option(CLI::App& command, TrialChoice& choice);
 
-/// Makes the groups those of a column: group_labels(), whose errors it has.
+/// Sets the groups from a column. Errors: those of group_labels().
 Status set_groups(Dataset& dataset, std::string_view by);
 Status set_groups(RecordingSet& set, std::string_view by);
 
@@ -49,27 +49,27 @@ struct MotionLengths {
   std::size_t longest = 0;
 };
 
-/// A data set and the features of the trials that were chosen from it.
+/// A data set and the features of its chosen trials.
 struct ChosenTrials {
   Dataset dataset;
   std::string sha256;
-  std::size_t strokes = 0;  ///< chosen trials before they were cut into windows
+  std::size_t strokes = 0;  ///< chosen trials before cutting into windows
   classifier::FeatureMatrix features;
   classifier::FeatureSetup setup;
-  MotionLengths motion;  ///< 0 of windows, of imprints, and of explorations side by side
-  /// Of imprints, in the place of the setup: what was taken of each.
+  MotionLengths motion;  ///< 0 for windows, imprints and joined explorations
+  /// For imprints, in place of the setup: the features taken from each.
   std::optional<classifier::imprint::FeaturePlan> imprint_plan = {};
-  /// content_digest() of each row's trial, window or imprint; none of explorations side by side.
+  /// content_digest() of each row's trial, window or imprint; empty for joined explorations.
   std::vector<std::uint64_t> digests = {};
-  /// Of imprints whose features the user has not named: `features` and the maps behind them, from
+  /// For imprints without features named by the user: `features` and the maps behind them, from
   /// which `best` chooses.
   std::optional<classifier::FeatureMatrix> with_maps = {};
 };
 
-/// Imprints have features of their own. Errors: those of feature_plan_from() and build_matrix().
+/// Imprints have their own features. Errors: those of feature_plan_from() and build_matrix().
 Result<ChosenTrials> load_imprints(const Dataset& dataset, const TrialChoice& choice);
 
-/// What a learner tries, on which features. Refers to the trials that were chosen.
+/// The candidates that a learner tries, and their features. Refers to the chosen trials.
 struct LearningTask {
   const classifier::FeatureMatrix& matrix;
   std::vector<classifier::Recipe> candidates;
@@ -77,39 +77,39 @@ struct LearningTask {
 LearningTask learning_task(const ChosenTrials& chosen, classifier::Learner learner,
                            std::size_t cap);
 
-/// Complete trials, and what they have in common.
+/// Complete trials, and their common properties.
 struct TrialSelection {
-  std::string exploration;  ///< of all of them; empty when several were taken, or none is named
-  std::size_t strokes = 0;  ///< before they were cut into windows
+  std::string exploration;  ///< of all; empty if several or unnamed
+  std::size_t strokes = 0;  ///< before cutting into windows
   std::vector<classifier::Trial> trials;
 };
 
-/// The exploration that `wanted` means; empty: the only one there is. Nothing: all, cells of a
-/// sweep (not in `one_exploration` mode). Refuses one that is not there, and several of them
-/// without a name: M1 and M2 are different experiments.
+/// The exploration named `wanted`; empty: the only one. No value: all, for cells of a sweep (not in
+/// `one_exploration` mode). Refuses a missing one, and several without a name: M1 and M2 are
+/// different experiments.
 Result<std::optional<std::string>> find_exploration(const Dataset& dataset,
                                                     const std::string& wanted,
                                                     bool one_exploration);
 
-/// Complete trials of the exploration that `choice` names, or of the only one there is, cut into
-/// windows where asked for; refuses what find_exploration() refuses.
+/// Complete trials of the exploration that `choice` names, or of the only one, cut into windows if
+/// requested. Errors: those of find_exploration().
 Result<TrialSelection> choose_trials(const Dataset& dataset, const TrialChoice& choice,
                                      bool one_exploration);
 
-/// The windows of each complete trial of an exploration in turn (none across a pause); the trials
-/// as they are when `options.window_s` is 0. Refuses windows of recordings whose sample period is
-/// not known.
+/// The windows of each complete trial of an exploration in turn (none across a pause). Returns
+/// whole trials if `options.window_s` is 0. Refuses windows of recordings with an unknown sample
+/// period.
 Result<std::vector<classifier::Trial>> in_windows(const Dataset& dataset,
                                                   const std::optional<std::string>& exploration,
                                                   const classifier::WindowOptions& options);
 
-/// What `choice` says of it: classifier::without_level(), or nothing.
+/// Applies classifier::without_level() if `choice` requests it.
 Status remove_level(classifier::Trial& trial, const TrialChoice& choice);
 
-/// Reads `path`, chooses and extracts. An exploration such as "M1+M2" puts the features of both
-/// side by side, "M1:range.M.4": a row for every label, group and repetition that has one complete
-/// trial of each. Only with `can_join`, for commands that make no model, and only whole strokes.
-/// Refuses what check_given() refuses of the kind that the file turns out to hold.
+/// Reads `path`, chooses trials and extracts features. An exploration such as "M1+M2" joins the
+/// features of both side by side, "M1:range.M.4". It makes a row for every label, group and
+/// repetition with one complete trial of each. This needs `can_join`, for commands that make no
+/// model, and whole strokes. Errors: also those of check_given() for the kind of data in the file.
 Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialChoice& choice,
                                  bool one_exploration, bool can_join = false);
 
@@ -119,21 +119,21 @@ Result<classifier::FeatureMatrix> features_without_level(const ChosenTrials& cho
 
 /// Slides, or imprints.
 DataKind kind_of(const Dataset& dataset);
-/// Refuses data of another modality than the command's, naming the command's of theirs, and what
-/// check_given() refuses of their kind.
+/// Refuses data of another modality than the command's, and names the right command. Errors: also
+/// those of check_given() for their kind.
 Status check_command(const TrialChoice& choice, DataKind kind);
 
 /// Mean sample period of a data set [s]; 0 when not known.
 double sample_period_s(const Dataset& dataset);
 
-/// Refuses a trial (of `exploration`, or of all) that is of another rate than those of a model,
-/// whose sample period is `period_s` (0: not known), as can_have_period() tells.
+/// Refuses a trial (of `exploration`, or of all) with another rate than a model's, according to
+/// can_have_period(). `period_s`: the model's sample period [s]; 0 if unknown.
 Status check_rate(const Dataset& dataset, const std::optional<std::string>& exploration,
                   double period_s);
 
-/// "SIMULATED data ..." or "" for real data: every text with figures starts with it.
+/// "SIMULATED data ..." or "" for real data; starts every text with results.
 std::string bench_banner(BenchKind kind);
-/// And with format_selection(): nobody trains on what a live vote left without being told.
+/// Also with format_selection(), so that the text shows that a live vote ended trials early.
 std::string bench_banner(const DatasetInfo& info);
 
 }  // namespace weft::daemon::cli

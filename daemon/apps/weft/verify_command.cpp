@@ -24,8 +24,8 @@ std::string state_text(const VerifyReport& report) {
          (report.finished ? "" : "; the run did not come to its end") + ".\n";
 }
 
-/// A complete campaign whose recipe asks for a hand-over that is not there: nothing is wrong with
-/// what was recorded, but something is missing.
+/// Whether a complete campaign lacks the handover that its recipe requests: the record is right,
+/// but incomplete.
 bool lacks_handover(const VerifyReport& report, const std::filesystem::path& path) {
   std::error_code unseen;
   if (!report.holds() || !report.certified || report.campaign.empty() ||
@@ -35,7 +35,7 @@ bool lacks_handover(const VerifyReport& report, const std::filesystem::path& pat
   return wanted && *wanted && !(*wanted)->by_default && !is_handover_done(path);
 }
 
-/// Nothing of one that is as the campaign is now.
+/// Empty for an export that matches the present campaign.
 std::string export_text(const CheckedExport& one) {
   switch (one.state) {
     case ExportState::outdated:
@@ -75,7 +75,7 @@ void add_options(CLI::App& command, VerifyArgs& args) {
       ->required();
 }
 
-/// exit_failure when something is not as it was recorded.
+/// Returns exit_failure if anything differs from the record.
 Result<int> run_verify(const VerifyArgs& args, Console& console) {
   const auto report = verify(args.path);
   if (!report) return pass(report.error());
