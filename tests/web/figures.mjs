@@ -35,14 +35,14 @@ function troubles(slack) {
   return out;
 }
 
-/** Runs in the page: pictures and tables that are wider than the printed page. */
+/** Runs in the page: pictures that are wider than the printed page. */
 function cut_in_print(slack) {
   const right = document.documentElement.clientWidth;
   const wide = (one) => one.getBoundingClientRect().right > Math.min(right, one.closest('figure')?.getBoundingClientRect().right ?? right) + slack;
   return [...document.querySelectorAll('svg')].filter(wide).map((one) => `"${one.querySelector('title')?.textContent}" is cut in print`);
 }
 
-const a4_px = 703; // 210 mm less margins of 12 mm
+const a4_px = 688; // 210 mm minus two margins of 14 mm
 const folder = mkdtempSync(join(tmpdir(), 'weft-figures-'));
 const browser = await chromium.launch({ executablePath: '/usr/bin/chromium', args: ['--no-sandbox'] });
 try {

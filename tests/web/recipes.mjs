@@ -70,6 +70,11 @@ async function edit_another(daemon, page) {
   await page.click('#edit-buttons button:text-is("Save"):not([disabled])');
   await page.waitForFunction(() => /open_force is saved/.test(document.querySelector('#notes').innerText));
   assert.equal(JSON.parse(readFileSync(join(daemon.folder, 'recipes/open_force.json'), 'utf8')).repetitions, 2);
+  // the value of a parameter that another recipe does not have is not sent with it
+  await page.evaluate(() => { location.hash = '#edit/plain'; });
+  await says(page, '#edit-title', /plain/);
+  await says(page, '#edit-checked', /finds nothing wrong/);
+  assert.equal(await page.locator('#edit-parameters input').count(), 0);
   // the focus stays when fields are added or removed
   await page.selectOption('#recipe-add', 'mount_timeout_s');
   assert.equal(await page.evaluate(() => document.activeElement.id), 'recipe-mount_timeout_s');

@@ -91,9 +91,12 @@ await with_daemon(async (daemon, open) => {
 
   // evaluate again while a note is being typed
   await page.click('#archive-list a:has-text("R-000001")');
-  await says(page, '#run-body', /Evaluate again/);
+  await says(page, '#run-head', /Evaluate again/);
+  await page.waitForSelector('#run-note');
   await page.fill('#run-note', 'the clamp was loose, and the lamp');
-  await page.evaluate(() => document.querySelector('#run-body [data-key=evaluate]').click()); // the field keeps the focus
+  await page.click('#run-head [data-key=evaluate]');
+  await page.click('dialog button:text-is("Evaluate")');
+  await page.focus('#run-note');
   await says(page, '#run-head', /evaluation waits|being evaluated/);
   daemon.call('run.wait', { run: 'R-000001', hand_over: true });
   await says(page, '#run-head', new RegExp(`M1: ${right.replace('.', '\\.')} right`));

@@ -285,7 +285,8 @@ Document report_document(const ReportInput& input) {
   out.method += fidelity_method(input.run.simulation) + accuracy_method(input) + input.fidelity;
   const bool several = input.documents.size() > 1;
   const auto named = [&](const Document& one, const Blocks& blocks) {
-    return several && !blocks.empty() ? details(one.title, blocks) : blocks;
+    return several && !blocks.empty() ? paragraph("<b>" + escape(one.title) + ".</b>") + blocks
+                                      : blocks;
   };
   for (const Document& one : input.documents) {
     // The headline already shows accuracy and matrix of sound and vibration.

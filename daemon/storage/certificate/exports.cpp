@@ -150,11 +150,9 @@ Result<ExportedFile> publish_made(const fs::path& folder, const CampaignProgress
   return made;
 }
 
-/// Bytes of text per recorded byte. A row is about 80 bytes of text. A sample has 2 recorded bytes
-/// for sound, 6 for acceleration, and 16 or more for other streams.
-std::uintmax_t text_per_byte(Stream stream) {
-  return stream == Stream::sound ? 40 : stream == Stream::acceleration ? 14 : 5;
-}
+/// A stage sample has 24 bytes on record and about 100 as text. Other streams may need more; the
+/// file is written whole or not at all.
+constexpr std::uintmax_t text_per_byte = 5;
 
 Result<ExportedFile> export_samples(const fs::path& folder, const CampaignProgress& progress,
                                     const ExportRequest& request) {
@@ -257,8 +255,7 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportRequest
   if (error)
     return fail({.code = Errc::not_found, .where = campaign.string(), .what = "no campaign file"});
   const bool samples = request.format == ExportFormat::samples_csv;
-  if (Status room = check_space(folder, samples ? bytes * text_per_byte(request.stream) : bytes);
-      !room)
+  if (Status room = check_space(folder, samples ? bytes * text_per_byte : bytes); !room)
     return pass(room.error());
   if (Status whole = check_wal(campaign); !whole) return pass(whole.error(), folder.string());
   const auto progress = load_progress(campaign);

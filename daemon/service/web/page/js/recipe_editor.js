@@ -59,12 +59,13 @@ export class RecipeEditor {
     const [{ text, file_digest }, schema] = got;
     this.#recipe = recipe;
     this.#digest = file_digest;
-    this.#saved = text;
     byId('edit-title').textContent = `Recipe ${recipe}`;
     this.#form ??= new SchemaForm(byId('edit-form'), schema, (changed) => this.#from_form(changed));
     this.#begin_editor();
     this.#editor.setValue(text);
+    this.#saved = this.#editor.getValue(); // line ends may differ from the file's
     this.#editor.clearHistory();
+    this.#buttons();
   }
 
   async #may_drop() {
@@ -112,9 +113,9 @@ export class RecipeEditor {
 
   /** Asks for values of parameters without a default. They are used only to check the recipe, also on saving. */
   #parameters() {
-    const declared = this.#content?.parameters;
-    if (!declared) return;
-    const open = Object.fromEntries(Object.entries(declared).filter(([, one]) => one !== null && typeof one === 'object' && one.default === undefined));
+    const content = this.#content;
+    if (!content) return;
+    const open = Object.fromEntries(Object.entries(content.parameters ?? {}).filter(([, one]) => one !== null && typeof one === 'object' && one.default === undefined));
     fill(byId('edit-parameters'), open, () => [
       Object.keys(open).length ? el('p', { class: 'quiet' }, 'Parameters without a default. Values to check the recipe with; they are not saved:') : null,
       ...parameter_fields(open, 'edit-parameter', () => this.#check_soon())].filter(Boolean));

@@ -64,9 +64,11 @@ export class RunView {
     const run = this.#run;
     if (!run) return;
     const before = byId('run-head').dataset.from;
-    fill(byId('run-head'), [run.run, run.recipe, run.name, run.bench, run.result, run.handover?.state, run.handover?.step, run.state], () => [
+    const may = this.store.may_operate && this.store.live;
+    fill(byId('run-head'), [run.run, run.recipe, run.name, run.bench, run.result, run.handover?.state, run.handover?.step, run.handover?.error, run.state, may], () => [
       el('h2', {}, `${run.run} · ${run.recipe}${run.name ? ` · ${run.name}` : ''} `, run.result?.length ? '' : badge_of(run)),
-      ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'headline quiet' }, no_accuracy_text(run))]), evaluation_error(run)].filter(Boolean));
+      ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'headline quiet' }, no_accuracy_text(run))]), evaluation_error(run), may ? this.#evaluate_button(run) : null].filter(Boolean));
+    this.#allow_notes(may);
     if (before && before !== byId('run-head').dataset.from && run.handover?.state === 'done' && this.#shown_state !== 'done') this.#again();
     this.#shown_state = run.handover?.state;
   }
@@ -80,6 +82,8 @@ export class RunView {
     const parts = await this.#parts();
     if (turn !== this.#turn) return;
     const typed = ['run-tags', 'run-note'].map((id) => byId(id)).filter(Boolean);
+    const is_whole = parts.some((part) => part.querySelector('#run-note'));
+    if (typed.length > 0 && !is_whole) return; // it could not be read, and text may be typed
     const focused = document.activeElement?.id;
     byId('run-body').replaceChildren(...parts);
     for (const { id, value, selectionStart, selectionEnd } of typed) {
@@ -123,25 +127,36 @@ export class RunView {
       ['trials', run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : 'not known'], ...later_facts(run),
       ['data set', el('code', { class: 'digest' }, run.campaign_since?.dataset_sha256 ?? run.dataset_sha256 ?? 'none')]];
     return [el('div', { class: 'two even' },
-      el('div', {}, three_facts(run), facts(rows), ...problems(run), el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(), { 'data-key': 'verify' }), this.#evaluate_button(run))),
+      el('div', {}, three_facts(run), facts(rows), ...problems(run), el('p', { class: 'row' }, button('Verify every byte', () => this.#verify(), { 'data-key': 'verify' }))),
       this.#notes(run)), ...(await this.#matrices(false))];
   }
 
-  /** If its evaluation failed or was cancelled, or is older than stored accuracies. */
   #evaluate_button({ handover }) {
-    const again = handover && !['waiting', 'running'].includes(handover.state) && this.store.may_operate && this.store.live;
-    return again ? button('Evaluate again', () => attempt(() => this.api.change('handover.start', { run: this.#id }), 'It is in line to be evaluated.'), { 'data-key': 'evaluate' }) : null;
+    const is_over = handover && !['waiting', 'running'].includes(handover.state);
+    return is_over ? el('p', {}, button('Evaluate again', () => this.#evaluate(), { 'data-key': 'evaluate' })) : null;
+  }
+
+  async #evaluate() {
+    const drops = this.#run.result?.length > 0;
+    if (drops && (await ask({ title: 'Evaluate again', text: 'The accuracy shown now is dropped. The new one replaces it.', act: 'Evaluate' })) === null) return;
+    await attempt(() => this.api.change('handover.start', { run: this.#id }), 'The evaluation is queued.');
   }
 
   /** Tags and a note, for finding this run. */
   #notes(run) {
     const may = this.store.may_operate && this.store.live;
-    const tags = el('input', { type: 'text', id: 'run-tags', value: (run.tags ?? []).join(', '), ...(may ? {} : { readonly: '' }) });
-    const text = el('textarea', { id: 'run-note', rows: 4, ...(may ? {} : { readonly: '' }) });
+    const tags = el('input', { type: 'text', id: 'run-tags', value: (run.tags ?? []).join(', '), readonly: !may });
+    const text = el('textarea', { id: 'run-note', rows: 4, readonly: !may });
     text.value = run.note ?? '';
     const save = () => attempt(() => this.api.change('run.annotate', { run: this.#id, tags: tags.value.split(',').map((one) => one.trim()).filter(Boolean), note: text.value }), 'Saved.');
     return el('div', {}, el('p', { class: 'field' }, el('label', { for: 'run-tags' }, 'Tags, with commas between'), tags),
-      el('p', { class: 'field' }, el('label', { for: 'run-note' }, 'Note'), text), may ? button('Save tags and note', save, { 'data-key': 'annotate' }) : null);
+      el('p', { class: 'field' }, el('label', { for: 'run-note' }, 'Note'), text), button('Save tags and note', save, { id: 'run-annotate', disabled: !may, 'data-key': 'annotate' }));
+  }
+
+  /** The role and the connection may become known after the fields are drawn. */
+  #allow_notes(may) {
+    for (const id of ['run-tags', 'run-note']) if (byId(id)) byId(id).readOnly = !may;
+    if (byId('run-annotate')) byId('run-annotate').disabled = !may;
   }
 
   async #matrices(alone = true) {

@@ -70,7 +70,7 @@ export class SchemaForm {
   #show_again(wanted) {
     this.#tell();
     this.show(this.document);
-    this.box.querySelector(`#${CSS.escape(wanted)}`)?.focus();
+    (this.box.querySelector(`#${CSS.escape(`${wanted}-add`)}`) ?? this.box.querySelector(`#${CSS.escape(wanted)}`))?.focus();
   }
 
   #object(schema, object, path) {
@@ -96,13 +96,19 @@ export class SchemaForm {
     const hint = known.description ?? '';
     if (is_text_list(known, this.schema) && Array.isArray(value)) return this.#text_list(holder, name, path, hint);
     if (Array.isArray(value)) return this.#group(name, hint, path, value.flatMap((_, at) => [this.#field(item_schema(known, at, value.length), value, at, `${path}-${at}`)]));
-    if (is_object(value) && !value.parameter) return this.#group(known.title ?? name, hint, path, this.#object(known, value, path), () => { delete holder[name]; });
+    if (is_object(value) && !value.parameter) return this.#group(known.title ?? name, hint, path, this.#object(known, value, path), () => this.#remove(holder, name, path));
     if (is_object(value)) return el('p', { class: 'quiet' }, `${name}: the parameter ${value.parameter}`);
     return this.#scalar(known, holder, name, path, hint);
   }
 
+  #remove(holder, name, path) {
+    if (Array.isArray(holder)) holder.splice(name, 1);
+    else delete holder[name];
+    this.#show_again(path.slice(0, -`-${name}`.length));
+  }
+
   #group(title, hint, path, fields, remove) {
-    const drop = remove && button('remove', () => { remove(); this.#show_again(`${path.slice(0, path.lastIndexOf('-'))}-add`); }, { class: 'plain link', 'aria-label': `Remove ${title}` });
+    const drop = remove && button('remove', remove, { class: 'plain link', 'aria-label': `Remove ${title}` });
     return el('details', { open: '' }, el('summary', { id: path }, el('strong', {}, String(title)), ' ', el('span', { class: 'quiet' }, hint)), el('div', { class: 'inset' }, fields), drop);
   }
 

@@ -77,6 +77,7 @@ function pad_picture({ mean_S_counts: rest, mean_M_counts: motion }, description
 export class TrialBrowser {
   #graphs = [];
   #shown = null;
+  #turn = 0; // an answer to an earlier request is dropped
 
   constructor(api, store, box) {
     this.api = api;
@@ -90,11 +91,12 @@ export class TrialBrowser {
     this.list = el('div', {}, el('p', { class: 'quiet' }, 'Reading the trials …'));
     this.one = el('div', { 'aria-live': 'polite' }, el('p', { class: 'quiet' }, 'Choose a trial.'));
     this.box.replaceChildren(el('div', { class: 'two wide-list' }, this.list, this.one));
-    await this.#page(0, []);
+    await this.#page(0, [], ++this.#turn);
   }
 
-  async #page(from, before) {
+  async #page(from, before, turn) {
     const told = await attempt(() => this.api.call('data.trials', { run: this.run, from, most: page_trials }, { patience_ms: 120000 }));
+    if (turn !== this.#turn) return;
     if (!told) {
       if (from === 0) this.list.replaceChildren(el('p', { class: 'problem' }, 'The trials of this run cannot be read.'));
       return;
@@ -103,13 +105,16 @@ export class TrialBrowser {
     const rows = trials.map((one) => [button(one.label, () => this.#choose(one), { class: 'plain link', 'data-key': one.trial }), `${one.exploration} ${one.repetition}`,
       el('span', { class: `fact outcome-${one.outcome}`, title: one.reason ?? '' }, words(one.outcome)), mN(one.force_rms_error_N), mN(one.force_worst_error_N), share(one.force_in_band_share), String(one.lost_frames)]);
     this.list.replaceChildren(table(`Trials of ${this.run}`, ['fabric', 'repetition', 'outcome', 'force error, rms [mN]', 'worst [mN]', 'in the band', 'frames lost'], rows),
-      ...(told.next === null ? [] : [button('More', () => this.#page(told.next, trials))]), el('p', { class: 'quiet' }, plural(trials.length, 'attempt')));
+      ...(told.next === null ? [] : [button('More', () => this.#page(told.next, trials, turn))]), el('p', { class: 'quiet' }, plural(trials.length, 'attempt')));
   }
 
   async #choose(one) {
-    this.one.replaceChildren(el('p', { class: 'quiet' }, `Reading ${one.trial} …`));
+    const box = el('p', { class: 'quiet' }, `Reading ${one.trial} …`);
+    this.one.replaceChildren(box);
     const trial = await attempt(() => this.api.call('data.trial', { run: this.run, trial: one.trial }));
+    if (!box.isConnected) return; // another trial or run was chosen
     if (trial) this.#draw(one, trial);
+    else box.textContent = `${one.trial} cannot be read.`;
   }
 
   #draw(one, trial) {
