@@ -94,14 +94,18 @@ await with_daemon(async (daemon, open) => {
   await says(page, '#run-head', /Evaluate again/);
   await page.waitForSelector('#run-note');
   await page.fill('#run-note', 'the clamp was loose, and the lamp');
+  const note_drawn_before = await page.evaluateHandle(() => document.querySelector('#run-note'));
   await page.click('#run-head [data-key=evaluate]');
   await page.click('dialog button:text-is("Evaluate")');
   await page.focus('#run-note');
-  await says(page, '#run-head', /evaluation waits|being evaluated/);
   daemon.call('run.wait', { run: 'R-000001', hand_over: true });
   await says(page, '#run-head', new RegExp(`M1: ${right.replace('.', '\\.')} right`));
-  await page.waitForTimeout(500);
+  await page.waitForFunction((old) => document.querySelector('#run-note') !== old, note_drawn_before);
   assert.equal(await page.inputValue('#run-note'), 'the clamp was loose, and the lamp');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'run-note', 'the caret stays');
+  await open_tab(page, 'Confusion matrix', /A row is what it was/);
+  await open_tab(page, 'Overview', /Tags/);
+  assert.equal(await page.inputValue('#run-note'), 'the clamp was loose, and the lamp', 'a draft outlives a look elsewhere');
   await see(page, 'archive');
 
   // comparison of two runs

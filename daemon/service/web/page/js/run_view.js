@@ -26,17 +26,19 @@ export class RunView {
   #tab = '';
   #listed = null; // from data.get
   #turn = 0;
+  #drafts = new Map(); // by run: {tags, note} that are typed and not saved
 
   constructor(api, store) {
     this.api = api;
     this.store = store;
     this.browser = new TrialBrowser(api, store, el('div'));
     store.on_change(() => { if (!byId('view-run').hidden) this.#head(); });
+    addEventListener('beforeunload', (event) => { if (this.#drafts.size > 0) event.preventDefault(); });
   }
 
   async open(id, tab = 'overview') {
     const turn = ++this.#turn;
-    if (id !== this.#id) this.#listed = null;
+    this.#listed = null; // files may be new
     this.#id = id;
     this.#tab = tabs.some(([name]) => name === tab) ? tab : 'overview';
     byId('run-head').replaceChildren();
@@ -69,29 +71,24 @@ export class RunView {
       el('h2', {}, `${run.run} · ${run.recipe}${run.name ? ` · ${run.name}` : ''} `, run.result?.length ? '' : badge_of(run)),
       ...(run.result?.length ? accuracy_lines(run) : [el('p', { class: 'headline quiet' }, no_accuracy_text(run))]), evaluation_error(run), may ? this.#evaluate_button(run) : null].filter(Boolean));
     this.#allow_notes(may);
-    if (before && before !== byId('run-head').dataset.from && run.handover?.state === 'done' && this.#shown_state !== 'done') this.#again();
-    this.#shown_state = run.handover?.state;
+    const shown = JSON.stringify([run.handover?.state, run.result]);
+    if (before && before !== byId('run-head').dataset.from && run.handover?.state === 'done' && this.#shown !== shown) this.#again();
+    this.#shown = shown;
   }
 
-  #shown_state = '';
+  #shown = ''; // state of the evaluation and its result
 
-  /** Keeps text that is being typed. */
+  /** Keeps the caret in text that is being typed. */
   async #again() {
     const turn = ++this.#turn;
     this.#listed = null;
     const parts = await this.#parts();
     if (turn !== this.#turn) return;
-    const typed = ['run-tags', 'run-note'].map((id) => byId(id)).filter(Boolean);
-    const is_whole = parts.some((part) => part.querySelector('#run-note'));
-    if (typed.length > 0 && !is_whole) return; // it could not be read, and text may be typed
-    const focused = document.activeElement?.id;
+    const { id, selectionStart, selectionEnd } = document.activeElement;
     byId('run-body').replaceChildren(...parts);
-    for (const { id, value, selectionStart, selectionEnd } of typed) {
-      const field = byId(id);
-      field.value = value;
-      if (id === focused) field.focus();
-      if (id === focused) field.setSelectionRange(selectionStart, selectionEnd);
-    }
+    if (!['run-tags', 'run-note'].includes(id) || !byId(id)) return;
+    byId(id).focus();
+    byId(id).setSelectionRange(selectionStart, selectionEnd);
   }
 
   #links() {
@@ -137,7 +134,7 @@ export class RunView {
   }
 
   async #evaluate() {
-    const drops = this.#run.result?.length > 0;
+    const drops = this.#run?.result?.length > 0;
     if (drops && (await ask({ title: 'Evaluate again', text: 'The accuracy shown now is dropped. The new one replaces it.', act: 'Evaluate' })) === null) return;
     await attempt(() => this.api.change('handover.start', { run: this.#id }), 'The evaluation is queued.');
   }
@@ -145,10 +142,15 @@ export class RunView {
   /** Tags and a note, for finding this run. */
   #notes(run) {
     const may = this.store.may_operate && this.store.live;
-    const tags = el('input', { type: 'text', id: 'run-tags', value: (run.tags ?? []).join(', '), readonly: !may });
-    const text = el('textarea', { id: 'run-note', rows: 4, readonly: !may });
-    text.value = run.note ?? '';
-    const save = () => attempt(() => this.api.change('run.annotate', { run: this.#id, tags: tags.value.split(',').map((one) => one.trim()).filter(Boolean), note: text.value }), 'Saved.');
+    const draft = this.#drafts.get(run.run);
+    const keep = () => this.#drafts.set(run.run, { tags: tags.value, note: text.value });
+    const tags = el('input', { type: 'text', id: 'run-tags', value: draft?.tags ?? (run.tags ?? []).join(', '), readonly: !may, oninput: keep });
+    const text = el('textarea', { id: 'run-note', rows: 4, readonly: !may, oninput: keep });
+    text.value = draft?.note ?? run.note ?? '';
+    const save = () => attempt(async () => {
+      await this.api.change('run.annotate', { run: run.run, tags: tags.value.split(',').map((one) => one.trim()).filter(Boolean), note: text.value });
+      this.#drafts.delete(run.run);
+    }, 'Saved.');
     return el('div', {}, el('p', { class: 'field' }, el('label', { for: 'run-tags' }, 'Tags, with commas between'), tags),
       el('p', { class: 'field' }, el('label', { for: 'run-note' }, 'Note'), text), button('Save tags and note', save, { id: 'run-annotate', disabled: !may, 'data-key': 'annotate' }));
   }
