@@ -55,7 +55,8 @@ struct Motion {
 };
 
 /// If the host was delayed, a reading may be older than its arrival by up to this. It is never
-/// older than the previous arrival. The monitor ends a host that is delayed for longer.
+/// older than the previous arrival. A longer delay ends the run: the guard of the scan cycle has
+/// the same limit (GuardLimits::cycle_max_lateness).
 inline constexpr Duration longest_wait = std::chrono::milliseconds(250);
 
 /// Distance and time in which a moving stage brakes before it turns to another target.

@@ -102,8 +102,7 @@ TEST_CASE("a host that was held up takes an old reading and the next one for mot
     receive_at(bench, held_up_s, speed_mm_s * 0.03);  // sent 10 ms after the previous one
     for (int i = 1; i <= 3; ++i)
       receive_at(bench, 1e-3, speed_mm_s * (0.02 + held_up_s + 1e-3 * i));
-    CHECK(bench.host.faults.empty() == (held_up_s < 0.25));  // after a longer delay the monitor has
-                                                             // ended the run
+    CHECK(bench.host.faults.empty() == (held_up_s < 0.25));  // a longer delay ends the run
   }
 }
 
