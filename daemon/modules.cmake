@@ -1,4 +1,4 @@
-# The daemon's modules in eight layers, lowest first (see weft_module() in the top CMakeLists.txt and docs/architecture.md).
+# The daemon's modules in eight layers, lowest first (see weft_module() in the top CMakeLists.txt and docs/explanation/architecture.md).
 
 # base: time, text, files
 weft_module(daemon/base/file USES protocols/base PRIVATE_SYSTEM OpenSSL::Crypto)

@@ -1,6 +1,6 @@
 #pragma once
 // Weighs the cells of a sweep: which cell separates the fabrics best for its seconds, and whether
-// the data support a choice. docs/design.md, "Which cell".
+// the data support a choice. docs/explanation/campaign-design.md, "Which cell".
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,7 @@
 namespace weft::classifier::design {
 
 // The rule that chooses a cell: separability first, then time, then the response of the taxels.
-// docs/design.md, "Which cell".
+// docs/explanation/campaign-design.md, "Which cell".
 
 /// Inputs of the rule for one cell.
 struct CellStatistics {

@@ -1,5 +1,5 @@
 function data = weft_dataset(folder)
-% WEFT_DATASET  What the data set of a run's folder has (docs/dataset.md, "HDF5 layout" and "Certificate").
+% WEFT_DATASET  What the data set of a run's folder has (docs/reference/dataset.md, "HDF5 layout" and "Certificate").
 %   data.label    cell array of the fabrics' names, one a complete trial; from certificate.json, as Octave does not read texts of HDF5 files
 %   data.counts   raw counts [samples x taxels], all trials one behind the other
 %   data.runs     where phases are: trial, from 1; phase, a letter of S P M E -; first row, from 1; samples

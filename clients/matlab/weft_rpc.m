@@ -1,5 +1,5 @@
 function result = weft_rpc(method, params)
-% WEFT_RPC  One call of weftd's API by POST /rpc (docs/api.md).
+% WEFT_RPC  One call of weftd's API by POST /rpc (docs/reference/api.md).
 %   RESULT = WEFT_RPC(METHOD, PARAMS): PARAMS is a struct, or left out; RESULT a struct.
 %   WEFT_HTTP names the daemon, "http://127.0.0.1:8080", WEFT_TOKEN has the token.
 %   What the daemon refuses is an error whose identifier is weft:KIND, such as weft:param_unknown.

@@ -126,10 +126,8 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
     const std::string& name = plan.fabrics[i];
     const std::string pointer = "/fabrics/" + std::to_string(i);
     if (std::ranges::find(known, name) == known.end()) {
-      const std::string_view meant = closest(name, known);
       problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
-                          meant.empty() ? "Its fabrics are " + recipes::one_of(known)
-                                        : "Did you mean " + std::string(meant)});
+                          did_you_mean(name, known, "Its fabrics are " + recipes::one_of(known))});
     } else if (const Status on = bench.mount(name, first_seeds(plan, i), 1, TimePoint{}); !on) {
       problems.push_back(diagnostic(on.error(), pointer));
     }

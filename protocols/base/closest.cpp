@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
 namespace weft {
 namespace {
@@ -46,6 +47,12 @@ std::string_view closest(std::string_view word, const std::vector<std::string_vi
     }
   }
   return best;
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& candidates,
+                         std::string otherwise) {
+  const std::string_view meant = closest(word, candidates);
+  return meant.empty() ? std::move(otherwise) : "Did you mean " + std::string(meant) + "?";
 }
 
 }  // namespace weft

@@ -105,13 +105,8 @@ std::string as_sentence(std::string text) {
 
 std::string to_string(const Error& error) {
   std::string text = error.where.empty() ? error.what : error.where + ": " + error.what;
-  if (!error.expected.empty() || !error.got.empty()) {
-    text += " (";
-    if (!error.expected.empty()) text += "expected " + error.expected;
-    if (!error.expected.empty() && !error.got.empty()) text += ", ";
-    if (!error.got.empty()) text += "got " + error.got;
-    text += ")";
-  }
+  if (!error.got.empty()) text += ": " + error.got;
+  if (!error.expected.empty()) text += " (expected " + error.expected + ")";
   text = as_sentence(std::move(text));
   return error.hint.empty() ? text : text + " " + as_sentence(error.hint);
 }

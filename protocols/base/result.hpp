@@ -73,7 +73,7 @@ struct Error {
   Error&& in(std::string_view context) &&;
 };
 
-/// "where: what (expected X, got Y). Hint."
+/// "where: what: got (expected X). Hint." Empty parts leave no punctuation.
 std::string to_string(const Error& error);
 
 /// tl::expected that may not be ignored.

@@ -49,9 +49,7 @@ std::optional<std::size_t> find_place(const json& value, const std::string& plac
   const auto found = std::find(known.begin(), known.end(), name);
   if (!name.empty() && found != known.end()) return static_cast<std::size_t>(found - known.begin());
   const std::vector<std::string_view> names(known.begin(), known.end());
-  const std::string_view meant = closest(name, names);
-  problems.add({place, "no fabric of this recipe", "", brief(value),
-                meant.empty() ? "" : "did you mean " + std::string(meant)});
+  problems.add({place, "no fabric of this recipe", "", brief(value), did_you_mean(name, names)});
   return std::nullopt;
 }
 

@@ -53,7 +53,7 @@ constexpr double release_travel_m = 0.1e-3;  ///< from the set point's z to the 
 /// Confirmation of each move: the last status message and the check of the position.
 constexpr double confirm_s = 0.1;
 
-/// Recorded row sizes, docs/dataset.md "Chunks": stamps, counters and values.
+/// Recorded row sizes, docs/reference/dataset.md "Chunks": stamps, counters and values.
 constexpr double taxel_row_overhead_bytes = 17;
 constexpr double wrench_row_bytes = 37;
 constexpr double stage_row_bytes = 28;

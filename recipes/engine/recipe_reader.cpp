@@ -31,10 +31,8 @@ void read_fabric(const json& value, const std::string& place, const RigLimits& l
   fabrics.push_back(name);
   const std::vector<std::string_view> known(limits.fabrics.begin(), limits.fabrics.end());
   if (known.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
-  const std::string_view meant = closest(name, known);
   problems.add({place, "the rig has no such fabric", "", name,
-                meant.empty() ? "known fabrics are " + one_of(known)
-                              : "did you mean " + std::string(meant)});
+                did_you_mean(name, known, "Known fabrics are " + one_of(known))});
 }
 
 void read_fabrics(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& stated,

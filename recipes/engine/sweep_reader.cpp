@@ -132,10 +132,9 @@ class SweepReader {
   }
 
   void unknown_factor(const std::string& name, std::string place) {
-    const std::string_view meant = closest(name, spelled_names());
-    problems_.add({std::move(place), "the factor is not known", "", clipped(name),
-                   meant.empty() ? "known factors are " + one_of(spelled_names())
-                                 : "did you mean " + std::string(meant)});
+    problems_.add(
+        {std::move(place), "the factor is not known", "", clipped(name),
+         did_you_mean(name, spelled_names(), "Known factors are " + one_of(spelled_names()))});
   }
 
   void refuse_presses(const std::string& place, const std::string& name) {

@@ -154,9 +154,8 @@ std::optional<std::size_t> ObjectReader::choice(std::string_view key,
   if (!value) return std::nullopt;
   const auto found = std::find(words.begin(), words.end(), *value);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
-  const std::string_view meant = closest(*value, words);
   problems_.add({at(key), "the word is not known here", one_of(words), clipped(*value),
-                 meant.empty() ? "" : "did you mean " + std::string(meant)});
+                 did_you_mean(*value, words)});
   return std::nullopt;
 }
 
@@ -271,7 +270,7 @@ bool ObjectReader::report_wrong_units(const Quantity& quantity) {
     any = true;
     reported_.push_back(key);
     problems_.add({at(key), "the unit must be one that this key is accepted in", one_of(accepted),
-                   key, "did you mean " + std::string(accepted.front())});
+                   key, "Did you mean " + std::string(accepted.front()) + "?"});
   }
   return any;
 }
@@ -295,10 +294,8 @@ void ObjectReader::wrong_type(std::string place, std::string expected, const jso
 }
 
 void ObjectReader::report_unknown(const std::string& key) {
-  const std::string_view meant = closest(key, known_);
-  problems_.add(
-      {at(key), "the key is not known here", "", "",
-       meant.empty() ? "known keys are " + one_of(known_) : "did you mean " + std::string(meant)});
+  problems_.add({at(key), "the key is not known here", "", "",
+                 did_you_mean(key, known_, "Known keys are " + one_of(known_))});
 }
 
 }  // namespace weft::recipes

@@ -194,10 +194,9 @@ void unknown_parameter(std::string place, const std::string& name, const Paramet
                        Problems& problems) {
   std::vector<std::string_view> known;
   for (const auto& [each, parameter] : parameters) known.push_back(each);
-  const std::string_view meant = closest(name, known);
   problems.add({std::move(place), "the recipe has no such parameter",
                 known.empty() ? "no parameters" : one_of(known), clipped(name),
-                meant.empty() ? "" : "did you mean " + std::string(meant)});
+                did_you_mean(name, known)});
 }
 
 void bind_values(std::string_view values_json, Parameters& parameters, Problems& problems) {

@@ -5,7 +5,7 @@ something that it needs.
     scene_costs.py PROGRAM [--only SCENE ...] [--write-docs]
 
 PROGRAM is bench_scene_costs. Prints a table for the plant alone and one for whole runs, and writes out/bench/scene_instructions.json; with
---write-docs also the table of docs/fidelity.md.
+--write-docs also the table of docs/explanation/fidelity.md.
 Optional: needs valgrind (Debian package of that name); exit status 77 without it. Instructions do not depend on the machine's load, and on the
 machine itself only through its C library."""
 import argparse
@@ -73,7 +73,7 @@ NEEDED = {
     "run-L0": RUN - {"relaxation"},
     "run-L3": RUN | VIBRATION | {"vibration frames"},
 }
-DOCS = pathlib.Path("docs/fidelity.md")
+DOCS = pathlib.Path("docs/explanation/fidelity.md")
 DOCS_BEGIN = "<!-- scene costs: written by tests/bench/scene_costs.py --write-docs -->\n"
 DOCS_END = "<!-- end of scene costs -->\n"
 

@@ -5,7 +5,7 @@
 
 `weft sim strokes` simulates every recorded stroke with two fabric tables: the calibrated one (--fabrics), and an earlier one (--before; default: the
 newest sim/fabrics.json of the history without a calibration). Recorded and SIMULATED strokes then pass through the same statistics, features and
-learners. --write fills the text between the markers of docs/calibration.md; the pictures there come from `weft sim calibrate --pictures`.
+learners. --write fills the text between the markers of docs/explanation/calibration.md; the pictures there come from `weft sim calibrate --pictures`.
 """
 import argparse
 import collections

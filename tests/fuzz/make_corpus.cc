@@ -229,7 +229,7 @@ std::string request_line(const std::string& method, const nlohmann::json& params
          "\n";
 }
 
-/// The examples of docs/api.md, and a request of every method in its tables, each after
+/// The examples of docs/reference/api.md, and a request of every method in its tables, each after
 /// session.open; from an admin on the Unix socket and from TCP.
 void write_lines(const std::filesystem::path& page, const std::filesystem::path& folder) {
   const std::string opening =

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Fails on retired phrases in comments and documentation, and on pages of long sentences: docs/reference/glossary.md has the terms.
+"""Fails on retired phrases in comments, documentation and texts for people, and on pages of long sentences: docs/reference/glossary.md has the terms.
 
-    english.py ROOT [PATH ...]    checks COMMENTS and PAGES, or the files and folders below PATH whole
+    english.py ROOT [PATH ...]    checks COMMENTS, TEXTS and PAGES, or the files and folders below PATH whole
     english.py --report ROOT      counts findings by folder, and the sentence length of each page; exit status 0
     english.py --selftest         checks that the checker refuses what it must refuse
 
 Retired are the phrases of PHRASES, two openings of a sentence, and each phrase of several words in the third column of the glossary
-that has no bracket. Code, file keys in backquotes and quotations in double quotes do not count.
+that has no bracket. Code, file keys in backquotes and quotations in double quotes do not count. A text for people is a string of C++ or
+of the page, and the text of an HTML file, with three words or more.
 """
 import io
 import pathlib
@@ -19,6 +20,7 @@ import tokenize
 COMMENTS = ("classifier", "daemon", "drivers", "packaging", "protocols", "recipes", "script", "sim", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/howto/technician-card.md")  # documentation
 MOST_WORDS = 20  # mean of a page's sentences
+TEXTS = ()  # strings of these folders
 CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
 PHRASES = {  # pattern -> what is used instead
     r"befall(?:s|en)?|befell": "happens to, is injected", r"suffer(?:s|ed|ing)?": "has, is exposed to",
@@ -70,6 +72,34 @@ def c_comments(text):
         body = re.sub(r"^\s*(?://[/!]?<?|/\*\*?|\*/|\*)|\*/$", "", found["comment"], flags=re.M)
         out += [(line + at, one.strip() if alone or at else "\0" + one.strip()) for at, one in enumerate(body.split("\n"))]
     return out
+
+
+STRING = re.compile(r'(?P<skip>//[^\n]*|/\*.*?\*/|\'(?:\\.|[^\'\\\n]){1,2}\')|(?:u8|[uUL])?R"(?P<mark>[^()\\\s]{0,16})\((?P<raw>.*?)\)(?P=mark)"'
+                    r'|"(?P<plain>(?:\\.|[^"\\\n])*)"|\'(?P<single>(?:\\.|[^\'\\\n])*)\'|`(?P<template>(?:\\.|[^`\\])*)`', re.S)
+
+
+def strings_of(path, text):
+    """[(line, text)] of the strings for people; neighbours are joined as the compiler does, and `${...}` is one word."""
+    if path.suffix == ".html":
+        text = re.sub(r"<(script|style)\b.*?</\1>", lambda m: "\n" * m[0].count("\n"), text, flags=re.S)
+        found = [(text.count("\n", 0, m.start(1)) + 1, " ".join(m[1].split())) for m in re.finditer(r">([^<>]+)<", text)]
+        found += [(text.count("\n", 0, m.start()) + 1, m[1]) for m in re.finditer(r'\b(?:title|placeholder|aria-label)="([^"]*)"', text)]
+    elif CODE.get(path.suffix) == "c":
+        found, end = [], None
+        for m in STRING.finditer(text):
+            value = next((m[name] for name in ("raw", "plain", "single", "template") if m[name] is not None), None)
+            if value is None or m["single"] is not None and path.suffix not in (".js", ".mjs"):
+                continue
+            value = re.sub(r"\$\{(?:[^{}]|\{[^{}]*\})*\}", "x", value) if m["template"] is not None else value
+            value = value.replace("\\n", " ").replace('\\"', '"').replace("\\t", " ")
+            if end is not None and not text[end:m.start()].strip():
+                found[-1] = (found[-1][0], found[-1][1] + value)
+            else:
+                found.append((text.count("\n", 0, m.start()) + 1, value))
+            end = m.end()
+    else:
+        return []
+    return [(line, value) for line, value in found if len(re.findall(r"[A-Za-z]{2,}", value)) >= 3 and " " in value.strip()]
 
 
 def python_comments(text):
@@ -147,10 +177,10 @@ class Checker:
         self.phrases = [(re.compile(rf"(?<![\w-])(?:{pattern})(?![\w-])", re.I), instead) for pattern, instead in phrases.items()]
         self.openings = [(re.compile(rf"(?:@\w+\s+)?{pattern}"), instead) for pattern, instead in OPENINGS.items()]
 
-    def problems(self, path, text):
-        """[(line, sentence)] with what is wrong."""
+    def problems(self, path, text, strings=False):
+        """[(line, sentence)] with what is wrong in comments and pages, or else in strings."""
         out = []
-        for block in texts_of(path, text):
+        for block in [[one] for one in strings_of(path, text)] if strings else texts_of(path, text):
             for line, sentence in sentences(block):
                 plain = QUOTED.sub("\u2423", sentence)
                 found = [(match[0], instead) for pattern, instead in self.phrases for match in [pattern.search(plain)] if match]
@@ -175,7 +205,7 @@ def files_below(root, places):
     for place in places:
         start = root / place
         for path in [start] if start.is_file() else sorted(start.rglob("*")):
-            if path.is_file() and "node_modules" not in path.parts and path.suffix in (*CODE, ".md", ""):
+            if path.is_file() and "node_modules" not in path.parts and path.suffix in (*CODE, ".md", ".html", ""):
                 yield path
 
 
@@ -225,9 +255,11 @@ def main():
     places = sys.argv[2:]
     paths = list(files_below(root, places)) if places else [path for path in files_below(root, COMMENTS) if path.suffix != ".md"]
     paths += [] if places else [path for path in files_below(root, PAGES) if path.suffix == ".md"]
-    for path in paths:
+    texts = {path for path in files_below(root, TEXTS) if path.suffix != ".md"}
+    for path in dict.fromkeys([*paths, *sorted(texts)]):
         text = path.read_text(errors="replace")
         found = checker.problems(path, text)
+        found += checker.problems(path, text, strings=True) if places or path in texts else []
         if path.suffix == ".md" and (long := length_problem(text)):
             found.append((1, long))
         files += 1

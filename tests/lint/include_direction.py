@@ -5,7 +5,7 @@
     include_direction.py --selftest  checks that the checker refuses what it must refuse
 
 A row is a `weft_module(FOLDER USES FOLDER ...)` of the CMake files: the target's link list. A module may include itself and whatever its
-row reaches. docs/architecture.md shows the same rows; a difference is a problem too.
+row reaches. docs/explanation/architecture.md shows the same rows; a difference is a problem too.
 """
 import pathlib
 import re
@@ -30,7 +30,7 @@ CLOCK_FILES = ("daemon/base/loop/", "tests/bench/")
 CLOCK = re.compile(r"sleep_for|sleep_until|\busleep\b|nanosleep|_clock::now|clock_gettime|gettimeofday|timespec_get|std::clock\b|std::time\b|"
                    r"\b(?:steady|system|high_resolution|utc)_clock\b")  # any use of one: it may have another name there
 INCLUDE = re.compile(r'^\s*#\s*include\s+["<]([^">]+)[">]', re.M)
-PAGE = "docs/architecture.md"
+PAGE = "docs/explanation/architecture.md"
 PAGE_ROW = re.compile(r"^\| `([\w/<>]+)` \|[^|]*\|([^|]*)\|$", re.M)
 
 
@@ -99,7 +99,7 @@ def module_of(rows, path):
 
 
 def check_page(root, rows):
-    """The table of docs/architecture.md has each module with its row."""
+    """The table of docs/explanation/architecture.md has each module with its row."""
     if not (root / PAGE).exists():
         return []
     shown = {name: set(re.findall(r"`([\w/<>]+)`", uses)) for name, uses in PAGE_ROW.findall((root / PAGE).read_text())}

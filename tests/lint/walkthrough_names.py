@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fails on a name in docs/walkthrough.md that the tree does not have.
+"""Fails on a name in docs/explanation/walkthrough.md that the tree does not have.
 
 Checked are code spans that are a path, a `function()`, a `Class::function()` or a bare identifier. Text in double quotes must be part of a message in
 the sources. Comments do not count as sources. Links: see links.py.
@@ -12,7 +12,7 @@ import re
 import sys
 import tempfile
 
-DOCUMENT = "docs/walkthrough.md"
+DOCUMENT = "docs/explanation/walkthrough.md"
 ROOTS = ("protocols", "drivers", "recipes", "classifier", "sim", "daemon")
 CODE = (".cpp", ".hpp", ".cc", ".in", ".json")
 # comments, and literals, because a "//" inside one does not begin a comment

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""docs/api.md matches the daemon's own description, and its examples work: those for a shell with nc, and that in Python.
+"""docs/reference/api.md matches the daemon's own description, and its examples work: those for a shell with nc, and that in Python.
 
     api_document.py WEFTD SOURCE_ROOT [--write]      --write: only write the page
 """
@@ -105,14 +105,14 @@ def python_example_that_loses_its_lease(client, example, environment):
 
 def main():
     weftd, root, write = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), "--write" in sys.argv
-    target, folder = root / "docs/api.md", pathlib.Path(tempfile.mkdtemp(prefix="weft-api-"))
+    target, folder = root / "docs/reference/api.md", pathlib.Path(tempfile.mkdtemp(prefix="weft-api-"))
     try:
         with daemon_with_a_recipe(weftd, root, folder) as daemon:
-            made = page(Client(daemon.socket).call("rpc.discover"), (root / "docs/api.head.md").read_text())
+            made = page(Client(daemon.socket).call("rpc.discover"), (root / "docs/reference/api.head.md").read_text())
             if write:
                 target.write_text(made)
                 return 0
-            assert target.read_text() == made, "docs/api.md is not what the daemon says: api_document.py WEFTD ROOT --write"
+            assert target.read_text() == made, "docs/reference/api.md is not what the daemon says: api_document.py WEFTD ROOT --write"
             environment = {"WEFT_SOCKET": str(daemon.socket), "WEFT_RECIPE": "small", "WEFT_LEASE_MS": str(LEASE_MS)}
             client = Client(daemon.socket)
             bench_s = client.call("recipe.check", recipe="small")["plan"]["eta_s"]

@@ -31,7 +31,7 @@ def small(root):
 
 
 def blocks(data, values):
-    """Arrival [ns], the sensor's clock [us] and the values of each row of a chunk (docs/dataset.md)."""
+    """Arrival [ns], the sensor's clock [us] and the values of each row of a chunk (docs/reference/dataset.md)."""
     size = 16 + 4 * values
     for at in range(0, len(data), size):
         row = data[at:at + size]

@@ -20,7 +20,7 @@ import tempfile
 import threading
 
 BUILD, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-PAGES = ["README.md", "docs/README.md", "docs/tutorial.md", "docs/howto/*.md", "docs/explanation/*.md", "docs/reference/*.md", "clients/*/README.md"]
+PAGES = ["README.md", "docs/**/*.md", "clients/*/README.md"]
 BLOCK = re.compile(r"(?:<!-- (not run|until): (.*?) -->\n)?^```(sh|text)\n(.*?)^```$", re.M | re.S)
 PATIENCE_S = 120
 Block = collections.namedtuple("Block", "order words text expected")

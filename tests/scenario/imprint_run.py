@@ -53,7 +53,7 @@ def look_at_run(t, d):
 
 
 def scans(d):
-    """Counts of every recorded scan: {(object, exploration): [(phase, counts)]}, from the campaign file (docs/dataset.md)."""
+    """Counts of every recorded scan: {(object, exploration): [(phase, counts)]}, from the campaign file (docs/reference/dataset.md)."""
     out = {}
     with sqlite3.connect(d / "first/campaign.sqlite") as campaign:
         for label, exploration, rows, data in campaign.execute(

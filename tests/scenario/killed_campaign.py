@@ -6,7 +6,7 @@ import sqlite3
 import struct
 import typing
 
-WRENCH_ROW = 37   # bytes of a row, t_ns first (docs/dataset.md, "Chunks")
+WRENCH_ROW = 37   # bytes of a row, t_ns first (docs/reference/dataset.md, "Chunks")
 TAXEL_PHASE = 16  # byte of a row of the taxels
 TAXELS, WRENCH, STAGES = 0, 1, 2
 

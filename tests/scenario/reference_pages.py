@@ -186,7 +186,7 @@ def errors_page():
     out = ["# Error codes", "", MADE.format("the table in `protocols/base/result.cpp`"),
            "For programs that use the API and for people who read a message. An error has a code, a place, what is wrong, what was expected, what was found and what to do; "
            "the command line prints them as one sentence. Over the API `error.code` is the number of the row and `error.data.kind` the kind. "
-           "A retryable request may succeed later without a change. The methods add kinds of their own, such as `lease.held`: [API](../api.md).", "",
+           "A retryable request may succeed later without a change. The methods add kinds of their own, such as `lease.held`: [API](api.md).", "",
            "| code | kind | number | retryable | meaning | what to do |", "|---|---|---|---|---|---|"]
     out += [f"| {name} | `{kind}` | {number} | {'yes' if again == 'true' else 'no'} | {meaning} | {advice} |"
             for name, kind, number, again, meaning, advice in rows]

@@ -310,7 +310,7 @@ set_tests_properties(scenario_weftd_access PROPERTIES TIMEOUT 300 ENVIRONMENT PY
 add_test(NAME scenario_weftd_tls
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_tls.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_weftd_tls PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
-# docs/api.md against the daemon's own document; its examples are run.
+# docs/reference/api.md against the daemon's own document; its examples are run.
 add_test(NAME scenario_api_document
          COMMAND ${WEFT_PYTHON} ${cli_tests}/api_document.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_api_document PROPERTIES SKIP_RETURN_CODE 77)

@@ -74,7 +74,7 @@ def evaluated(client):
 
 
 def expected_rows(h5, trial, stream):
-    """Rows of the HDF5 file, by docs/dataset.md only: phase, time and values of each sample."""
+    """Rows of the HDF5 file, by docs/reference/dataset.md only: phase, time and values of each sample."""
     import numpy
     group = h5[STREAMS[stream]]
 

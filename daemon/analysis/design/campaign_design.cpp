@@ -15,7 +15,8 @@ namespace {
 using nlohmann::ordered_json;
 namespace design = classifier::design;
 
-// each point and each draw needs one training per repetition left out (docs/design.md)
+// each point and each draw needs one training per repetition left out
+// (docs/explanation/campaign-design.md)
 constexpr std::size_t reported_points = 5, reported_draws = 1;
 
 Result<DesignParts> sweep_parts(const Dataset& dataset) {

@@ -277,12 +277,12 @@ chart::Plot curve_plot(const RepetitionStudy& study) {
 }  // namespace
 
 Blocks design_section(const SweepAnalysis& a) {
-  const std::string facts = std::to_string(a.cells.size()) + " cells, " +
-                            std::to_string(a.fabrics.size()) + " fabrics (" +
-                            escape(joined(a.fabrics)) + "), " + std::to_string(a.replicates) +
-                            " replicates; learner " + escape(a.learner) + "; textures of " +
-                            general(a.band.shortest_m * 1e3) + " to " +
-                            general(a.band.longest_m * 1e3) + " mm. Definitions: docs/design.md.";
+  const std::string facts =
+      std::to_string(a.cells.size()) + " cells, " + std::to_string(a.fabrics.size()) +
+      " fabrics (" + escape(joined(a.fabrics)) + "), " + std::to_string(a.replicates) +
+      " replicates; learner " + escape(a.learner) + "; textures of " +
+      general(a.band.shortest_m * 1e3) + " to " + general(a.band.longest_m * 1e3) +
+      " mm. Definitions: docs/explanation/campaign-design.md.";
   return section("Which setting: " + a.exploration,
                  paragraph("<b>" + escape(recommendation(a)) + "</b> " + bench_badge(a.bench)) +
                      left_out_list(a) + maps(a) + front_figure(a) +

@@ -1,6 +1,6 @@
 #pragma once
 // Analysis of a swept campaign cell by cell: response of the array, accuracy, duration, and the
-// recommended cell. Definitions: docs/design.md.
+// recommended cell. Definitions: docs/explanation/campaign-design.md.
 
 #include <cstdint>
 #include <functional>

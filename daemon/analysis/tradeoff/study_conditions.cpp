@@ -158,13 +158,11 @@ std::string_view to_string(TradeoffFamily family) {
 Result<TradeoffFamily> tradeoff_family_from(std::string_view word) {
   for (const TradeoffFamily family : all_tradeoff_families())
     if (to_string(family) == word) return family;
-  const std::string_view meant =
-      closest(word, std::vector(family_names.begin(), family_names.end()));
   return fail({.code = Errc::invalid_argument,
                .what = "no such thing to vary",
                .expected = joined(family_names),
                .got = std::string(word),
-               .hint = meant.empty() ? "" : "Did you mean " + std::string(meant) + "?"});
+               .hint = did_you_mean(word, std::vector(family_names.begin(), family_names.end()))});
 }
 
 std::vector<TradeoffFamily> all_tradeoff_families() {

@@ -122,9 +122,8 @@ Status CsvTable::check_rest(const std::vector<std::string_view>& known) const {
   const auto unknown = std::ranges::find(taken_, false);
   if (unknown == taken_.end()) return {};
   const std::string& name = header_[static_cast<std::size_t>(unknown - taken_.begin())];
-  const std::string_view meant = closest(name, known);
   return complaint("unknown column '" + shortened(name) + "'", joined(known), {},
-                   meant.empty() ? "" : "Did you mean " + std::string(meant) + "?");
+                   did_you_mean(name, known));
 }
 
 }  // namespace weft::daemon

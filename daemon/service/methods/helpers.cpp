@@ -211,7 +211,7 @@ Result<std::filesystem::path> recipe_file(const Services& services, const std::s
                .where = "/params/recipe",
                .what = "no such recipe",
                .got = recipes::clipped(name),
-               .hint = rpc::did_you_mean(stem, {known.begin(), known.end()}, "See recipe.list")});
+               .hint = did_you_mean(stem, {known.begin(), known.end()}, "See recipe.list")});
 }
 
 namespace {

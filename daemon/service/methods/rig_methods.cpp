@@ -172,7 +172,7 @@ Error no_such_device(const RigFile& rig, const std::string& name) {
           .where = "/params/device",
           .what = "the rig has no such device",
           .got = recipes::clipped(name),
-          .hint = rpc::did_you_mean(name, known, "See device.list")};
+          .hint = did_you_mean(name, known, "See device.list")};
 }
 
 /// Loads the driver's plugin, if it is one, so it must not run on the server's thread.

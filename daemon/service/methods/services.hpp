@@ -1,6 +1,6 @@
 #pragma once
 // Services that the API methods use, and the registration of the methods by group. Source:
-// docs/api.md.
+// docs/reference/api.md.
 
 #include <cstdint>
 #include <filesystem>

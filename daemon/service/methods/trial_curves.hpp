@@ -36,7 +36,7 @@ struct NamedCurve {
 nlohmann::json curves_json(const std::vector<std::int64_t>& t_ns, std::size_t points,
                            std::int64_t zero_ns, const std::vector<NamedCurve>& curves);
 
-/// Answer of `data.trial` for an attempt, without the run: docs/api.md.
+/// Answer of `data.trial` for an attempt, without the run: docs/reference/api.md.
 nlohmann::json trial_curves_json(const Dataset& dataset, std::size_t trial, std::size_t points,
                                  const std::vector<ForceTarget>& targets);
 

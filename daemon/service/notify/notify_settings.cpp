@@ -120,10 +120,8 @@ std::vector<EventKind> SettingsReader::read_events(ObjectReader& reader) {
       events.push_back(*kind);
       continue;
     }
-    const std::string_view meant = closest(name, known);
     problems_.add({recipes::child(reader.at("events"), i), "no such event", recipes::one_of(known),
-                   recipes::brief(wanted[i]),
-                   meant.empty() ? "" : "did you mean " + std::string(meant)});
+                   recipes::brief(wanted[i]), did_you_mean(name, known)});
   }
   return events;
 }
@@ -247,7 +245,7 @@ void SettingsReader::check_template(const std::string& place, const json& value)
     if (placeholder_example().contains(name)) return;
     const std::string_view meant = closest(name, known);
     problems_.add({place, "no such placeholder", recipes::one_of(known), "{" + name + "}",
-                   meant.empty() ? "" : "did you mean {" + std::string(meant) + "}"});
+                   meant.empty() ? "" : "Did you mean {" + std::string(meant) + "}?"});
   };
   for_parts(
       value.get<std::string>(), [](const std::string&) {}, check);

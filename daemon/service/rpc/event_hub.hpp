@@ -1,7 +1,7 @@
 #pragma once
 // Events for subscribers: a snapshot, then deltas, numbered without gaps since the daemon started.
 // A slow subscriber loses only its own events, which are counted and reported; the run is not
-// affected. Source: docs/api.md, Events.
+// affected. Source: docs/reference/api.md, Events.
 
 #include <chrono>
 #include <cstdint>

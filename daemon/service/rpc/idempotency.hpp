@@ -1,7 +1,7 @@
 #pragma once
 // Answers to changes that were requested with a key. A client that lost the reply repeats the
-// request and gets the same answer, also after a restart of the daemon. Source: docs/api.md,
-// `idem`.
+// request and gets the same answer, also after a restart of the daemon. Source:
+// docs/reference/api.md, `idem`.
 
 #include <chrono>
 #include <cstdint>

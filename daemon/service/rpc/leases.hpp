@@ -1,6 +1,7 @@
 #pragma once
 // Holders of leases. A lease states that its user intends to control a rig; reading needs none.
-// Source: docs/api.md, Leases; the model is OPC UA DI's InitLock, RenewLock, ExitLock, BreakLock.
+// Source: docs/reference/api.md, Leases; the model is OPC UA DI's InitLock, RenewLock, ExitLock,
+// BreakLock.
 
 #include <chrono>
 #include <cstdint>

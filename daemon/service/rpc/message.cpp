@@ -102,12 +102,6 @@ std::string format_text(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known,
-                         std::string otherwise) {
-  const std::string_view meant = closest(word, known);
-  return meant.empty() ? std::move(otherwise) : "Did you mean " + std::string(meant) + "?";
-}
-
 tl::expected<Request, Refused> parse_request(std::string_view line) {
   json message;
   const std::vector<Error> findings = read_json(line, {line.size(), most_depth}, message);

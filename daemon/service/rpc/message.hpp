@@ -1,7 +1,7 @@
 #pragma once
 // JSON-RPC 2.0, one message per line: bytes to lines (LineBuffer), lines to requests, answers to
 // lines, errors, and suggestions for a misspelt word. Source: jsonrpc.org/specification;
-// docs/api.md.
+// docs/reference/api.md.
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -29,7 +29,7 @@ inline constexpr int internal = 7000;
 }  // namespace code
 
 /// Error sent to a client. Clients rely on the string `kind`; the number is JSON-RPC's own or that
-/// of its block. Source: docs/api.md, Errors.
+/// of its block. Source: docs/reference/api.md, Errors.
 struct RpcError {
   int code = code::internal;
   std::string kind;  ///< "param.unknown"; stable within a major version of the protocol
@@ -51,9 +51,6 @@ std::string to_json(const RpcError& error);
 RpcError error_from_json(std::string_view text);
 /// JSON on one line; invalid UTF-8 is replaced.
 std::string format_text(const nlohmann::json& value);
-/// "Did you mean reset?" with the nearest known word; `otherwise` if none is near.
-std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known,
-                         std::string otherwise);
 
 /// Longest line, without its line end [bytes].
 inline constexpr std::size_t most_line_bytes = std::size_t{1} << 20;

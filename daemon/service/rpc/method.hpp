@@ -1,6 +1,6 @@
 #pragma once
 // One table of the API's methods, with parameters and roles. Requests are checked against it, and
-// the OpenRPC document is made from it. Source: docs/api.md.
+// the OpenRPC document is made from it. Source: docs/reference/api.md.
 
 #include <functional>
 #include <map>

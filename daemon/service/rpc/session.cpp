@@ -42,7 +42,7 @@ std::string compute_request_digest(const rpc::MethodSpec& spec, json params) {
   return sha256_hex(std::string(spec.name) + rpc::format_text(params));
 }
 
-// Errors of docs/api.md.
+// Errors of docs/reference/api.md.
 
 rpc::RpcError role_too_low(access::Role has, access::Role needs, std::string_view method) {
   return rpc_error(code::access + 3, "access.role",
@@ -189,7 +189,8 @@ void Session::on_message(std::string_view line) {
   send_(rpc::error_line(refused.id_json, refused.error));
 }
 
-// Confirms the halt to its sender, with or without a subscription (docs/api.md, rig.halt).
+// Confirms the halt to its sender, with or without a subscription (docs/reference/api.md,
+// rig.halt).
 void Session::halt(std::string_view kind, const std::function<void(const rpc::Caller&)>& stop) {
   ++shared_->counts.stops;
   stop(caller_);

@@ -1,7 +1,7 @@
 #pragma once
 // One client's session: lines in, lines out, no socket. Sends the greeting, opens the session,
 // checks each request and calls its method. Also the state shared by all sessions, and the files
-// that methods pass to the transport. Source: docs/api.md.
+// that methods pass to the transport. Source: docs/reference/api.md.
 
 #include <functional>
 #include <map>

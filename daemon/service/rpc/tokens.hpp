@@ -1,6 +1,6 @@
 #pragma once
 // Roles, and bearer tokens for TCP. The file has only SHA-256 digests of the tokens, which are 256
-// random bits and therefore safe from dictionary attacks. Source: docs/api.md, Tokens.
+// random bits and therefore safe from dictionary attacks. Source: docs/reference/api.md, Tokens.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,7 +15,8 @@
 
 namespace weft::daemon::access {
 
-/// Four roles; each includes the rights of the previous ones. Role of each method: docs/api.md.
+/// Four roles; each includes the rights of the previous ones. Role of each method:
+/// docs/reference/api.md.
 enum class Role : std::uint8_t {
   observer,   ///< reads
   operator_,  ///< runs recipes

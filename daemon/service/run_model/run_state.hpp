@@ -1,7 +1,7 @@
 #pragma once
 // A run as clients see it: a pure state machine over people's orders and the reports of the run's
 // thread, and the facts of its end. Most states have a deadline; after it the ladder pause, stop,
-// abort, halt is climbed. Source: docs/reference/run-verbs.md.
+// abort, halt is climbed. Source: docs/reference/run-states.md.
 
 #include <array>
 #include <chrono>

@@ -2,7 +2,7 @@
 // The API over HTTP, for curl and browsers. POST /rpc answers one request, GET /events streams
 // events (server-sent events), GET /data/RUN/FILE sends a file, GET / the page that uses all three.
 // Every request except for the page has its token as a bearer. Thread: the daemon's, so no
-// operation may block. Source: docs/api.md.
+// operation may block. Source: docs/reference/api.md.
 
 #include <chrono>
 #include <cstdint>

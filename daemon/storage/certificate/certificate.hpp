@@ -1,6 +1,7 @@
 #pragma once
 // The certificate of a campaign and its data set: what was recorded with which devices, and digests
-// that detect a flipped bit anywhere in the two files. Layout: docs/dataset.md, "Certificate".
+// that detect a flipped bit anywhere in the two files. Layout: docs/reference/dataset.md,
+// "Certificate".
 
 #include <cstdint>
 #include <filesystem>
@@ -33,7 +34,7 @@ struct CertifiedGap {
 struct CertifiedTrial {
   std::string name;  ///< as in the data set: "0007-denim-M1-r03-a1"
   std::string outcome;
-  std::string sha256;            ///< digest of the content (docs/dataset.md, "Digest")
+  std::string sha256;            ///< digest of the content (docs/reference/dataset.md, "Digest")
   std::string catalogue_sha256;  ///< digest of the trial's row and its chunks' rows, without
                                  ///< samples
   std::vector<CertifiedGap> gaps;

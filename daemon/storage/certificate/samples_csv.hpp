@@ -26,9 +26,9 @@ struct WrittenSamples {
 
 /// Writes a heading and one row for each sample of the complete trials of a campaign file, in plan
 /// order: bench, trial, label, exploration, repetition, phase, t_s, then the values with their
-/// units. Columns: docs/dataset.md, "Samples as a table". One trial is in memory at a time. Errors:
-/// load_campaign()'s; not_found without a complete trial or such a stream; io; wrong_state if
-/// stopped.
+/// units. Columns: docs/reference/dataset.md, "Samples as a table". One trial is in memory at a
+/// time. Errors: load_campaign()'s; not_found without a complete trial or such a stream; io;
+/// wrong_state if stopped.
 Result<WrittenSamples> write_samples_csv(const std::filesystem::path& campaign, Stream stream,
                                          std::ostream& out, const StopRequested& stop_requested);
 

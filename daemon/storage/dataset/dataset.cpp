@@ -281,7 +281,7 @@ std::vector<classifier::Trial> complete_trials(const Dataset& dataset,
   return chosen;
 }
 
-// The canonical serialisation behind the digests, specified in docs/dataset.md, "Digest".
+// The canonical serialisation behind the digests, specified in docs/reference/dataset.md, "Digest".
 
 std::string trial_sha256(const classifier::Trial& trial, const TrialRecord& record) {
   return to_hex(trial_digest(trial, record));

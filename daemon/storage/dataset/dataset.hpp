@@ -206,9 +206,9 @@ struct Dataset {
 /// this first.
 Status check(const Dataset& dataset);
 
-/// SHA-256 of the content (docs/dataset.md, "Digest"): labels, outcomes, phases, counts, times,
-/// streams and the bench kind. Wall-clock time, software version and seed are excluded. Lower-case
-/// hexadecimal.
+/// SHA-256 of the content (docs/reference/dataset.md, "Digest"): labels, outcomes, phases, counts,
+/// times, streams and the bench kind. Wall-clock time, software version and seed are excluded.
+/// Lower-case hexadecimal.
 struct DatasetDigest {
   std::string dataset_sha256;
   std::vector<std::string> trial_sha256;

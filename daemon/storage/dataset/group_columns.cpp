@@ -61,13 +61,11 @@ Result<std::vector<std::string>> find_group_labels(std::span<const GroupColumn> 
   if (found == columns.end()) {
     std::vector<std::string_view> known{recorded_column};
     for (const GroupColumn& one : columns) known.push_back(one.name);
-    const std::string_view meant = closest(column, known);
     return fail({.code = Errc::not_found,
                  .what = "the data set does not say which " + shortened(column) + " a row has",
                  .expected = joined(known),
                  .got = shortened(column),
-                 .hint = meant.empty() ? "Name it in a column of the manifest"
-                                       : "Did you mean " + std::string(meant) + "?"});
+                 .hint = did_you_mean(column, known, "Name it in a column of the manifest")});
   }
   const auto missing = std::ranges::find(found->of_row, std::string());
   if (missing != found->of_row.end())

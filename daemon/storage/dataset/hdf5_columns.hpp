@@ -19,8 +19,8 @@
 
 namespace weft::daemon::hdf5 {
 
-// Constants shared by the writer and the reader of a data set file (docs/dataset.md, "HDF5
-// layout").
+// Constants shared by the writer and the reader of a data set file (docs/reference/dataset.md,
+// "HDF5 layout").
 
 constexpr const char* format_name = "weft-dataset";
 constexpr std::uint32_t format_version = 1;

@@ -1,5 +1,5 @@
 #pragma once
-// The exchange format: one HDF5 file per data set, layout in docs/dataset.md.
+// The exchange format: one HDF5 file per data set, layout in docs/reference/dataset.md.
 
 #include <filesystem>
 

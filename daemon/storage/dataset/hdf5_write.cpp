@@ -1,4 +1,4 @@
-// Dataset to HDF5 file; layout in docs/dataset.md, "HDF5 layout".
+// Dataset to HDF5 file; layout in docs/reference/dataset.md, "HDF5 layout".
 #include <array>
 #include <functional>
 #include <limits>

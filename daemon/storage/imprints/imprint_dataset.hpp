@@ -1,6 +1,6 @@
 #pragma once
-// Imprints in a data set (docs/dataset.md, "Imprints"): a trial of exploration `imprint`. Its
-// samples are the rows of the array, top to bottom, and its taxels are the columns.
+// Imprints in a data set (docs/reference/dataset.md, "Imprints"): a trial of exploration `imprint`.
+// Its samples are the rows of the array, top to bottom, and its taxels are the columns.
 
 #include <filesystem>
 #include <optional>
@@ -30,8 +30,8 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
                                      std::size_t cols, BenchKind bench = BenchKind::unknown);
 
 // Imprints in a recorded campaign: trials in which a frame is one scan of a dense array
-// (docs/dataset.md, "Imprints"). The imprint of a trial is the last scan of phase P, when the force
-// has been held the longest.
+// (docs/reference/dataset.md, "Imprints"). The imprint of a trial is the last scan of phase P, when
+// the force has been held the longest.
 
 /// True if a device reports rows and columns with a product equal to the number of taxels; it may
 /// also report pitch and bits. False for an empty set.

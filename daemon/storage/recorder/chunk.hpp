@@ -1,6 +1,6 @@
 #pragma once
-// Rows of samples as stored in the campaign file: fixed size, little-endian (docs/dataset.md,
-// "Chunks").
+// Rows of samples as stored in the campaign file: fixed size, little-endian
+// (docs/reference/dataset.md, "Chunks").
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,6 @@
 #pragma once
-// One SQLite file per campaign: catalogue, journal and sample store. Layout in docs/dataset.md.
+// One SQLite file per campaign: catalogue, journal and sample store. Layout in
+// docs/reference/dataset.md.
 
 #include <chrono>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// The tables of a campaign file (docs/dataset.md, "Campaign file").
+// The tables of a campaign file (docs/reference/dataset.md, "Campaign file").
 
 namespace weft::daemon {
 

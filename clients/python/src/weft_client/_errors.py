@@ -1,4 +1,4 @@
-"""Refusals of the daemon as exceptions. Programs use `kind`; the other fields are for people (docs/api.md, "Errors")."""
+"""Refusals of the daemon as exceptions. Programs use `kind`; the other fields are for people (docs/reference/api.md, "Errors")."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, Mapping, Optional, Type

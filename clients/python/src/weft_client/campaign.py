@@ -1,4 +1,4 @@
-"""Campaign files (campaign.sqlite) as arrays, without HDF5 (extra: numpy). Layout: docs/dataset.md, "Campaign file".
+"""Campaign files (campaign.sqlite) as arrays, without HDF5 (extra: numpy). Layout: docs/reference/dataset.md, "Campaign file".
 
     from weft_client.campaign import Campaign
     with Campaign("out/m1") as campaign:

@@ -1,4 +1,4 @@
-"""Data sets (dataset.h5) as arrays (extra: h5py). Layout: docs/dataset.md, "HDF5 layout".
+"""Data sets (dataset.h5) as arrays (extra: h5py). Layout: docs/reference/dataset.md, "HDF5 layout".
 
     from weft_client.dataset import DataSet
     with DataSet("out/m1/dataset.h5") as data:

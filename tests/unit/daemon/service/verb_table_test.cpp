@@ -1,4 +1,4 @@
-// Every verb in every state of a run, tried on a run manager: docs/reference/run-verbs.md has the
+// Every verb in every state of a run, tried on a run manager: docs/reference/run-states.md has the
 // results. With WEFT_WRITE_DOCS in the environment the page is written again. SIMULATED.
 
 #include <cstdlib>
@@ -16,7 +16,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-const std::filesystem::path verbs_page = WEFT_SOURCE_DIR "/docs/reference/run-verbs.md";
+const std::filesystem::path verbs_page = WEFT_SOURCE_DIR "/docs/reference/run-states.md";
 
 /// A row of the page: a state; in the last row that of a run with trials left.
 struct VerbRow {

@@ -139,8 +139,8 @@ TEST_CASE(
     const auto dataset = load_campaign(folder / "flipped");
     if (dataset && !same_content(*dataset, original)) ++unnoticed;
   }
-  // Samples have CRCs; SQLite's own catalogue rows (names, times) have none, as docs/dataset.md
-  // states.
+  // Samples have CRCs; SQLite's own catalogue rows (names, times) have none, as
+  // docs/reference/dataset.md states.
   CHECK(unnoticed <= 2);
 }
 

@@ -1,5 +1,5 @@
 #!/ usr / bin / env python3
-"""Recomputes every digest of a Weft data set with h5py and hashlib, from docs/dataset.md only.
+"""Recomputes every digest of a Weft data set with h5py and hashlib, from docs/reference/dataset.md only.
 
     verify_dataset.py FILE.h5
 """

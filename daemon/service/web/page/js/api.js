@@ -1,4 +1,4 @@
-// One call of the daemon's API: a request to POST /rpc and its answer. See docs/api.md.
+// One call of the daemon's API: a request to POST /rpc and its answer. See docs/reference/api.md.
 
 /** An error from the daemon, or a failed connection (`kind` "unreachable"). */
 export class ApiError extends Error {
