@@ -162,8 +162,7 @@ Result<int> run_align(const AlignArgs& args, Console& console) {
 }  // namespace
 
 void add_align_command(const CommandGroup& weft) {
-  weft.add<AlignArgs>("align", "find the plate's tilt by touching, level it, touch again",
-                      run_align);
+  weft.add<AlignArgs>("align", run_align);
 }
 
 }  // namespace weft::daemon::cli

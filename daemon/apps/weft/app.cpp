@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "daemon/apps/weft/command_specs.hpp"
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/help_text.hpp"
 #include "daemon/base/version/software_version.hpp"
@@ -12,19 +13,30 @@
 namespace weft::daemon::cli {
 namespace {
 
-/// Commands that print the command line for other programs (manual page, completion).
-void add_texts(CLI::App& root, ChosenCommand& chosen) {
-  const auto add_text = [&](const char* name, const char* what,
-                            std::string (*text)(const CLI::App&)) {
-    root.add_subcommand(name, what)->callback([&root, &chosen, text] {
-      chosen = [&root, text](Console& console) -> Result<int> {
-        console.out << text(root);
+struct CompletionArgs {
+  std::string shell = "bash";
+};
+
+void add_options(CLI::App& app, CompletionArgs& args) {
+  app.add_option("SHELL", args.shell, "shell: bash or zsh")
+      ->check(CLI::IsMember({"bash", "zsh"}))
+      ->capture_default_str();
+}
+
+struct ManualArgs {};
+void add_options(CLI::App&, ManualArgs&) {}
+
+/// Commands that print the command line for other programs.
+void add_texts(const CommandGroup& weft, const CLI::App& root) {
+  weft.add<ManualArgs>("manual", [&root](const ManualArgs&, Console& console) -> Result<int> {
+    console.out << manual_page(root);
+    return exit_ok;
+  });
+  weft.add<CompletionArgs>(
+      "completion", [&root](const CompletionArgs& args, Console& console) -> Result<int> {
+        console.out << (args.shell == "zsh" ? zsh_completion(root) : bash_completion(root));
         return exit_ok;
-      };
-    });
-  };
-  add_text("manual", "these commands as a manual page, for `man -l -`", manual_page);
-  add_text("completion", "what bash completes, for `source <(weft completion)`", bash_completion);
+      });
 }
 
 bool wants_json(std::span<const char* const> arguments) {
@@ -97,6 +109,13 @@ std::optional<int> parse(CLI::App& root, int argc, const char* const* argv, Cons
 
 }  // namespace
 
+CLI::App* CommandGroup::subcommand(const char* name) const {
+  CLI::App* const command = app_->add_subcommand(name);
+  command->description(std::string(command_spec(command_path(*command)).summary));
+  command->fallthrough();
+  return command;
+}
+
 void add_commands(CLI::App& root, ChosenCommand& chosen) {
   const CommandGroup weft(root, chosen);
   for (const auto add :
@@ -107,13 +126,14 @@ void add_commands(CLI::App& root, ChosenCommand& chosen) {
         add_data_commands,   add_page_command,      add_queue_commands, add_token_commands,
         add_sim_commands,    add_earlier_commands})
     add(weft);
-  add_texts(root, chosen);
+  add_texts(weft, root);
 }
 
 int run(int argc, const char* const* argv, Console& console) {
-  CLI::App root("Weft runs tactile-exploration campaigns and tells fabrics apart.", "weft");
+  CLI::App root("Weft runs tactile-exploration campaigns and trains models that recognise fabrics.",
+                "weft");
   ChosenCommand chosen;
-  root.add_flag("--json", console.json, "one JSON object on standard output");
+  root.add_flag("--json", console.json, "print one JSON object on standard output");
   root.set_version_flag("--version", "weft " + software_version());
   root.require_subcommand(1);
   root.formatter(std::make_shared<HelpText>());

@@ -452,8 +452,7 @@ std::string answer_line(const classifier::TrainedLearner& learner, const Predict
 CLI::App* add_classify_command(const CommandGroup& group, CommandModality modality) {
   ClassifyArgs preset;
   preset.modality = modality;
-  return group.add<ClassifyArgs>("classify", "name the labels of recordings with a trained model",
-                                 run_classify, preset);
+  return group.add<ClassifyArgs>("classify", run_classify, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -25,9 +25,9 @@ class CommandGroup {
  public:
   CommandGroup(CLI::App& app, ChosenCommand& chosen) : app_(&app), chosen_(&chosen) {}
 
-  [[nodiscard]] CommandGroup group(const char* name, const char* text) const {
-    CLI::App* const below = app_->add_subcommand(name, text);
-    below->fallthrough()->require_subcommand(1);
+  [[nodiscard]] CommandGroup group(const char* name) const {
+    CLI::App* const below = subcommand(name);
+    below->require_subcommand(1);
     return {*below, *chosen_};
   }
 
@@ -52,11 +52,9 @@ class CommandGroup {
   /// Adds a command. add_options(CLI::App&, Args&) declares its options; `execute` receives them.
   /// `preset`: defaults.
   template <class Args>
-  CLI::App* add(const char* name, const char* text,
-                const std::function<Result<int>(const Args&, Console&)>& execute,
+  CLI::App* add(const char* name, const std::function<Result<int>(const Args&, Console&)>& execute,
                 const Args& preset = {}) const {
-    CLI::App* const command = app_->add_subcommand(name, text);
-    command->fallthrough();
+    CLI::App* const command = subcommand(name);
     const auto args = std::make_shared<Args>(preset);
     add_options(*command, *args);
     command->callback([chosen = chosen_, args, execute] {
@@ -66,6 +64,9 @@ class CommandGroup {
   }
 
  private:
+  // Its summary is that of command_specs().
+  [[nodiscard]] CLI::App* subcommand(const char* name) const;
+
   CLI::App* app_;
   ChosenCommand* chosen_;
 };
@@ -118,7 +119,15 @@ void add_token_commands(const CommandGroup& weft);
 /// A page of section 1 in roff (man(7)): every command with its arguments and options.
 std::string manual_page(const CLI::App& root);
 
-/// A script for bash: commands and options of the program; files where neither fits.
+/// Completion scripts: commands and options of the program; files where neither fits. That for zsh
+/// shows the meaning of each word.
 std::string bash_completion(const CLI::App& root);
+std::string zsh_completion(const CLI::App& root);
+
+/// Words behind `weft` that select a command: "dataset import"; empty for the root.
+std::string command_path(const CLI::App& app);
+
+/// Adds --manual and --completion SHELL to a program without commands.
+void add_generated_texts(CLI::App& app);
 
 }  // namespace weft::daemon::cli

@@ -53,9 +53,9 @@ Result<Reached> reached(const SocketArgs& args);
 
 /// Adds a command on the daemon selected by its options.
 template <class Args>
-void add_daemon_command(const CommandGroup& group, const char* name, const char* text,
+void add_daemon_command(const CommandGroup& group, const char* name,
                         Result<int> (*execute)(client::Client&, const Args&, Console&)) {
-  group.add<Args>(name, text, [execute](const Args& args, Console& console) -> Result<int> {
+  group.add<Args>(name, [execute](const Args& args, Console& console) -> Result<int> {
     auto found = reached(args);
     if (!found) return pass(found.error());
     return execute(found->client, args, console);

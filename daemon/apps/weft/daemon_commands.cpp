@@ -408,32 +408,24 @@ Result<int> run_call(const CallArgs& args, Console& console) {
 }  // namespace
 
 void add_daemon_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "status", "show readiness, rig, the run under way, queue, newest runs",
-                     run_status);
-  add_daemon_command(weft, "start", "puts a recipe in the daemon's line", run_start);
-  add_daemon_command(weft, "watch", "follow a run until it has ended", run_watch);
-  add_daemon_command<PauseArgs>(
-      weft, "pause", "holds a run before its next repetition",
-      [](auto& daemon, auto& args, auto& console) {
-        return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
-      });
-  add_daemon_command(weft, "resume", "goes on with a run that is held", run_resume);
-  add_daemon_command(weft, "recover",
-                     "resume a run that is over with trials left, discard it or keep what there is",
-                     run_recover);
-  add_daemon_command(weft, "confirm", "what a run waits for a person to do is done", run_confirm);
-  add_daemon_command<RunOrderArgs>(weft, "stop", "ends a run after its repetition",
-                                   [](auto& daemon, auto& args, auto& console) {
-                                     return order(daemon, args, "run.stop", {}, console);
-                                   });
-  add_daemon_command<BreakArgs>(weft, "abort", "end a run now with the probe up",
-                                [](auto& daemon, auto& args, auto& console) {
-                                  return order(daemon, args, "run.abort", break_params(args),
-                                               console);
-                                });
-  add_daemon_command(weft, "annotate", "set the tags or the note of a run", run_annotate);
-  add_daemon_command(weft, "log", "the daemon's journal", run_log);
-  weft.add<CallArgs>("call", "any method of the daemon's API", run_call);
+  add_daemon_command(weft, "status", run_status);
+  add_daemon_command(weft, "start", run_start);
+  add_daemon_command(weft, "watch", run_watch);
+  add_daemon_command<PauseArgs>(weft, "pause", [](auto& daemon, auto& args, auto& console) {
+    return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
+  });
+  add_daemon_command(weft, "resume", run_resume);
+  add_daemon_command(weft, "recover", run_recover);
+  add_daemon_command(weft, "confirm", run_confirm);
+  add_daemon_command<RunOrderArgs>(weft, "stop", [](auto& daemon, auto& args, auto& console) {
+    return order(daemon, args, "run.stop", {}, console);
+  });
+  add_daemon_command<BreakArgs>(weft, "abort", [](auto& daemon, auto& args, auto& console) {
+    return order(daemon, args, "run.abort", break_params(args), console);
+  });
+  add_daemon_command(weft, "annotate", run_annotate);
+  add_daemon_command(weft, "log", run_log);
+  weft.add<CallArgs>("call", run_call);
 }
 
 }  // namespace weft::daemon::cli

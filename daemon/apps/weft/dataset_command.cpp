@@ -432,10 +432,10 @@ Result<int> run_info(const InfoArgs& args, Console& console) {
 }  // namespace
 
 void add_dataset_commands(const CommandGroup& weft) {
-  const CommandGroup dataset = weft.group("dataset", "import, export and describe data sets");
-  dataset.add<ImportArgs>("import", "other people's recordings into a data set", run_import);
-  dataset.add<ExportArgs>("export", "the complete trials of a campaign file", run_export);
-  dataset.add<InfoArgs>("info", "what a data set holds", run_info);
+  const CommandGroup dataset = weft.group("dataset");
+  dataset.add<ImportArgs>("import", run_import);
+  dataset.add<ExportArgs>("export", run_export);
+  dataset.add<InfoArgs>("info", run_info);
 }
 
 }  // namespace weft::daemon::cli

@@ -197,13 +197,9 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
 }  // namespace
 
 void add_design_commands(const CommandGroup& weft) {
-  const CommandGroup group = weft.group("design", "which setting, and how many repetitions");
-  group.add<DesignAnalyseArgs>("analyse",
-                               "the cells of a sweep: response, separability, time, which to take",
-                               run_design_analyse);
-  group.add<DesignRepetitionsArgs>("repetitions",
-                                   "learning curve, and what more repetitions would give",
-                                   run_design_repetitions);
+  const CommandGroup group = weft.group("design");
+  group.add<DesignAnalyseArgs>("analyse", run_design_analyse);
+  group.add<DesignRepetitionsArgs>("repetitions", run_design_repetitions);
 }
 
 }  // namespace weft::daemon::cli

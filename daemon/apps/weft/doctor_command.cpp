@@ -131,8 +131,7 @@ Result<int> run_doctor(const DoctorArgs& args, Console& console) {
 }  // namespace
 
 void add_doctor_command(const CommandGroup& weft) {
-  weft.add<DoctorArgs>("doctor", "look over a rig: devices, ports, machine; what to fix",
-                       run_doctor);
+  weft.add<DoctorArgs>("doctor", run_doctor);
 }
 
 }  // namespace weft::daemon::cli

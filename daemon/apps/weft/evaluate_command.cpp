@@ -214,8 +214,7 @@ Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
 CLI::App* add_evaluate_command(const CommandGroup& group, CommandModality modality) {
   EvaluateArgs preset;
   preset.trials.modality = modality;
-  return group.add<EvaluateArgs>("evaluate", "train and test on splits of a data set", run_evaluate,
-                                 preset);
+  return group.add<EvaluateArgs>("evaluate", run_evaluate, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -205,14 +205,11 @@ Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console
 CLI::App* add_features_command(const CommandGroup& group, CommandModality modality) {
   FeaturesArgs preset;
   preset.trials.modality = modality;
-  return group.add<FeaturesArgs>("features", "the features of a data set as a table", run_features,
-                                 preset);
+  return group.add<FeaturesArgs>("features", run_features, preset);
 }
 
 void add_export_command(const CommandGroup& weft) {
-  weft.add<CampaignExportArgs>("export",
-                               "the complete trials of a campaign as one more file beside it",
-                               run_campaign_export);
+  weft.add<CampaignExportArgs>("export", run_campaign_export);
 }
 
 }  // namespace weft::daemon::cli

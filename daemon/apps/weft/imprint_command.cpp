@@ -301,13 +301,9 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
 }  // namespace
 
 void add_imprint_commands(const CommandGroup& imprint) {
-  imprint.add<ImprintSceneArgs>("scene", "simulated imprints of twelve objects as a data set",
-                                run_imprint_scene);
-  imprint.add<ImprintTablesArgs>("tables",
-                                 "the paper's four experiments on any imprints, its figures beside",
-                                 run_imprint_tables);
-  imprint.add<ImprintSearchArgs>(
-      "search", "the scales of smoothing that tell the classes apart best", run_imprint_search);
+  imprint.add<ImprintSceneArgs>("scene", run_imprint_scene);
+  imprint.add<ImprintTablesArgs>("tables", run_imprint_tables);
+  imprint.add<ImprintSearchArgs>("search", run_imprint_search);
 }
 
 }  // namespace weft::daemon::cli

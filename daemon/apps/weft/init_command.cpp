@@ -251,7 +251,7 @@ Result<int> run_init(const InitArgs& given, Console& console) {
 }  // namespace
 
 void add_init_command(const CommandGroup& weft) {
-  weft.add<InitArgs>("init", "find devices and write a rig file; nothing moves", run_init);
+  weft.add<InitArgs>("init", run_init);
 }
 
 }  // namespace weft::daemon::cli

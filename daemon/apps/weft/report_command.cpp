@@ -210,8 +210,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
 }  // namespace
 
 void add_report_command(const CommandGroup& weft) {
-  weft.add<ReportArgs>("report", "the report of a campaign that is over, to read or to print",
-                       run_report);
+  weft.add<ReportArgs>("report", run_report);
 }
 
 }  // namespace weft::daemon::cli

@@ -252,11 +252,8 @@ Result<int> run_calibrate(const CalibrateArgs& given, Console& console) {
 }  // namespace
 
 void add_sim_commands(const CommandGroup& weft) {
-  const CommandGroup sim = weft.group("sim", "the simulated bench: fit it to recordings");
-  sim.add<CalibrateArgs>("calibrate",
-                         "fit cloths and pads of the simulation to recordings, and say what the "
-                         "recordings do not show",
-                         run_calibrate);
+  const CommandGroup sim = weft.group("sim");
+  sim.add<CalibrateArgs>("calibrate", run_calibrate);
   add_sim_strokes_command(sim);
 }
 

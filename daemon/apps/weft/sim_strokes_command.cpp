@@ -183,9 +183,7 @@ Result<int> run_strokes(const StrokesArgs& given, Console& console) {
 }  // namespace
 
 void add_sim_strokes_command(const CommandGroup& sim) {
-  sim.add<StrokesArgs>("strokes",
-                       "the strokes of recordings, simulated with a cloth table, as a data set",
-                       run_strokes);
+  sim.add<StrokesArgs>("strokes", run_strokes);
 }
 
 }  // namespace weft::daemon::cli

@@ -220,9 +220,9 @@ std::vector<std::string> stop_arguments(std::vector<std::string> words) {
 }
 
 void add_stop_commands(const CommandGroup& weft) {
-  weft.add<StopArgs>("halt", "stop all motion and latch the rig; any words are the reason",
+  weft.add<StopArgs>("halt",
                      [](auto& args, auto& console) { return stop_all(args, false, console); });
-  weft.add<StopArgs>("estop", "as halt, and only an engineer resets it",
+  weft.add<StopArgs>("estop",
                      [](auto& args, auto& console) { return stop_all(args, true, console); });
 }
 

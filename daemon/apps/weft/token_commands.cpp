@@ -168,14 +168,14 @@ Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& cons
 }  // namespace
 
 void add_page_command(const CommandGroup& weft) {
-  add_daemon_command(weft, "page", "a link to the daemon's page, good for a day", run_page);
+  add_daemon_command(weft, "page", run_page);
 }
 
 void add_token_commands(const CommandGroup& weft) {
-  const CommandGroup token = weft.group("token", "tokens of the daemon's TCP clients");
-  token.add<TokenAddArgs>("add", "makes one and prints it, once", run_token_add);
-  token.add<TokenListArgs>("list", "whose there are, their roles, until when", run_token_list);
-  token.add<TokenRemoveArgs>("remove", "takes one away", run_token_remove);
+  const CommandGroup token = weft.group("token");
+  token.add<TokenAddArgs>("add", run_token_add);
+  token.add<TokenListArgs>("list", run_token_list);
+  token.add<TokenRemoveArgs>("remove", run_token_remove);
 }
 
 }  // namespace weft::daemon::cli

@@ -97,7 +97,7 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
 }  // namespace
 
 void add_verify_command(const CommandGroup& weft) {
-  weft.add<VerifyArgs>("verify", "whether a campaign or data set is what was recorded", run_verify);
+  weft.add<VerifyArgs>("verify", run_verify);
 }
 
 }  // namespace weft::daemon::cli

@@ -55,13 +55,7 @@ int main(int argc, char** argv) {
          "serve every device on TCP too, on 127.0.0.1 from this port on, and the pages and "
          "the command port of a Net F/T box, for programs that cannot open a pseudo-terminal")
       ->check(CLI::Range(1, 65000));
-  app.add_flag_callback(
-      "--manual",
-      [&app] {
-        std::cout << cli::manual_page(app);
-        throw CLI::Success();
-      },
-      "print these options as a manual page");
+  cli::add_generated_texts(app);
   if (const auto status = cli::parse_command_line(app, argc, argv)) return *status;
   if (const Status served = serve(args); !served) {
     std::cerr << "weft-rig: " << to_string(served.error()) << std::endl;

@@ -2,19 +2,32 @@
 # Components are the packages of packaging/deb; docs/howto/install.md lists the contents of each.
 include(GNUInstallDirs)
 set(weft_texts ${CMAKE_BINARY_DIR}/texts)
-file(MAKE_DIRECTORY ${weft_texts})
-add_custom_command(OUTPUT ${weft_texts}/weft.1 ${weft_texts}/weftd.1 ${weft_texts}/weft-rig.1 ${weft_texts}/weft
+file(MAKE_DIRECTORY ${weft_texts}/bash ${weft_texts}/zsh)
+add_custom_command(OUTPUT ${weft_texts}/weft.1 ${weft_texts}/weftd.1 ${weft_texts}/weft-rig.1 ${weft_texts}/bash/weft ${weft_texts}/zsh/_weft
+                          ${weft_texts}/bash/weftd ${weft_texts}/zsh/_weftd ${weft_texts}/bash/weft-rig ${weft_texts}/zsh/_weft-rig
                    COMMAND weft manual > ${weft_texts}/weft.1
                    COMMAND weftd --manual > ${weft_texts}/weftd.1
                    COMMAND weft-rig --manual > ${weft_texts}/weft-rig.1
-                   COMMAND weft completion > ${weft_texts}/weft
+                   COMMAND weft completion bash > ${weft_texts}/bash/weft
+                   COMMAND weft completion zsh > ${weft_texts}/zsh/_weft
+                   COMMAND weftd --completion bash > ${weft_texts}/bash/weftd
+                   COMMAND weftd --completion zsh > ${weft_texts}/zsh/_weftd
+                   COMMAND weft-rig --completion bash > ${weft_texts}/bash/weft-rig
+                   COMMAND weft-rig --completion zsh > ${weft_texts}/zsh/_weft-rig
                    DEPENDS weft weftd weft-rig VERBATIM)
 add_custom_target(weft_texts ALL DEPENDS ${weft_texts}/weft.1)
 
 set(weft_share ${CMAKE_INSTALL_DATADIR}/weft)
 install(TARGETS weft COMPONENT weft)
 install(FILES ${weft_texts}/weft.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT weft)
-install(FILES ${weft_texts}/weft DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT weft)
+# Installs the completion of a program for bash and, where Debian's zsh looks for that of packages, for zsh.
+function(weft_install_completion program component)
+  install(FILES ${weft_texts}/bash/${program} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT ${component})
+  install(FILES ${weft_texts}/zsh/_${program} DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT ${component})
+endfunction()
+weft_install_completion(weft weft)
+weft_install_completion(weftd weftd)
+weft_install_completion(weft-rig rig)
 install(DIRECTORY recipes/library/ DESTINATION ${weft_share}/recipes COMPONENT weft FILES_MATCHING PATTERN *.json)
 install(FILES recipes/schema/recipe.schema.json DESTINATION ${weft_share}/schema COMPONENT weft)
 file(GLOB weft_tables sim/*.json)

@@ -6,6 +6,7 @@
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/campaign/bench_session.hpp"
 #include "daemon/service/rpc/session.hpp"
+#include "protocols/base/closest.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {

@@ -5,6 +5,7 @@
 
 #include "daemon/campaign/bench_check.hpp"
 #include "daemon/service/methods/helpers.hpp"
+#include "protocols/base/closest.hpp"
 #include "recipes/schema/diagnostic.hpp"
 
 namespace weft::daemon::api {
