@@ -3,6 +3,7 @@
 
     english.py ROOT [PATH ...]    checks COMMENTS, TEXTS and PAGES, or the files and folders below PATH whole
     english.py --report ROOT      counts findings by folder, and the sentence length of each page; exit status 0
+    english.py --help-of ROOT PROGRAM ...   checks that the help of each option and command is a phrase of under 80 characters
     english.py --selftest         checks that the checker refuses what it must refuse
 
 Retired are the phrases of PHRASES, two openings of a sentence, and each phrase of several words in the third column of the glossary
@@ -13,6 +14,7 @@ import io
 import pathlib
 import re
 import statistics
+import subprocess
 import sys
 import tokenize
 
@@ -20,6 +22,8 @@ import tokenize
 COMMENTS = ("classifier", "daemon", "drivers", "packaging", "protocols", "recipes", "script", "sim", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/howto/technician-card.md")  # documentation
 MOST_WORDS = 20  # mean of a page's sentences
+MOST_HELP = 80  # characters
+NO_PHRASE = re.compile(r"(?:of|what|whose|which|who|where|when|how|also|not|in|as|by|too|its)\b", re.I)
 TEXTS = ()  # strings of these folders
 CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
 PHRASES = {  # pattern -> what is used instead
@@ -226,9 +230,34 @@ def selftest():
         wrong.append("length of sentences")
     if [line for line, _ in checker.problems(pathlib.Path("a.cpp"), "int a;\n// Fine.\n// It was\n// told.\n")] != [3]:
         wrong.append("the line of a finding")
+    page = ".SH OPTIONS\n.TP\n\\fB\\-\\-%s\\fR\n%s\n.SS weft a\n\\fBweft a\\fR\n.PP\nadd a run.\n.PP\nExample: weft a of it and what is told, so often that it is long, longer than it may be\n"
+    for name, text, expected in (("rig", "rig file", 0), ("rig", "of the rig", 1), ("rig", "use the rig " * 8, 1), ("rig", "print what is told", 1)):
+        if len(help_problems(checker, page % (name, text))) != expected:
+            wrong.append(("help", text))
     for each in wrong:
         print(f"not as expected: {each}")
     return not wrong
+
+
+def help_problems(checker, manual):
+    """What is wrong with the help of commands and options in a manual page that Weft made: [(heading, problem)]."""
+    out, section = [], ""
+    plain = re.sub(r"\\f[A-Z]|\\&", "", manual).replace("\\-", "-").replace("\\e", "\\")
+    for block in re.split(r"^\.(?=SS|TP|SH|PP)", plain, flags=re.M):
+        kind, _, rest = block.partition("\n")
+        if kind.startswith(("SS", "SH")):
+            section = kind[3:].strip()
+        head, _, text = rest.partition("\n") if kind == "TP" else (section, "", rest.split("\nExample:")[0])
+        text = text.strip()
+        if kind not in ("TP", "PP") or text.startswith("Example:") or section == "EXIT STATUS":
+            continue
+        place = f"{section}: {head}"
+        if len(text) >= MOST_HELP or not text:
+            out.append((place, f"{len(text)} characters (expected 1 to {MOST_HELP - 1}): {text}"))
+        if NO_PHRASE.match(text):
+            out.append((place, f"not an imperative phrase: {text}"))
+        out += [(place, problem) for _, problem in checker.problems(pathlib.Path("a.md"), text)]
+    return out
 
 
 def report(root, checker):
@@ -247,10 +276,19 @@ def report(root, checker):
 def main():
     if sys.argv[1] == "--selftest":
         sys.exit(0 if selftest() else 1)
-    root = pathlib.Path(sys.argv[2] if sys.argv[1] == "--report" else sys.argv[1])
+    root = pathlib.Path(sys.argv[2] if sys.argv[1].startswith("--") else sys.argv[1])
     checker = Checker((root / "docs/reference/glossary.md").read_text())
     if sys.argv[1] == "--report":
         return report(root, checker)
+    if sys.argv[1] == "--help-of":
+        found = []
+        for program in sys.argv[3:]:
+            words = [program, "manual"] if program.endswith("weft") else [program, "--manual"]
+            found += help_problems(checker, subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+        for place, problem in found:
+            print(f"{place}: {problem}")
+        print(f"{len(found)} findings")
+        sys.exit(1 if found else 0)
     count = files = 0
     places = sys.argv[2:]
     paths = list(files_below(root, places)) if places else [path for path in files_below(root, COMMENTS) if path.suffix != ".md"]

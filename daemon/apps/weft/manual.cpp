@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <iostream>
 #include <vector>
 
@@ -101,10 +100,11 @@ std::vector<Word> words_after(const CLI::App& app, const CLI::App& root) {
   return words;
 }
 
-// Quoted for a shell in single quotes, which it does not contain.
-std::string in_quotes(std::string text) {
-  std::ranges::replace(text, '\'', '`');
-  return "'" + text + "'";
+// One word of a shell.
+std::string in_quotes(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
 }
 
 // "'weft run'|'weft check'": the pattern of all commands.
