@@ -94,7 +94,7 @@ std::string_view LineReader::values_of(std::string_view keyword) {
   const std::string_view line = rest_.substr(0, end);
   const std::size_t gap = std::min(line.find(' '), line.size());
   if (end == std::string_view::npos || line.substr(0, gap) != keyword) {
-    refuse("another line was due", std::string(keyword), std::string(line.substr(0, 40)));
+    refuse("unexpected line", std::string(keyword), std::string(line.substr(0, 40)));
     return {};
   }
   rest_.remove_prefix(end + 1);
@@ -110,7 +110,7 @@ std::vector<Number> LineReader::list(std::string_view keyword, std::size_t count
     Number value{};
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc{} || end != word.data() + word.size()) {
-      refuse("not a number", "numbers after " + std::string(keyword),
+      refuse("value is not a number", "numbers after " + std::string(keyword),
              std::string(word.substr(0, 40)));
       return {};
     }
@@ -136,7 +136,7 @@ std::vector<double> LineReader::numbers(std::string_view keyword, std::size_t co
     return infinite ? !std::isnan(v) : std::isfinite(v);
   });
   if (bad == out.end()) return out;
-  refuse("not a finite number", "finite numbers after " + std::string(keyword), shortest(*bad));
+  refuse("value is not finite", "finite numbers after " + std::string(keyword), shortest(*bad));
   return {};
 }
 
@@ -172,7 +172,7 @@ std::size_t LineReader::count(std::string_view keyword, std::size_t least, std::
   const std::vector<std::size_t> out = counts(keyword, 1);
   if (out.empty()) return 0;
   if (out.front() >= least && out.front() <= most) return out.front();
-  refuse("impossible " + std::string(keyword),
+  refuse(std::string(keyword) + " out of range",
          std::to_string(least) + " to " + std::to_string(most), std::to_string(out.front()));
   return 0;
 }
@@ -182,12 +182,13 @@ void LineReader::within(std::span<const std::size_t> positions, std::size_t size
   const auto beyond =
       std::find_if(positions.begin(), positions.end(), [=](std::size_t p) { return p >= size; });
   if (beyond != positions.end())
-    refuse("a " + std::string(what) + " beyond the last", "less than " + std::to_string(size),
+    refuse(std::string(what) + " number out of range", "less than " + std::to_string(size),
            std::to_string(*beyond));
 }
 
 void LineReader::finish() {
-  if (!rest_.empty()) refuse("text after the end", "nothing", std::string(rest_.substr(0, 40)));
+  if (!rest_.empty())
+    refuse("text after the last line", "end of file", std::string(rest_.substr(0, 40)));
 }
 
 std::string checksum_line(std::string_view keyword, std::string_view before,
@@ -213,20 +214,20 @@ Result<std::string_view> check_checksum(std::string_view text) {
   const std::string_view before = text.substr(0, text.size() - trailer.size());
   if (!before.ends_with('\n') || !trailer.starts_with(checksum_keyword) || trailer.back() != '\n')
     return fail({.code = Errc::corrupt,
-                 .what = "the model file was cut short",
-                 .expected = "a last line with a checksum"});
+                 .what = "model file incomplete",
+                 .expected = "a checksum on the last line"});
   if (trailer == checksum_line(checksum_keyword, before)) return before;
-  return fail(
-      {.code = Errc::corrupt, .what = "the model file was altered: its checksum disagrees"});
+  return fail({.code = Errc::corrupt, .what = "model file altered: wrong checksum"});
 }
 
 Status check_line_ends(std::string_view beginning) {
   if (!beginning.substr(0, beginning.find('\n')).ends_with('\r')) return {};
-  return fail({.code = Errc::corrupt,
-               .what = "line ends were changed on the way",
-               .expected = "lines that end in a line feed",
-               .got = "a carriage return before it",
-               .hint = "Copy the model file again as binary (scp, git with -text, ftp binary)"});
+  return fail(
+      {.code = Errc::corrupt,
+       .what = "line ends of the model file changed",
+       .expected = "line feed",
+       .got = "carriage return and line feed",
+       .hint = "Copy the model file again in binary mode (scp, git with -text, ftp binary)"});
 }
 
 }  // namespace weft::classifier

@@ -92,14 +92,12 @@ void parallel_blocks(std::size_t count, std::size_t threads,
 }
 
 tl::unexpected<Error> out_of_memory(std::size_t rows, const std::string& got) {
-  return fail(
-      {.code = Errc::range,
-       .where = std::to_string(rows) + " feature vectors",
-       .what = "too many feature vectors for the memory of this machine",
-       .expected = "room for their distances, " + format_gb(gigabytes(rows, 1.0)) + " a matrix",
-       .got = got,
-       .hint = "Train on fewer of them, such as longer windows or windows that overlap less, or "
-               "with --learner lda"});
+  return fail({.code = Errc::range,
+               .where = std::to_string(rows) + " feature vectors",
+               .what = "too many feature vectors for the memory of this computer",
+               .expected = format_gb(gigabytes(rows, 1.0)) + " for each distance matrix",
+               .got = got,
+               .hint = "Use longer windows, less overlap or --learner lda"});
 }
 
 Status check_square_memory(std::size_t rows, double matrices) {

@@ -27,7 +27,7 @@ auto within_memory(std::size_t rows, const Work& work) -> decltype(work()) {
   try {
     return work();
   } catch (const std::bad_alloc&) {
-    return out_of_memory(rows, "none is left");
+    return out_of_memory(rows, "no free memory");
   }
 }
 

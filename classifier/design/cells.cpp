@@ -135,14 +135,14 @@ Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner lear
   if (groups.size() < least_replicates)
     return fail({.code = Errc::invalid_argument,
                  .where = "cell",
-                 .what = "too few replicates to leave one out",
+                 .what = "too few replicates for cross-validation",
                  .expected = "at least 3",
                  .got = std::to_string(groups.size())});
   if (labels.size() < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "cell",
-                 .what = "there is nothing to tell apart",
-                 .expected = "2 fabrics",
+                 .what = "too few fabrics to compare",
+                 .expected = "at least 2",
                  .got = std::to_string(labels.size())});
   const auto splits = leave_one_group_out(matrix.groups, matrix.labels);
   if (!splits) return pass(splits.error());
@@ -165,8 +165,8 @@ Result<std::vector<bool>> separability(const FeatureMatrix& matrix, Learner lear
   if (requested < matrix.size())
     return fail({.code = Errc::invalid_argument,
                  .where = "cell",
-                 .what = "a fabric is in one replicate alone",
-                 .expected = "each in two replicates or more"});
+                 .what = "fabric in only one replicate",
+                 .expected = "each fabric in at least two replicates"});
   return right;
 }
 

@@ -93,8 +93,8 @@ Status check_groups(const FeatureMatrix& matrix, std::size_t groups) {
   if (labels.size() < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "data",
-                 .what = "there is nothing to tell apart",
-                 .expected = "2 fabrics",
+                 .what = "too few fabrics for a learning curve",
+                 .expected = "at least 2",
                  .got = std::to_string(labels.size())});
   if (groups < least_groups)
     return fail({.code = Errc::invalid_argument,
@@ -138,7 +138,7 @@ class Forecaster {
     out.accuracy = quantile(laws, 0.5);
     out.ci95 = {quantile(measured, 0.025), quantile(measured, 0.975),
                 "percentiles of " + std::to_string(options_.resamples) +
-                    " resamples of the repetitions, with the noise of the measurement"};
+                    " resamples of the repetitions, with measurement noise"};
     out.wanted = options_.accuracy;
     out.most = options_.most;
     out.enough = reached(enough, 0.5);
@@ -268,8 +268,8 @@ Result<RepetitionForecast> forecast_repetitions(const LearningCurve& curve,
   if (curve.points.size() < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "curve",
-                 .what = "one point is no learning curve",
-                 .expected = "2 points",
+                 .what = "too few points for a learning curve",
+                 .expected = "at least 2",
                  .got = std::to_string(curve.points.size())});
   const auto refuse = [](const char* what, std::string expected, std::string got) {
     return fail({.code = Errc::range,
@@ -279,12 +279,12 @@ Result<RepetitionForecast> forecast_repetitions(const LearningCurve& curve,
                  .got = std::move(got)});
   };
   if (options.predict <= least_trained)
-    return refuse("no forecast for so few repetitions",
-                  std::to_string(least_trained + 1) + " or more", std::to_string(options.predict));
+    return refuse("too few repetitions for a forecast",
+                  "at least " + std::to_string(least_trained + 1), std::to_string(options.predict));
   if (!(options.accuracy > 0) || !(options.accuracy < 1))
-    return refuse("no such accuracy to reach", "above 0 and below 1",
+    return refuse("target accuracy out of range", "above 0 and below 1",
                   std::to_string(options.accuracy));
-  if (options.resamples == 0) return refuse("no resamples, no interval", "1 or more", "0");
+  if (options.resamples == 0) return refuse("too few resamples for an interval", "at least 1", "0");
   return Forecaster(curve, options).run();
 }
 

@@ -82,13 +82,13 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
   if (press.size() < least_press || motion.size() < least_motion)
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "too few samples to tell signal from noise",
-                 .expected = "3 in phase P and 8 in phase M",
+                 .what = "too few samples to separate signal from noise",
+                 .expected = "at least 3 in phase P and 8 in phase M",
                  .got = std::to_string(press.size()) + " and " + std::to_string(motion.size())});
   if (!(rate_hz > 0) || !(speed_mps > 0))
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "sample rate and speed must be known"});
+                 .what = "sample rate or speed not known"});
   Response out;
   out.low_hz = speed_mps / band.longest_m;
   out.high_hz = std::min(speed_mps / band.shortest_m, rate_hz / 2);
@@ -99,7 +99,7 @@ Result<Response> response_of(const Trial& trial, double rate_hz, double speed_mp
   if (bins.last < bins.first)
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "no frequency of the band of textures is resolved"});
+                 .what = "sample rate or duration too low to resolve the texture band"});
   const Spectrum spectrum(motion.size());
   simd::AlignedDoubles scratch;
   std::size_t saturated = 0;

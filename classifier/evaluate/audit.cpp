@@ -111,7 +111,7 @@ Status check_probes(const FeatureMatrix& full, std::span<const Probe> probes) {
     if (probe.features.labels != full.labels)
       return fail({.code = Errc::invalid_argument,
                    .where = "probe " + probe.name,
-                   .what = "its rows are not those of the full features",
+                   .what = "number of rows differs from the full features",
                    .expected = std::to_string(full.size()) + " rows",
                    .got = std::to_string(probe.features.size())});
   return {};
@@ -239,7 +239,7 @@ Result<PermutationUnits> make_permutation_units(const FeatureMatrix& matrix,
     } else if (out.label[at->second] != label) {
       return fail({.code = Errc::invalid_argument,
                    .where = matrix.files[r],
-                   .what = "one recording has two labels",
+                   .what = "recording has two labels",
                    .got = out.label[at->second] + " and " + label});
     }
   }

@@ -20,7 +20,7 @@ Status check_shares(std::span<const double> shares, const char* where) {
     if (!(p >= 0.0 && p <= 1.0))
       return fail({.code = Errc::range,
                    .where = where,
-                   .what = "not a probability",
+                   .what = "probability out of range",
                    .expected = "0 to 1",
                    .got = std::to_string(p)});
   return {};
@@ -33,14 +33,14 @@ Status check_answers(std::span<const double> stated, std::span<const double> rig
     return fail(
         {.code = Errc::invalid_argument,
          .where = where,
-         .what = "nothing to compare",
-         .expected = "at least one answer and one bin",
-         .got = std::to_string(stated.size()) + " answers, " + std::to_string(bins) + " bins"});
+         .what = "no predictions or no bins to compare",
+         .expected = "at least one prediction and one bin",
+         .got = std::to_string(stated.size()) + " predictions, " + std::to_string(bins) + " bins"});
   if (right.size() != stated.size() || recordings != stated.size())
     return fail({.code = Errc::invalid_argument,
                  .where = where,
-                 .what = "sizes disagree",
-                 .expected = std::to_string(stated.size()) + " outcomes and recordings",
+                 .what = "numbers of outcomes and recordings differ from the predictions",
+                 .expected = std::to_string(stated.size()) + " of each",
                  .got = std::to_string(right.size()) + " and " + std::to_string(recordings)});
   if (auto ok = check_shares(stated, where); !ok) return ok;
   return check_shares(right, where);
@@ -85,20 +85,20 @@ Status check_input(const Matrix& probability, std::span<const std::size_t> answe
   if (bins == 0 || probability.rows() == 0)
     return fail({.code = Errc::invalid_argument,
                  .where = "reliability",
-                 .what = "nothing to compare",
+                 .what = "no trials or no bins to compare",
                  .expected = "at least one trial and one bin"});
   if (answer.size() != probability.rows() || truth.size() != probability.rows())
     return fail({.code = Errc::invalid_argument,
                  .where = "reliability",
-                 .what = "sizes disagree",
-                 .expected = std::to_string(probability.rows()) + " answers and true classes",
+                 .what = "numbers of predictions and true classes differ from the probabilities",
+                 .expected = std::to_string(probability.rows()) + " of each",
                  .got = std::to_string(answer.size()) + " and " + std::to_string(truth.size())});
   for (const auto columns : {answer, truth})
     for (const std::size_t c : columns)
       if (c >= probability.cols())
         return fail({.code = Errc::range,
                      .where = "reliability",
-                     .what = "class beyond the last",
+                     .what = "class number out of range",
                      .expected = "< " + std::to_string(probability.cols()),
                      .got = std::to_string(c)});
   return check_shares(probability.data(), "reliability");

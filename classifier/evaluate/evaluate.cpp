@@ -12,13 +12,14 @@ namespace {
 
 Status check_split(const FeatureMatrix& matrix, const Split& split) {
   if (split.test.empty())
-    return fail({.code = Errc::invalid_argument, .where = "split", .what = "nothing to test"});
+    return fail(
+        {.code = Errc::invalid_argument, .where = "split", .what = "split has no test trials"});
   for (const auto* rows : {&split.train, &split.test}) {
     for (const std::size_t r : *rows) {
       if (r < matrix.size()) continue;
       return fail({.code = Errc::range,
                    .where = "split",
-                   .what = "split names a trial that does not exist",
+                   .what = "split names an unknown trial",
                    .expected = "< " + std::to_string(matrix.size()),
                    .got = std::to_string(r)});
     }
@@ -29,14 +30,14 @@ Status check_split(const FeatureMatrix& matrix, const Split& split) {
     if (train_rows.count(r) != 0) {
       return fail({.code = Errc::invalid_argument,
                    .where = matrix.files[r],
-                   .what = "trial is in both training and test"});
+                   .what = "trial in both training and test"});
     }
     if (train_labels.count(matrix.labels[r]) == 0) {
       return fail({.code = Errc::invalid_argument,
                    .where = matrix.files[r],
-                   .what = "test label was never trained",
+                   .what = "test label without training trials",
                    .got = matrix.labels[r],
-                   .hint = "Give every fabric trials on both sides or leave it out"});
+                   .hint = "Give every fabric training and test trials, or remove the fabric"});
     }
   }
   return {};
@@ -102,7 +103,7 @@ void summarise(std::span<const Split> splits, Scores& out) {
 Result<Confusion> empty_confusion(const FeatureMatrix& matrix, std::span<const Split> splits) {
   if (splits.empty())
     return fail(
-        {.code = Errc::invalid_argument, .where = "evaluate", .what = "no split to evaluate"});
+        {.code = Errc::invalid_argument, .where = "evaluate", .what = "no splits to evaluate"});
   if (auto ok = check(matrix); !ok) return pass(ok.error());
   std::set<std::string> labels;
   for (const Split& split : splits) {
@@ -163,7 +164,7 @@ Result<PermutationResult> permuted(const FeatureMatrix& matrix, std::uint64_t se
   if (options.permutations == 0)
     return fail({.code = Errc::range,
                  .where = "permutations",
-                 .what = "no permutation",
+                 .what = "too few permutations",
                  .expected = "at least 1",
                  .got = "0"});
   RandomEngine engine(seed);

@@ -45,8 +45,8 @@ class Tally {
     if (unknown_labels_.empty() && known_ == 0)
       return fail({.code = Errc::invalid_argument,
                    .where = "none of these",
-                   .what = "too few training trials to refuse any",
-                   .expected = "enough of two labels, beside the one that is left out, for folds",
+                   .what = "too few training trials for the open-set check",
+                   .expected = "two labels besides the held-out one with enough trials for folds",
                    .hint = "Train with more trials of each label"});
     OpenSetCheck out;
     out.not_measured.assign(not_measured_.begin(), not_measured_.end());
@@ -99,7 +99,7 @@ Status check_labels_can_be_left_out(const FeatureMatrix& matrix, std::span<const
     if (labels < 3)
       return fail({.code = Errc::invalid_argument,
                    .where = "none of these",
-                   .what = "too few fabrics to leave one out",
+                   .what = "too few fabrics for the open-set check",
                    .expected = "at least 3",
                    .got = std::to_string(labels)});
   }
@@ -111,7 +111,7 @@ Result<OpenSetCheck> check_open_set(const FeatureMatrix& matrix, std::span<const
   if (splits.empty() || recipes.size() != splits.size())
     return fail({.code = Errc::invalid_argument,
                  .where = "none of these",
-                 .what = "every split needs its recipe",
+                 .what = "number of recipes differs from the splits",
                  .expected = std::to_string(splits.size()),
                  .got = std::to_string(recipes.size())});
   if (auto ok = check_labels_can_be_left_out(matrix, splits); !ok) return pass(ok.error());

@@ -51,10 +51,10 @@ Status check_groups(std::span<const std::string> groups, std::span<const std::st
     if (contains(groups, group)) continue;
     return fail({.code = Errc::not_found,
                  .where = side,
-                 .what = "no trial has this group",
+                 .what = "group without trials",
                  .got = group,
-                 .hint = "The manifest's column group lists them; a name with a comma needs quotes "
-                         "(\"g0, left\")"});
+                 .hint = "Use names of the manifest's group column; quote a name with a comma: "
+                         "\"g0, left\""});
   }
   return {};
 }
@@ -68,7 +68,7 @@ Result<std::vector<std::size_t>> draw(
     if (of_label.size() < recordings)
       return fail({.code = Errc::range,
                    .where = "label " + label,
-                   .what = "not so many training recordings",
+                   .what = "number of training recordings too high",
                    .expected = "at most " + std::to_string(of_label.size()),
                    .got = std::to_string(recordings)});
     std::vector<std::string> names;
@@ -192,13 +192,13 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
     return fail({.code = Errc::range,
                  .where = "train fraction",
                  .what = "training fraction out of range",
-                 .expected = "between 0 and 1",
+                 .expected = "above 0 and below 1",
                  .got = std::to_string(fraction)});
   }
   if (repeats == 0)
     return fail({.code = Errc::range,
                  .where = "repeats",
-                 .what = "no repeats",
+                 .what = "too few repeats",
                  .expected = "at least 1",
                  .got = "0"});
   RowsOfLabel rows;
@@ -207,10 +207,10 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
     if (members.size() >= least_train) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "label " + label,
-                 .what = "too few trials to split",
+                 .what = "too few trials for a split",
                  .expected = "at least 2",
                  .got = "1",
-                 .hint = "Record more trials of it or leave it out"});
+                 .hint = "Record more trials of this label or remove the label"});
   }
   RandomEngine engine(seed);
   std::vector<Split> out;
@@ -218,8 +218,8 @@ Result<std::vector<Split>> stratified_splits(std::span<const std::string> labels
   if (out.front().test.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "labels",
-                 .what = "no trial is left to test: two of each label train",
-                 .expected = "at least 3 trials of each",
+                 .what = "too few trials to leave some for the test",
+                 .expected = "at least 3 per label",
                  .got = "2",
                  .hint = "Record more trials"});
   return out;
@@ -246,7 +246,7 @@ Result<Split> grouped_split(std::span<const std::string> groups,
     if (!contains(test_groups, group)) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "groups",
-                 .what = "group is in both training and test",
+                 .what = "group in both training and test",
                  .expected = "disjoint lists",
                  .got = group});
   }
@@ -266,8 +266,8 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
   if (distinct.size() < 2 || distinct.count("") != 0)
     return fail({.code = Errc::invalid_argument,
                  .where = "leave one group out",
-                 .what = "the trials are not in groups",
-                 .expected = "a group for every trial, at least two groups",
+                 .what = "too few groups, or trials without group",
+                 .expected = "at least 2, and a group for every trial",
                  .got = std::to_string(distinct.size())});
   std::vector<Split> out;
   for (const std::string& left_out : distinct) {
@@ -282,7 +282,7 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
     if (split.test.empty())
       return fail({.code = Errc::invalid_argument,
                    .where = "group " + left_out,
-                   .what = "no other group has its labels"});
+                   .what = "labels occur in no other group"});
     out.push_back(std::move(split));
   }
   return out;
@@ -316,7 +316,7 @@ Result<std::vector<Split>> thinned(std::span<const Split> splits,
   if (recordings == 0 || draws == 0)
     return fail({.code = Errc::range,
                  .where = "learning curve",
-                 .what = "nothing to draw",
+                 .what = "too few recordings or draws",
                  .expected = "at least 1",
                  .got = "0"});
   RandomEngine engine(seed);

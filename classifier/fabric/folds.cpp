@@ -110,7 +110,7 @@ Status check_labels(std::span<const std::string> labels, std::size_t least) {
   if (rows.size() < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "labels",
-                 .what = "nothing to tell apart",
+                 .what = "too few labels to train on",
                  .expected = "at least 2",
                  .got = std::to_string(rows.size())});
   for (const auto& [label, count] : rows)
@@ -120,7 +120,7 @@ Status check_labels(std::span<const std::string> labels, std::size_t least) {
                    .what = "too few training trials",
                    .expected = "at least " + std::to_string(least),
                    .got = std::to_string(count),
-                   .hint = "Record more trials of it or leave it out"});
+                   .hint = "Record more trials of this label or remove the label"});
   return {};
 }
 

@@ -18,7 +18,7 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
       if (r >= sign.size()) {
         return fail({.code = Errc::range,
                      .where = "folds",
-                     .what = "fold names a row that does not exist",
+                     .what = "fold names an unknown row",
                      .expected = "< " + std::to_string(sign.size()),
                      .got = std::to_string(r)});
       }
@@ -33,7 +33,7 @@ Status check_fold(const Fold& fold, std::span<const int> sign, const TrainOption
       fold.train.size() < least_fold_rows) {
     return fail({.code = Errc::invalid_argument,
                  .where = "folds",
-                 .what = "fold is too small to select features in",
+                 .what = "fold too small for feature selection",
                  .expected = "at least " + std::to_string(least_fold_rows) + " training rows",
                  .got = std::to_string(fold.train.size()),
                  .hint = "Use fewer validation rows or nested = false"});

@@ -88,8 +88,8 @@ Result<Vote> FabricModel::classify(std::span<const double> features) const {
   if (!std::all_of(decision.begin(), decision.end(), [](double f) { return std::isfinite(f); })) {
     return fail({.code = Errc::range,
                  .where = "classify",
-                 .what = "a core's decision is not finite",
-                 .hint = "The trial is absurdly far from every training trial"});
+                 .what = "decision of a core not finite",
+                 .hint = "Check the trial: its values are far outside the training range"});
   }
   return count_votes(pairs_, std::move(decision), labels_.size());
 }
@@ -164,8 +164,8 @@ Result<FabricModel> train(const FeatureMatrix& matrix, const TrainOptions& optio
   if (cores->size() != pairs)
     return fail({.code = Errc::invalid_argument,
                  .where = "cores",
-                 .what = "not one core per pair of labels",
-                 .expected = std::to_string(pairs),
+                 .what = "wrong number of cores",
+                 .expected = std::to_string(pairs) + ", one per pair of labels",
                  .got = std::to_string(cores->size())});
   return FabricModel(std::move(labels), matrix.names, options.reduction, std::move(*cores));
 }

@@ -164,7 +164,7 @@ std::vector<std::string> read_labels(LineReader& in) {
   std::vector<std::string> labels = read_names(in, "label", in.count("labels", 2, most_labels));
   const auto late = std::adjacent_find(labels.begin(), labels.end(), std::greater_equal<>());
   if (late != labels.end())
-    in.refuse("labels are not in order", "one after " + *late, *std::next(late));
+    in.refuse("labels not in order", "a label after " + *late, *std::next(late));
   return labels;
 }
 

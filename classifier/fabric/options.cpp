@@ -22,7 +22,7 @@ Status check_list(const std::vector<double>& values, double highest, const char*
   if (good) return {};
   return fail({.code = Errc::range,
                .where = name,
-               .what = "unusable grid",
+               .what = "grid value out of range",
                .expected = std::string(expected) + ", at least one"});
 }
 
@@ -57,21 +57,21 @@ Status check(const TrainOptions& options) {
   if (options.cap == 0)
     return fail({.code = Errc::range,
                  .where = "cap",
-                 .what = "cap must be at least 1",
-                 .expected = ">= 1",
+                 .what = "cap out of range",
+                 .expected = "at least 1",
                  .got = "0"});
   if (options.folds < 2) {
     return fail({.code = Errc::range,
                  .where = "folds",
                  .what = "too few folds",
-                 .expected = ">= 2",
+                 .expected = "at least 2",
                  .got = std::to_string(options.folds)});
   }
   if (!(options.tolerance > 0.0 && std::isfinite(options.tolerance))) {
     return fail({.code = Errc::range,
                  .where = "tolerance",
-                 .what = "unusable tolerance",
-                 .expected = "> 0",
+                 .what = "tolerance out of range",
+                 .expected = "above 0",
                  .got = std::to_string(options.tolerance)});
   }
   return {};
@@ -83,9 +83,8 @@ void note_unconverged(const TrainOptions& options) {
 
 Status unless_stopped(const std::function<bool()>& stop) {
   if (stop && stop())
-    return fail({.code = Errc::wrong_state,
-                 .where = "train",
-                 .what = "the training was stopped before its end"});
+    return fail(
+        {.code = Errc::wrong_state, .where = "train", .what = "training stopped on request"});
   return {};
 }
 

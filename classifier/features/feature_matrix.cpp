@@ -21,10 +21,10 @@ Status check_alike(std::span<const Trial> trials) {
     if (trial.taxels == trials.front().taxels && phases_of(trial) == phases) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "trial differs from the first one",
+                 .what = "taxels or phases differ from the first trial",
                  .expected = describe(trials.front().taxels, phases),
                  .got = describe(trial.taxels, phases_of(trial)),
-                 .hint = "All trials of a set need the same features"});
+                 .hint = "Use trials with the same taxels and phases"});
   }
   return {};
 }
@@ -33,7 +33,7 @@ Status check_sizes(const FeatureMatrix& m) {
   if (m.values.cols() != m.names.size()) {
     return fail({.code = Errc::invalid_argument,
                  .where = "feature matrix",
-                 .what = "names and columns disagree",
+                 .what = "numbers of names and columns differ",
                  .expected = std::to_string(m.names.size()) + " columns",
                  .got = std::to_string(m.values.cols())});
   }
@@ -41,13 +41,13 @@ Status check_sizes(const FeatureMatrix& m) {
   if (!m.parts.empty() && m.parts.size() != rows)
     return fail({.code = Errc::invalid_argument,
                  .where = "feature matrix",
-                 .what = "parts do not match the rows",
-                 .expected = std::to_string(rows) + ", or none",
+                 .what = "number of parts differs from the rows",
+                 .expected = std::to_string(rows) + " or 0",
                  .got = std::to_string(m.parts.size())});
   if (m.labels.size() != rows || m.groups.size() != rows || m.files.size() != rows) {
     return fail({.code = Errc::invalid_argument,
                  .where = "feature matrix",
-                 .what = "labels, groups and files do not match the rows",
+                 .what = "numbers of labels, groups and files differ from the rows",
                  .expected = std::to_string(rows) + " of each",
                  .got = std::to_string(m.labels.size()) + ", " + std::to_string(m.groups.size()) +
                         ", " + std::to_string(m.files.size())});
@@ -62,7 +62,7 @@ Status check(const Trial& trial) {
   if (trial.counts.size() != trial.samples() * trial.taxels) {
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "samples and phases disagree",
+                 .what = "number of values differs from the phases",
                  .expected = std::to_string(trial.samples() * trial.taxels) + " values",
                  .got = std::to_string(trial.counts.size())});
   }
@@ -74,10 +74,10 @@ Status check(const Trial& trial) {
   return fail({.code = Errc::invalid_argument,
                .where = trial.file + ": sample " + std::to_string(bad / trial.taxels) + ", taxel " +
                         std::to_string(bad % trial.taxels + 1),
-               .what = "sample is not finite",
-               .expected = "a finite count",
+               .what = "sample not finite",
+               .expected = "a finite number",
                .got = std::to_string(trial.counts[bad]),
-               .hint = "Repair or drop the recording"});
+               .hint = "Repair or remove the recording"});
 }
 
 }  // namespace
@@ -87,8 +87,8 @@ Status check_feature(double value, const std::string& where) {
   if (!std::isfinite(value)) return not_finite(where, "feature", value);
   return fail({.code = Errc::invalid_argument,
                .where = where,
-               .what = "feature is too large",
-               .expected = "magnitudes up to 2.2e307"});
+               .what = "feature too large",
+               .expected = "magnitude up to 2.2e307"});
 }
 
 Status check_length(std::span<const double> values, std::size_t expected, std::string_view where,

@@ -67,7 +67,7 @@ Status check_feature(double value, const std::string& where);
 Status check_features(std::span<const double> values, std::span<const std::string> names);
 
 /// Hint for vectors that do not come from the training.
-inline constexpr const char* another_sensor = "Was the model trained for another sensor?";
+inline constexpr const char* another_sensor = "Check that the model was trained for this sensor";
 
 /// Refuses a vector with a length other than `expected`; `where` names the trained object.
 Status check_length(std::span<const double> values, std::size_t expected, std::string_view where,

@@ -57,7 +57,7 @@ std::size_t first_not_finite(std::span<const double> values) {
 tl::unexpected<Error> not_finite(std::string where, const std::string& what, double got) {
   return fail({.code = Errc::invalid_argument,
                .where = std::move(where),
-               .what = what + " is not finite",
+               .what = what + " not finite",
                .expected = "a finite number",
                .got = std::to_string(got)});
 }
@@ -66,10 +66,10 @@ Status check_motion_frames(std::size_t frames, std::size_t taxels) {
   const std::size_t most = FeatureStream::most_motion_frames(taxels);
   if (frames <= most) return {};
   return fail({.code = Errc::range,
-               .what = "phase M is too long",
+               .what = "phase M too long",
                .expected = "at most " + std::to_string(most) + " samples",
                .got = std::to_string(frames),
-               .hint = "Cut it into windows"});
+               .hint = "Cut the trial into windows"});
 }
 
 FeatureStream::FeatureStream(std::size_t taxels, FeatureOptions options)
@@ -113,8 +113,8 @@ Status FeatureStream::add(Phase phase, std::span<const double> counts) {
     return fail({.code = Errc::invalid_argument,
                  .where = "frame " + std::to_string(bad / taxels_) + ", taxel " +
                           std::to_string(bad % taxels_ + 1),
-                 .what = "sample is not finite",
-                 .expected = "a finite count",
+                 .what = "sample not finite",
+                 .expected = "a finite number",
                  .got = std::to_string(counts[bad])});
   }
   if (phase == Phase::motion) {
@@ -166,23 +166,23 @@ Status FeatureStream::check_finite() const {
   const FeatureLayout layout(taxels_, phases());
   return fail({.code = Errc::range,
                .what = "feature " + layout.columns()[bad].name + " overflows",
-               .expected = "counts of a sensor",
-               .hint = "Are these raw counts?"});
+               .expected = "raw counts of a sensor",
+               .hint = "Check that the values are raw counts"});
 }
 
 Result<std::span<const double>> FeatureStream::features(BlockSet wanted) {
   if (motion_frames() == 0) {
     return fail({.code = Errc::invalid_argument,
-                 .what = "phase M is empty",
+                 .what = "phase M empty",
                  .expected = "at least one sample",
                  .got = "0",
-                 .hint = "Every trial needs its motion"});
+                 .hint = "Record each trial with its motion"});
   }
   if (!(options_.mode_bin_counts > 0.0 && std::isfinite(options_.mode_bin_counts))) {
     return fail({.code = Errc::invalid_argument,
                  .where = "mode_bin_counts",
-                 .what = "unusable bin of the mode",
-                 .expected = "a positive number",
+                 .what = "bin width of the mode out of range",
+                 .expected = "above 0",
                  .got = std::to_string(options_.mode_bin_counts)});
   }
   const Lead first_ones = lead();

@@ -71,7 +71,7 @@ Status without_level(Trial& trial, Phase of) {
   if (samples == 0)
     return fail({.code = Errc::not_found,
                  .where = trial.file,
-                 .what = "no sample in the phase whose level is to be removed"});
+                 .what = "no samples in the phase of the unloaded level"});
   for (std::size_t k = 0; k < trial.taxels; ++k) {
     double sum = 0.0;
     for (std::size_t i = 0; i < trial.samples(); ++i)
@@ -88,7 +88,7 @@ Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& 
   if (trial.counts.size() != trial.samples() * trial.taxels) {
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "samples and phases disagree"});
+                 .what = "numbers of samples and phases differ"});
   }
   const std::size_t length = samples_in(options.window_s, options.sample_period_s);
   const double step_s = options.step_s == 0.0 ? options.window_s : options.step_s;
@@ -96,8 +96,8 @@ Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& 
   if (length == 0 || step == 0) {
     return fail({.code = Errc::invalid_argument,
                  .where = "window",
-                 .what = "window and step must hold at least one sample",
-                 .expected = "positive durations",
+                 .what = "window or step shorter than one sample",
+                 .expected = "at least one sample period",
                  .got = std::to_string(options.window_s) + " s, step " + std::to_string(step_s) +
                         " s at a period of " + std::to_string(options.sample_period_s) + " s"});
   }
@@ -111,8 +111,8 @@ Result<std::vector<Trial>> cut_windows(const Trial& trial, const WindowOptions& 
   if (!out.empty()) return out;
   return fail({.code = Errc::range,
                .where = trial.file,
-               .what = "motion without a pause is shorter than one window",
-               .expected = std::to_string(length) + " samples",
+               .what = "uninterrupted motion shorter than one window",
+               .expected = "at least " + std::to_string(length) + " samples",
                .got = std::to_string(longest)});
 }
 

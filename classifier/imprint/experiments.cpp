@@ -85,7 +85,7 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
   if (labels.size() != objects.size())
     return fail({.code = Errc::invalid_argument,
                  .where = "imprints",
-                 .what = "every imprint needs a class and an object",
+                 .what = "numbers of classes and objects differ",
                  .expected = std::to_string(labels.size()),
                  .got = std::to_string(objects.size())});
   const Rounds of_class = rows_by_class(find_classes(labels).of_row),
@@ -95,7 +95,7 @@ Result<Rounds> test_rounds(Experiment experiment, std::span<const std::string> l
       if (labels[r] != labels[rows.front()])
         return fail({.code = Errc::invalid_argument,
                      .where = objects[r],
-                     .what = "an object is of two classes",
+                     .what = "object in two classes",
                      .expected = labels[rows.front()],
                      .got = labels[r]});
   const auto singly = [](const std::vector<std::size_t>& rows) {
@@ -132,9 +132,9 @@ Status check_rounds(const Rounds& rounds, std::span<const std::string> labels) {
       if (left == 0)
         return fail({.code = Errc::invalid_argument,
                      .where = labels[rows.front()],
-                     .what = "a round leaves the class nothing to learn from",
-                     .expected = "an imprint that is not set aside",
-                     .hint = "Leave the class out, or press more of its objects"});
+                     .what = "class without training imprints in a round",
+                     .expected = "at least one",
+                     .hint = "Remove the class, or record more of its objects"});
     }
   return {};
 }
@@ -183,7 +183,7 @@ Result<std::vector<ScaleScore>> search_scales(std::span<const Imprint> imprints,
   if (sets == 0 || sets > most_sets)
     return fail({.code = Errc::range,
                  .where = "sigmas",
-                 .what = "so many sets of scales are not searched",
+                 .what = "number of scale sets out of range",
                  .expected = "1 to " + std::to_string(most_sets) + " sets",
                  .got = std::to_string(sets)});
   ScaleOptions scales;

@@ -13,7 +13,7 @@ Status check(const Image& image) {
   if (taxels == 0 || taxels > most_taxels)
     return fail({.code = Errc::invalid_argument,
                  .where = "imprint",
-                 .what = "no imprint has this many taxels",
+                 .what = "number of taxels out of range",
                  .expected = "1 to " + std::to_string(most_taxels),
                  .got = std::to_string(taxels)});
   for (std::size_t r = 0; r < image.rows(); ++r)
@@ -21,8 +21,8 @@ Status check(const Image& image) {
       if (!(std::abs(image(r, c)) <= largest_count))
         return fail({.code = Errc::range,
                      .where = "row " + std::to_string(r) + ", column " + std::to_string(c),
-                     .what = "a taxel has no usable value",
-                     .expected = "a finite count up to 1e100",
+                     .what = "count out of range",
+                     .expected = "finite, magnitude up to 1e100",
                      .got = std::to_string(image(r, c))});
   return {};
 }
@@ -47,7 +47,7 @@ Result<GaussianFilter> GaussianFilter::make(double sigma) {
   if (!(sigma >= 0.0 && sigma <= largest_sigma))
     return fail({.code = Errc::range,
                  .where = "sigma",
-                 .what = "no smoothing has this scale",
+                 .what = "smoothing scale out of range",
                  .expected = "0 to 1000 taxels",
                  .got = std::to_string(sigma)});
   std::vector<double> weights{1.0};

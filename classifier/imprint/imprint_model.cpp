@@ -63,7 +63,8 @@ FeaturePlan read_plan(LineReader& in) {
   for (std::size_t left = in.count("laws", 0, unsmoothed_names.size()); in.ok() && left > 0;
        --left) {
     const std::size_t which = word(in, "laws_size", unsmoothed_names);
-    if (which == maps_name && left != 1) in.refuse("maps are not the last", "maps once");
+    if (which == maps_name && left != 1)
+      in.refuse("maps not last in the list", "maps once, as the last entry");
     if (which == maps_name)
       out.maps = true;
     else
@@ -90,7 +91,7 @@ Result<std::vector<Prediction>> classify_imprints(const ImprintModel& model, con
                                                   const VoteOptions& options) {
   if (!is_same_grid(model.setup.grid, grid))
     return fail({.code = Errc::invalid_argument,
-                 .what = "the model was trained for another array",
+                 .what = "model trained for another array",
                  .expected = format_grid(model.setup.grid),
                  .got = format_grid(grid)});
   for (const Imprint& imprint : imprints)

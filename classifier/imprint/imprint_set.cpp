@@ -18,8 +18,8 @@ Result<FeatureMatrix> build_matrix(std::span<const Imprint> imprints, const Feat
   if (imprints.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "imprints",
-                 .what = "no imprint",
-                 .expected = "one or more"});
+                 .what = "no imprints",
+                 .expected = "at least one"});
   const Image& first = imprints.front().image;
   const auto features = PlannedFeatures::make(plan, first.rows(), first.cols());
   if (!features) return pass(features.error());
@@ -93,7 +93,7 @@ Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
     return fail(
         {.code = Errc::invalid_argument,
          .where = imprint.file,
-         .what = "the imprint is of another array",
+         .what = "imprint of another array",
          .expected = format_grid(grid),
          .got = std::to_string(image.rows()) + " x " + std::to_string(image.cols()) + " taxels"});
   if (grid.count_bits == 0) return {};
@@ -103,7 +103,7 @@ Status check_imprint(const TaxelGrid& grid, const Imprint& imprint) {
   if (beyond == image.data().end()) return {};
   return fail({.code = Errc::invalid_argument,
                .where = imprint.file,
-               .what = "the imprint has a count that its array cannot give",
+               .what = "count outside the range of the array",
                .expected = format_grid(grid),
                .got = format_number(*beyond)});
 }
@@ -124,8 +124,8 @@ Result<PlannedFeatures> PlannedFeatures::make(const FeaturePlan& plan, std::size
     if (std::ranges::find(out.laws_, size) != out.laws_.end())
       return fail({.code = Errc::invalid_argument,
                    .where = "laws",
-                   .what = "a size of Laws' masks is given twice",
-                   .expected = "each once"});
+                   .what = "size of Laws' masks given twice",
+                   .expected = "each size once"});
     out.laws_.push_back(size);
     const auto names = laws_names(size);
     out.names_.insert(out.names_.end(), names.begin(), names.end());
@@ -137,8 +137,8 @@ Result<PlannedFeatures> PlannedFeatures::make(const FeaturePlan& plan, std::size
   if (out.names_.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "features",
-                 .what = "no features of imprints",
-                 .expected = "scales, Laws' energies or maps, which take 2 x 2 taxels",
+                 .what = "no features selected",
+                 .expected = "scales, Laws' energies, or maps of at least 2 x 2 taxels",
                  .got = "none"});
   return out;
 }
@@ -147,7 +147,7 @@ Result<std::vector<double>> PlannedFeatures::extract(const Image& image) {
   if (maps_ && (image.rows() != rows_ || image.cols() != cols_))
     return fail({.code = Errc::invalid_argument,
                  .where = "maps",
-                 .what = "the imprint is of another array",
+                 .what = "imprint of another array",
                  .expected = std::to_string(rows_) + " x " + std::to_string(cols_) + " taxels",
                  .got = std::to_string(image.rows()) + " x " + std::to_string(image.cols())});
   std::vector<double> out;

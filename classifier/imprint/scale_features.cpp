@@ -77,7 +77,7 @@ Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
   if (options.sigmas.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "sigmas",
-                 .what = "no scale to extract features at",
+                 .what = "no scales selected",
                  .expected = "at least one",
                  .got = "none"});
   if (auto ok = check(options.thresholds); !ok) return pass(ok.error());
@@ -90,8 +90,8 @@ Result<ScaleFeatures> ScaleFeatures::make(const ScaleOptions& options) {
       if (other.sigma() == sigma)
         return fail({.code = Errc::invalid_argument,
                      .where = "sigmas",
-                     .what = "a scale is given twice",
-                     .expected = "each once",
+                     .what = "scale given twice",
+                     .expected = "each scale once",
                      .got = short_number(sigma)});
     out.filters_.push_back(std::move(*filter));
     for (std::size_t k = 0; k < kinds.size(); ++k)

@@ -76,7 +76,7 @@ Status check(const EdgeThresholds& thresholds) {
     return {};
   return fail({.code = Errc::range,
                .where = "thresholds",
-               .what = "edges cannot be kept by these thresholds",
+               .what = "edge thresholds out of range",
                .expected = "0 <= low <= high <= 1e6",
                .got = std::to_string(thresholds.low) + ", " + std::to_string(thresholds.high)});
 }

@@ -98,7 +98,7 @@ std::string_view to_string(View view) {
 }
 
 Result<View> view_from(std::string_view text) {
-  return value_from(view_names, text, "unknown view of the features", name_list(view_names));
+  return value_from(view_names, text, "unknown feature view", name_list(view_names));
 }
 
 std::vector<View> tried_views() {

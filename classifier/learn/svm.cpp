@@ -67,20 +67,19 @@ Status SvmTrainer::set_kernel(const Matrix& kernel) {
   if (kernel.rows() != n || kernel.cols() != n) {
     return fail({.code = Errc::invalid_argument,
                  .where = "SVM",
-                 .what = "kernel has the wrong size",
+                 .what = "wrong kernel size",
                  .expected = std::to_string(n),
                  .got = std::to_string(kernel.rows()) + " x " + std::to_string(kernel.cols())});
   }
   if (positives_ == 0 || positives_ == n) {
-    return fail({.code = Errc::invalid_argument,
-                 .where = "SVM",
-                 .what = "both classes need a training row"});
+    return fail(
+        {.code = Errc::invalid_argument, .where = "SVM", .what = "class without training rows"});
   }
   const auto& all = kernel.data();
   if (!std::all_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) {
     return fail({.code = Errc::invalid_argument,
                  .where = "SVM",
-                 .what = "kernel holds a value that is not finite",
+                 .what = "kernel value not finite",
                  .hint = "Check the features for NaN"});
   }
   for (std::size_t i = 0; i < n; ++i) {
@@ -91,12 +90,11 @@ Status SvmTrainer::set_kernel(const Matrix& kernel) {
 }
 
 Result<SvmSolution> SvmTrainer::solve(double c, double tolerance) const {
-  if (!ready_)
-    return fail({.code = Errc::wrong_state, .where = "SVM", .what = "no kernel to train on"});
+  if (!ready_) return fail({.code = Errc::wrong_state, .where = "SVM", .what = "no kernel set"});
   if (!(c > 0.0 && std::isfinite(c) && tolerance > 0.0 && std::isfinite(tolerance))) {
     return fail({.code = Errc::range,
                  .where = "SVM",
-                 .what = "unusable SVM parameter",
+                 .what = "parameter out of range",
                  .expected = "C > 0 and tolerance > 0, finite",
                  .got = "C " + std::to_string(c) + ", tolerance " + std::to_string(tolerance)});
   }

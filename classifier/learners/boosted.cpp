@@ -17,10 +17,9 @@ namespace weft::classifier {
 namespace {
 
 tl::unexpected<Error> not_there() {
-  return fail(
-      {.code = Errc::unsupported,
-       .what = "there is no XGBoost here",
-       .hint = "Install libxgboost-dev; a Weft that was built without it has to be built again"});
+  return fail({.code = Errc::unsupported,
+               .what = "XGBoost not available",
+               .hint = "Install libxgboost-dev; rebuild Weft if it was built without it"});
 }
 
 }  // namespace
@@ -215,7 +214,7 @@ Result<PredictorPtr> fit_xgbrf(const TrainingSet& training, const TrainOptions& 
 
 PredictorPtr read_boosted(LineReader& in, std::size_t features, std::size_t classes) {
   const std::string text = in.text("booster");
-  if (!have_xgboost()) in.refuse(not_there().value().what + ", which the model is of");
+  if (!have_xgboost()) in.refuse(not_there().value().what + ", needed by this model");
   const auto checked = checked_booster(text, features, classes);
   if (!checked) in.refuse(checked.error().what, checked.error().expected, checked.error().got);
   BoosterHandle handle = nullptr;
@@ -227,7 +226,7 @@ PredictorPtr read_boosted(LineReader& in, std::size_t features, std::size_t clas
   auto out = std::make_unique<Boosted>(std::move(booster));
   const std::size_t feature_count = ok ? out->shares(std::vector<double>(features, 0.0)).size() : 0;
   if (feature_count != classes)
-    in.refuse("the booster is not one of these features and labels",
+    in.refuse("booster does not match the model's features and labels",
               std::to_string(features) + " features, " + std::to_string(classes) + " labels",
               ok ? std::to_string(feature_count) + " labels" : ok.error().what.substr(0, 200));
   if (!in.ok()) return nullptr;
@@ -250,7 +249,7 @@ Result<PredictorPtr> fit_xgbrf(const TrainingSet& /*training*/, const TrainOptio
 
 PredictorPtr read_boosted(LineReader& in, std::size_t /*features*/, std::size_t /*classes*/) {
   in.text("booster");
-  in.refuse(not_there().value().what + ", which the model is of");
+  in.refuse(not_there().value().what + ", needed by this model");
   return nullptr;
 }
 

@@ -72,12 +72,12 @@ Status check_lengths(const json& tree, std::size_t nodes) {
   for (const char* list : lists)
     if (!all_numbers(at(tree, list), nodes))
       return fail({.code = Errc::corrupt,
-                   .what = "lists of a tree of the booster are of unlike lengths, or of no numbers",
+                   .what = "invalid list in a tree of the booster",
                    .expected = std::to_string(nodes) + " numbers",
                    .got = std::to_string(at(tree, list).size()) + " of " + (list + 1)});
   if (!has_number(tree, "/tree_param/num_nodes", nodes))
     return fail({.code = Errc::corrupt,
-                 .what = "a tree of the booster counts its nodes wrongly",
+                 .what = "wrong number of nodes in a tree of the booster",
                  .expected = std::to_string(nodes),
                  .got = at(tree, "/tree_param/num_nodes").dump()});
   return {};
@@ -91,19 +91,19 @@ Status check_branches(const Numbers& left, const Numbers& right, const Numbers& 
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (i > 0 && (parent[i] < 0 || parent[i] >= nodes))
       return fail({.code = Errc::corrupt,
-                   .what = "a node of the booster has a parent that is none",
+                   .what = "parent of a booster node out of range",
                    .expected = "less than " + std::to_string(nodes),
                    .got = std::to_string(parent[i])});
     if (left[i] == -1 && right[i] == -1) continue;
     for (const std::int64_t child : {left[i], right[i]}) {
       if (child < 1 || child >= nodes || has_parent[static_cast<std::size_t>(child)])
         return fail({.code = Errc::corrupt,
-                     .what = "a node of the booster leads nowhere",
-                     .expected = "two nodes of its own of " + std::to_string(nodes),
+                     .what = "invalid child of a booster node",
+                     .expected = "an unused node from 1 to " + std::to_string(nodes - 1),
                      .got = std::to_string(child)});
       if (parent[static_cast<std::size_t>(child)] != static_cast<std::int64_t>(i))
         return fail({.code = Errc::corrupt,
-                     .what = "a node of the booster has another parent",
+                     .what = "wrong parent of a booster node",
                      .expected = std::to_string(i),
                      .got = std::to_string(parent[static_cast<std::size_t>(child)])});
       has_parent[static_cast<std::size_t>(child)] = true;
@@ -119,17 +119,17 @@ Status check_tree(const json& tree, std::size_t features) {
   const Numbers feature = whole_numbers(at(tree, "/split_indices"));
   const Numbers kind = whole_numbers(at(tree, "/split_type"));
   if (left.empty())
-    return fail({.code = Errc::corrupt, .what = "a tree of the booster has no nodes"});
+    return fail({.code = Errc::corrupt, .what = "tree of the booster without nodes"});
   if (auto ok = check_lengths(tree, left.size()); !ok) return ok;
   if (right.size() != left.size() || parent.size() != left.size() ||
       feature.size() != left.size() || kind.size() != left.size())
-    return fail({.code = Errc::corrupt, .what = "nodes of the booster are not whole numbers"});
+    return fail({.code = Errc::corrupt, .what = "node numbers of the booster not whole numbers"});
   if (auto ok = check_branches(left, right, parent); !ok) return ok;
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (left[i] == -1) continue;
     if (feature[i] < 0 || feature[i] >= static_cast<std::int64_t>(features))
       return fail({.code = Errc::corrupt,
-                   .what = "a feature of the booster is beyond the last",
+                   .what = "feature number of the booster out of range",
                    .expected = "less than " + std::to_string(features),
                    .got = std::to_string(feature[i])});
   }
@@ -137,11 +137,12 @@ Status check_tree(const json& tree, std::size_t features) {
        {"/categories", "/categories_nodes", "/categories_segments", "/categories_sizes"})
     if (!at(tree, list).empty())
       return fail({.code = Errc::corrupt,
-                   .what = "the booster splits by categories",
-                   .expected = "numbers"});
+                   .what = "booster with categorical splits",
+                   .expected = "numeric splits"});
   if (std::ranges::any_of(kind, [](std::int64_t k) { return k != 0; }))
-    return fail(
-        {.code = Errc::corrupt, .what = "the booster splits by categories", .expected = "numbers"});
+    return fail({.code = Errc::corrupt,
+                 .what = "booster with categorical splits",
+                 .expected = "numeric splits"});
   return {};
 }
 
@@ -150,13 +151,13 @@ Status check_classes(const json& model, std::size_t trees, std::size_t classes) 
   const Numbers of_tree = whole_numbers(at(model, "/tree_info"));
   if (of_tree.size() != trees || !has_number(model, "/gbtree_model_param/num_trees", trees))
     return fail({.code = Errc::corrupt,
-                 .what = "the booster counts its trees wrongly",
+                 .what = "wrong number of trees in the booster",
                  .expected = std::to_string(trees),
                  .got = std::to_string(of_tree.size())});
   for (const std::int64_t c : of_tree)
     if (c < 0 || c >= static_cast<std::int64_t>(classes))
       return fail({.code = Errc::corrupt,
-                   .what = "a class of the booster is beyond the last",
+                   .what = "class number of the booster out of range",
                    .expected = "less than " + std::to_string(classes),
                    .got = std::to_string(c)});
   return {};
@@ -172,14 +173,14 @@ Status check_rounds(const json& model, std::size_t trees, std::size_t classes) {
   });
   if (!known)
     return fail({.code = Errc::corrupt,
-                 .what = "the booster has no whole rounds of trees",
-                 .expected = "1 or " + std::to_string(trees_of_forest) + " trees of each class",
+                 .what = "incomplete rounds of trees in the booster",
+                 .expected = "1 or " + std::to_string(trees_of_forest) + " trees per class",
                  .got = at(model, "/gbtree_model_param/num_parallel_tree").dump()});
   const json& begins = at(model, "/iteration_indptr");
   const Numbers from = whole_numbers(begins);
   if (!begins.is_null() && (from.size() < 2 || from.front() != 0 || !std::ranges::is_sorted(from) ||
                             from.back() != static_cast<std::int64_t>(trees)))
-    return fail({.code = Errc::corrupt, .what = "rounds of the booster lead nowhere"});
+    return fail({.code = Errc::corrupt, .what = "invalid rounds in the booster"});
   return {};
 }
 
@@ -188,27 +189,27 @@ Status check_learner(const json& learner, std::size_t features, std::size_t clas
       !has_number(learner, "/learner_model_param/num_class", classes) ||
       !has_number(learner, "/objective/softmax_multiclass_param/num_class", classes))
     return fail({.code = Errc::corrupt,
-                 .what = "the booster is not one of these features and labels",
+                 .what = "booster does not match the model's features and labels",
                  .expected = std::to_string(features) + " features, " + std::to_string(classes) +
                              " labels"});
   if (at(learner, "/objective/name") != "multi:softprob" ||
       at(learner, "/gradient_booster/name") != "gbtree")
     return fail({.code = Errc::corrupt,
-                 .what = "the booster is of another kind",
-                 .expected = "gbtree of multi:softprob"});
+                 .what = "unsupported kind of booster",
+                 .expected = "gbtree with multi:softprob"});
   if (!is_finite_text(at(learner, "/learner_model_param/base_score")))
     return fail({.code = Errc::corrupt,
-                 .what = "the booster begins at no number",
-                 .expected = "a finite base_score",
+                 .what = "base score of the booster not finite",
+                 .expected = "a finite number",
                  .got = at(learner, "/learner_model_param/base_score").dump()});
   const json& model = at(learner, "/gradient_booster/model");
   const json& trees = at(model, "/trees");
   if (!trees.is_array() || trees.empty())
-    return fail({.code = Errc::corrupt, .what = "the booster has no trees"});
+    return fail({.code = Errc::corrupt, .what = "booster without trees"});
   for (std::size_t i = 0; i < trees.size(); ++i) {
     if (at(trees[i], "/id") != i)  // the library reads trees in parallel, each into its own place
       return fail({.code = Errc::corrupt,
-                   .what = "trees of the booster are out of order",
+                   .what = "trees of the booster not in order",
                    .expected = std::to_string(i),
                    .got = at(trees[i], "/id").dump()});
     if (auto ok = check_tree(trees[i], features); !ok) return ok;

@@ -285,8 +285,8 @@ void check_shares(LineReader& in, std::span<const double> shares, std::size_t cl
     const double least = *std::min_element(own.begin(), own.end());
     const double off = std::accumulate(own.begin(), own.end(), -1.0);
     if (least < 0.0 || !(std::abs(off) <= rounding))
-      return in.refuse("shares of a leaf are no distribution", "from 0 on, together 1",
-                       "from " + short_text(least) + " on, together 1 and " + short_text(off));
+      return in.refuse("shares of a leaf are not a distribution", "at least 0, sum 1",
+                       "least " + short_text(least) + ", sum 1 and " + short_text(off));
   }
 }
 
@@ -295,10 +295,9 @@ void check_branches(LineReader& in, std::span<const std::size_t> feature,
                     std::span<const std::size_t> child) {
   for (std::size_t i = 0; i < child.size(); ++i)
     if (feature[i] != 0 && (child[i] <= i || child[i] >= child.size() - 1))
-      return in.refuse(
-          "a node leads nowhere",
-          "two nodes behind node " + std::to_string(i) + " of " + std::to_string(child.size()),
-          std::to_string(child[i]));
+      return in.refuse("invalid child of node " + std::to_string(i),
+                       "two later nodes of " + std::to_string(child.size()),
+                       std::to_string(child[i]));
 }
 
 // A leaf refers to its class, or to its shares after the classes.
@@ -306,9 +305,8 @@ void check_leaves(LineReader& in, std::span<const std::size_t> feature,
                   std::span<const std::size_t> child, std::size_t most) {
   for (std::size_t i = 0; i < child.size(); ++i)
     if (feature[i] == 0 && child[i] >= most)
-      return in.refuse("a leaf leads nowhere",
-                       "less than " + std::to_string(most) + " at node " + std::to_string(i),
-                       std::to_string(child[i]));
+      return in.refuse("class of leaf " + std::to_string(i) + " out of range",
+                       "less than " + std::to_string(most), std::to_string(child[i]));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ Result<Forest> grow_forest(const TrainingSet& training, const TrainOptions& opti
   if (options.trees == 0)
     return fail({.code = Errc::invalid_argument,
                  .where = "RForest",
-                 .what = "a forest needs a tree",
+                 .what = "too few trees",
                  .expected = "at least 1",
                  .got = "0"});
   const RankedRows rows(training.rows(), training.of_row(), training.classes());

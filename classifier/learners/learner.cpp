@@ -160,7 +160,7 @@ Result<TrainedLearner> trained_on(FeatureMatrix rows, std::optional<std::size_t>
   if (is_choice(recipe.learner))
     return fail({.code = Errc::invalid_argument,
                  .where = std::string(to_string(recipe.learner)),
-                 .what = "a recipe has one learner, not a choice"});
+                 .what = "training needs one learner, not a choice of several"});
   if (auto ok = check(rows); !ok) return pass(ok.error());
   std::vector<std::string> names = rows.names;
   if (!recipe.columns.empty()) rows = select_columns(rows, recipe.columns);
@@ -248,8 +248,8 @@ Result<ClassScores> scores_of(std::vector<double> score, std::string_view learne
   if (!std::ranges::all_of(score, [](double s) { return std::isfinite(s); }))
     return fail({.code = Errc::range,
                  .where = std::string(learner),
-                 .what = "a score is not finite",
-                 .hint = "The row is absurdly far from every training row"});
+                 .what = "score not finite",
+                 .hint = "Check the row: its values are far outside the training range"});
   return ClassScores{place_of_largest(score), std::move(score)};
 }
 
@@ -280,7 +280,7 @@ Result<Learner> single_learner_from(std::string_view text) {
   const auto learner = learner_from(text);
   if (!learner || !is_choice(*learner)) return learner;
   return fail({.code = Errc::invalid_argument,
-               .what = "a choice between several learners cannot be taken here",
+               .what = "choice of several learners not supported here",
                .expected = "one learner, such as lda",
                .got = std::string(text)});
 }
@@ -337,8 +337,7 @@ PredictorPtr predictor_of(FabricModel cores) {
 PredictorPtr read_predictor(Learner learner, LineReader& in, std::size_t features,
                             std::size_t classes) {
   const Read read = info_of(learner).read;
-  if (read == nullptr)
-    in.refuse("a learner that is stored as cores", {}, std::string(to_string(learner)));
+  if (read == nullptr) in.refuse("learner stored as cores", {}, std::string(to_string(learner)));
   return read == nullptr ? nullptr : read(in, features, classes);
 }
 
@@ -352,8 +351,8 @@ Result<std::vector<FabricCore>> train_task(const FeatureMatrix& matrix, const Co
     if (*task.fold >= folds.size())
       return fail({.code = Errc::range,
                    .where = "train_task",
-                   .what = "a fold that does not exist",
-                   .expected = "< " + std::to_string(folds.size()),
+                   .what = "fold number out of range",
+                   .expected = "less than " + std::to_string(folds.size()),
                    .got = std::to_string(*task.fold)});
     rows = select_rows(matrix, folds[*task.fold].train);
   }
@@ -371,7 +370,7 @@ Result<TrainedLearner> train_recipe(const FeatureMatrix& matrix, const Recipe& r
 Result<ChosenLearner> train_best(const FeatureMatrix& matrix, std::span<const Recipe> candidates,
                                  const TrainOptions& options, const TaskTrainer& trainer) {
   if (candidates.empty())
-    return fail({.code = Errc::invalid_argument, .what = "no learner to choose from"});
+    return fail({.code = Errc::invalid_argument, .what = "no learners to choose from"});
   Recipe recipe = candidates.front();
   std::vector<RecipeScore> scores;
   if (candidates.size() > 1) {

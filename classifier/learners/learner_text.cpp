@@ -48,11 +48,11 @@ void write_view(LineWriter& out, const FeatureView& view) {
 
 RankTable read_ranks(LineReader& in, std::size_t features) {
   Matrix knots = read_matrix(in, "knots", features);
-  if (knots.rows() == 0) in.refuse("no knots", "at least 1", "0");
+  if (knots.rows() == 0) in.refuse("too few knots", "at least 1", "0");
   for (std::size_t r = 1; r < knots.rows(); ++r)
     for (std::size_t c = 0; c < features; ++c)
       if (knots(r, c) < knots(r - 1, c))
-        in.refuse("knots of a feature fall", "none less than the one before",
+        in.refuse("knots of a feature not ascending", "no knot less than the one before",
                   "knot " + std::to_string(r));
   return RankTable(std::move(knots));
 }
@@ -67,7 +67,7 @@ FeatureView read_view(LineReader& in, View view, std::size_t features) {
   if (view != View::components) return {};
   Scaler scaler = read_scaler(in, features);
   Matrix axes = read_matrix(in, "axes", features);
-  if (axes.rows() == 0) in.refuse("no component", "at least 1", "0");
+  if (axes.rows() == 0) in.refuse("too few components", "at least 1", "0");
   const double explained = in.not_negative("explained");
   return FeatureView(
       FeatureView::Table(PrincipalComponents{std::move(scaler), std::move(axes), explained}));
@@ -116,7 +116,8 @@ LearnerHead read_head(LineReader& in, int version) {
   const Learner kind = version < 6 ? read_kind(in, "learner", kinds_of_version_5)
                                    : read_name(in, "learner", learner_from, Learner::pvalue);
   if (is_choice(kind))
-    in.refuse("a choice of learners is not trained", "one learner", std::string(to_string(kind)));
+    in.refuse("choice of several learners not trained", "one learner",
+              std::string(to_string(kind)));
   if (version == 4)
     return {kind, in.count("compressed", 0, 1) == 1 ? View::compressed : View::plain};
   return {kind, read_name(in, "view", view_from, View::plain)};

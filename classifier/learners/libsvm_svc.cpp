@@ -154,7 +154,7 @@ PredictorPtr read_svm(LineReader& in, std::size_t features, std::size_t classes)
   std::size_t vectors = 0;
   for (const std::size_t count : of_class) vectors += std::min(count, most_vectors);
   if (vectors == 0 || vectors > most_vectors)
-    in.refuse("impossible vectors", "1 to " + std::to_string(most_vectors),
+    in.refuse("number of support vectors out of range", "1 to " + std::to_string(most_vectors),
               std::to_string(vectors));
   Matrix rows = read_rows(in, "vector", vectors, features);
   Matrix coefficients = read_rows(in, "coefficients", classes - 1, vectors);

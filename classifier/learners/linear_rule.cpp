@@ -27,20 +27,19 @@ Status check_training(const Matrix& rows, std::span<const std::size_t> of_row,
   if (rows.rows() == 0 || rows.rows() != of_row.size() || classes < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "training",
-                 .what = "a rule needs rows of at least two classes",
-                 .expected = "a class for every row",
+                 .what = "too few rows or classes",
+                 .expected = "a class for every row, at least 2 classes",
                  .got = std::to_string(rows.rows()) + " rows, " + std::to_string(of_row.size()) +
-                        " of them with a class, " + std::to_string(classes) + " classes"});
+                        " class numbers, " + std::to_string(classes) + " classes"});
   if (!std::all_of(of_row.begin(), of_row.end(), [&](std::size_t c) { return c < classes; }))
-    return fail({.code = Errc::range,
-                 .where = "training",
-                 .what = "a row is of a class that does not exist"});
+    return fail(
+        {.code = Errc::range, .where = "training", .what = "class number of a row out of range"});
   for (const double value : rows.data())
     if (!(std::abs(value) <= 1e100))
       return fail({.code = Errc::range,
                    .where = "training",
-                   .what = "a feature has no usable value",
-                   .expected = "a finite value up to 1e100",
+                   .what = "feature value out of range",
+                   .expected = "finite, magnitude up to 1e100",
                    .got = format_number(value)});
   return {};
 }
@@ -81,8 +80,8 @@ Result<ClassScores> LinearRule::predict(std::span<const double> features) const 
   if (!best)
     return fail({.code = Errc::range,
                  .where = "linear rule",
-                 .what = "a product is not finite",
-                 .hint = "The row is absurdly far from every training row"});
+                 .what = "product not finite",
+                 .hint = "Check the row: its values are far outside the training range"});
   ClassScores out{class_of_row_[*best], std::vector<double>(weight_.rows())};
   for (std::size_t c = 0; c < product.size(); ++c) out.score[class_of_row_[c]] = product[c];
   return out;
@@ -99,7 +98,7 @@ LinearRule LinearRule::read(LineReader& in, std::size_t features, std::size_t cl
   std::vector<std::size_t> class_of_row = in.counts("class_of_row", classes);
   in.within(class_of_row, classes, "class");
   if (std::set(class_of_row.begin(), class_of_row.end()).size() != class_of_row.size())
-    in.refuse("a class has two rows of weights");
+    in.refuse("class with two rows of weights");
   Matrix weight = read_rows(in, "weight", classes, features + 1);
   return {std::move(scaler), std::move(weight), std::move(class_of_row), {}};
 }
@@ -276,12 +275,12 @@ Result<KeslerOutcome> train_kesler(const Matrix& rows, std::span<const std::size
                                    std::size_t classes, const KeslerOptions& options) {
   if (auto ok = check_training(rows, of_row, classes); !ok) return pass(ok.error(), "perceptron");
   if (!(options.c > 0.0 && options.c <= 1e6) || options.most_rounds == 0)
-    return fail(
-        {.code = Errc::range,
-         .where = "perceptron",
-         .what = "a perceptron cannot learn with this",
-         .expected = "0 < c <= 1e6, at least one round",
-         .got = "c " + std::to_string(options.c) + ", " + std::to_string(options.most_rounds)});
+    return fail({.code = Errc::range,
+                 .where = "perceptron",
+                 .what = "perceptron parameter out of range",
+                 .expected = "c above 0 and at most 1e6, at least 1 round",
+                 .got = "c " + std::to_string(options.c) + ", rounds " +
+                        std::to_string(options.most_rounds)});
   Scaler scaler = scaler_for(options.scaling, rows);
   const Matrix inputs = with_ones(scaled(scaler, rows));
   Matrix weight(classes, inputs.cols());
@@ -310,7 +309,7 @@ Result<LinearRule> train_least_squares(const Matrix& rows, std::span<const std::
   if (!solution.allFinite())
     return fail({.code = Errc::range,
                  .where = "minimum squared error",
-                 .what = "the squares cannot be minimised"});
+                 .what = "squared error not minimised"});
   Matrix weight(classes, inputs.cols());
   for (std::size_t c = 0; c < classes; ++c)
     for (std::size_t k = 0; k < inputs.cols(); ++k) weight(c, k) = solution(index(k), index(c));

@@ -214,8 +214,8 @@ Result<ClassScores> MultiClassSvc::predict(std::span<const double> features) con
       if (!std::isfinite(f))
         return fail({.code = Errc::range,
                      .where = "SVC",
-                     .what = "a decision is not finite",
-                     .hint = "The trial is absurdly far from every training trial"});
+                     .what = "decision not finite",
+                     .hint = "Check the trial: its values are far outside the training range"});
       ++out.votes[f < 0.0 ? a : b];
       out.score[a] -= std::tanh(f);
       out.score[b] += std::tanh(f);
@@ -268,7 +268,7 @@ MultiClassSvc MultiClassSvc::read(LineReader& in, std::size_t features, std::siz
   out.cv_errors = in.count("cv_errors", 0, most_errors);
   out.scaler = read_scaler(in, features);
   out.support = read_matrix(in, "support_vectors", features);
-  if (out.support.rows() == 0) in.refuse("no support vectors", "at least 1", "0");
+  if (out.support.rows() == 0) in.refuse("too few support vectors", "at least 1", "0");
   for (std::size_t i = 0; in.ok() && i < pair_count(classes); ++i)
     out.machines.push_back(read_machine(in, out.support.rows()));
   return MultiClassSvc(std::move(out));

@@ -300,7 +300,7 @@ Result<PredictorPtr> fit_network(const TrainingSet& training,
       if (!std::isfinite(w))
         return fail({.code = Errc::range,
                      .where = "NN",
-                     .what = "the weights of the network grew beyond all bounds",
+                     .what = "network weights not finite after training",
                      .hint = "Scale the features first"});
   return std::make_unique<Network>(std::move(*layers));
 }
@@ -313,8 +313,8 @@ PredictorPtr read_network(LineReader& in, std::size_t features, std::size_t clas
     inputs = layers.back().out;
   }
   if (inputs != classes)
-    in.refuse("the last layer has another number of units than there are labels",
-              std::to_string(classes), std::to_string(inputs));
+    in.refuse("number of units in the last layer differs from the labels", std::to_string(classes),
+              std::to_string(inputs));
   if (!in.ok()) return nullptr;
   return std::make_unique<Network>(std::move(layers));
 }

@@ -31,11 +31,11 @@ Result<std::map<std::string, std::size_t>> remove_outliers(FeatureMatrix& rows, 
     if (count == 0)
       return fail({.code = Errc::range,
                    .where = label,
-                   .what = "every training row is an outlier",
+                   .what = "all training rows are outliers",
                    .expected = "at least one within " + std::to_string(deviations) +
                                " standard deviations of the mean of all rows",
-                   .got = std::to_string(left_out[label]) + " rows, none of them",
-                   .hint = "Take a larger --outliers, or none"});
+                   .got = "0 of " + std::to_string(left_out[label]) + " rows",
+                   .hint = "Use a larger --outliers value, or omit the option"});
   if (remaining.size() < rows.size()) rows = select_rows(rows, remaining);
   return left_out;
 }

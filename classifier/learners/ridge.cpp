@@ -87,7 +87,7 @@ Result<RidgeOutcome> train_ridge(const Matrix& rows, std::span<const std::size_t
   const MatrixXd solution = path.weights(penalty);
   const Eigen::RowVectorXd bias = share - middle * solution;
   if (!solution.allFinite() || !bias.allFinite())
-    return fail({.code = Errc::range, .where = "ridge", .what = "the squares cannot be minimised"});
+    return fail({.code = Errc::range, .where = "ridge", .what = "squared error not minimised"});
   Matrix weight(classes, inputs.cols() + 1);
   for (std::size_t c = 0; c < classes; ++c) {
     for (std::size_t k = 0; k < inputs.cols(); ++k) weight(c, k) = solution(index(k), index(c));

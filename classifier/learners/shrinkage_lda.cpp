@@ -80,7 +80,7 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
       std::any_of(members.begin(), members.end(), [](const auto& m) { return m.empty(); }))
     return fail({.code = Errc::invalid_argument,
                  .where = "LDA",
-                 .what = "every class needs a row and every row a class"});
+                 .what = "class without rows or row without class"});
   ShrinkageLda out;
   out.scaler_ = fit_scaler(rows);
   const Matrix z = scaled(out.scaler_, rows);
@@ -100,7 +100,7 @@ Result<ShrinkageLda> ShrinkageLda::fit(const Matrix& rows, std::span<const std::
   covariance.diagonal = covariance.diagonal.cwiseMax(least_variance);
   const Eigen::MatrixXd weight = solve(covariance, mean);
   if (!weight.allFinite())
-    return fail({.code = Errc::range, .where = "LDA", .what = "the covariance cannot be inverted"});
+    return fail({.code = Errc::range, .where = "LDA", .what = "covariance not invertible"});
   out.weight_ = Matrix(classes, rows.cols());
   for (std::size_t c = 0; c < classes; ++c) {
     const auto column = weight.col(static_cast<Eigen::Index>(c));
@@ -120,8 +120,8 @@ Result<std::vector<double>> ShrinkageLda::discriminants(std::span<const double> 
   if (!std::all_of(score.begin(), score.end(), [](double v) { return std::isfinite(v); }))
     return fail({.code = Errc::range,
                  .where = "LDA",
-                 .what = "a discriminant is not finite",
-                 .hint = "The trial is absurdly far from every training trial"});
+                 .what = "discriminant not finite",
+                 .hint = "Check the trial: its values are far outside the training range"});
   return score;
 }
 

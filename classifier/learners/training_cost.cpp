@@ -114,7 +114,7 @@ std::string format_skipped(std::span<const RecipeScore> scores) {
     out += (out.empty() ? "not tried: " : "; ") + to_string(score.recipe) + ", estimated " +
            seconds_text(score.cost_s);
   }
-  return out.empty() ? out : out + " (--time-budget allows " + seconds_text(budget) + " in all)";
+  return out.empty() ? out : out + " (--time-budget allows " + seconds_text(budget) + " in total)";
 }
 
 }  // namespace weft::classifier

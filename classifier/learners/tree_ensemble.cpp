@@ -85,13 +85,13 @@ Result<TreeEnsemble> fit_extra_trees(const Matrix& rows, std::span<const std::si
   if (trees == 0)
     return fail({.code = Errc::invalid_argument,
                  .where = "fit_extra_trees",
-                 .what = "nothing to grow",
-                 .expected = "at least 1 tree",
+                 .what = "too few trees",
+                 .expected = "at least 1",
                  .got = "0"});
   if (rows.rows() == 0 || rows.rows() != of_row.size())
     return fail({.code = Errc::invalid_argument,
                  .where = "fit_extra_trees",
-                 .what = "trees need rows with a class each",
+                 .what = "number of class numbers differs from the rows",
                  .expected = std::to_string(std::max<std::size_t>(rows.rows(), 1)),
                  .got = std::to_string(of_row.size())});
   const RankedRows ranked(rows, of_row, classes);

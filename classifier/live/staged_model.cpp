@@ -66,14 +66,14 @@ tl::unexpected<Error> no_live_model(const char* what) {
   return fail({.code = Errc::corrupt, .where = "live model", .what = what});
 }
 tl::unexpected<Error> cut_short() {
-  return no_live_model("the live model was cut short or altered");
+  return no_live_model("live model incomplete or altered");
 }
 
 Status has_rate(const FeatureSetup& setup, double sample_rate_hz) {
   if (std::abs(setup.sample_period_s * sample_rate_hz - 1) <= rate_rounding) return {};
   return fail({.code = Errc::corrupt,
                .where = "live model",
-               .what = "a stage was trained at another sample rate",
+               .what = "wrong sample period of a stage",
                .expected = std::to_string(1 / sample_rate_hz) + " s",
                .got = std::to_string(setup.sample_period_s) + " s"});
 }
@@ -87,10 +87,10 @@ Status check_stages(const StagedModel& model) {
                       setup.phases == first.model.setup.phases &&
                       setup.exploration == first.model.setup.exploration &&
                       stage.model.learner.labels() == first.model.learner.labels();
-    if (!same) return no_live_model("stages of different sensors or fabrics");
+    if (!same) return no_live_model("stages with different sensors or fabrics");
     if (setup.phases.end || setup.window_s > 0)
-      return no_live_model("a stage of a whole slide or of windows");
-    if (stage.motion_frames <= before) return no_live_model("stages that do not grow longer");
+      return no_live_model("stage of a whole slide or of windows");
+    if (stage.motion_frames <= before) return no_live_model("stages not in order of length");
     if (auto ok = has_rate(setup, model.sample_rate_hz); !ok) return ok;
     before = stage.motion_frames;
   }
@@ -100,7 +100,7 @@ Status check_stages(const StagedModel& model) {
 Status check_opening(const StageLines& stages) {
   const bool right = !stages.motion_frames.empty() && stages.motion_frames.size() <= most_stages &&
                      stages.sample_rate_hz > 0 && stages.sample_rate_hz < most_rate_hz;
-  return right ? Status() : no_live_model("no such stages or sample rate can be");
+  return right ? Status() : no_live_model("number of stages or sample rate out of range");
 }
 
 // "weft-live-model 2": a head with rate, frames and bytes of each stage and a checksum, then the
@@ -230,8 +230,8 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
   if (!(sample_rate_hz > 0 && sample_rate_hz < most_rate_hz))
     return fail({.code = Errc::invalid_argument,
                  .where = "live model",
-                 .what = "the sample rate is not known, so neither is how far a slide had come",
-                 .expected = "over 0 and under 1 MHz",
+                 .what = "sample rate not known",
+                 .expected = "above 0 and below 1e6 Hz",
                  .got = std::to_string(sample_rate_hz)});
   std::vector<std::string> labels;
   std::size_t longest = 0;
@@ -258,8 +258,8 @@ Result<StagedModel> train_staged(std::span<const Trial> slides, double sample_ra
   if (!out.stages.empty()) return out;
   return fail({.code = Errc::invalid_argument,
                .where = "live model",
-               .what = "no slide is long enough for a vote before its end",
-               .expected = "two slides of every fabric, half a second long",
+               .what = "slides too short for a live vote",
+               .expected = "at least two slides of 0.5 s per fabric",
                .hint = "Record longer slides"});
 }
 
@@ -306,7 +306,7 @@ Result<StagedModel> load_staged(std::istream& in) {
 Result<StagedHead> load_staged_head(std::istream& in) {
   std::string beginning(most_head_bytes, '\0');
   in.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
-  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
+  if (in.bad()) return fail({.code = Errc::io, .what = "model not readable"});
   beginning.resize(static_cast<std::size_t>(in.gcount()));
   const auto out = beginning.starts_with(header_of_version_2) ? read_head_of_version_2(beginning)
                                                               : read_head_of_today(beginning);

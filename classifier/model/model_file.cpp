@@ -50,7 +50,7 @@ bool begins_a_model(std::string_view text) {
 }
 
 std::string describe(ModelKind kind) {
-  return "a model of modality " + std::string(to_string(kind.modality)) +
+  return std::string("a model of modality ") + std::string(to_string(kind.modality)) +
          (kind.is_live ? ", live" : "");
 }
 
@@ -74,12 +74,11 @@ Result<ModelLines> begin_lines(std::string_view text) {
   }
   const auto older = std::ranges::find(older_headers, first, &OlderHeader::line);
   if (older == older_headers.end())
-    return fail(
-        {.code = Errc::unsupported,
-         .what = "a model file of another version",
-         .expected = std::string(model_file_header) + ", or an older one that is still read",
-         .got = std::string(first.substr(0, 40)),
-         .hint = "Train the model again with this version"});
+    return fail({.code = Errc::unsupported,
+                 .what = "unsupported version of the model file",
+                 .expected = std::string(model_file_header) + " or a supported older version",
+                 .got = std::string(first.substr(0, 40)),
+                 .hint = "Train the model again with this version"});
   out.kind = older->kind;
   out.learner_version = older->learner_version;
   out.is_today = false;
@@ -90,20 +89,20 @@ Result<ModelLines> begin_lines(std::string_view text) {
 Status is_expected(ModelKind got, ModelKind expected) {
   if (got.modality != expected.modality)
     return fail({.code = Errc::parse,
-                 .what = "a model of another modality",
+                 .what = "model of another modality",
                  .expected = describe(expected),
                  .got = describe(got)});
   if (got.is_live == expected.is_live) return {};
   if (got.is_live)
     return fail({.code = Errc::unsupported,
-                 .what = "a model for votes while a slide goes on",
+                 .what = "model for live votes",
                  .expected = "a model of `weft ... train` without --live",
-                 .hint = "Name it under live_vote in a recipe, or train again without --live"});
+                 .hint = "Use this model as live_vote in a recipe, or train again without --live"});
   return fail({.code = Errc::parse,
-               .what = "not a model for live votes",
+               .what = "model without live votes",
                .expected = "a model with stages",
                .got = "a model of whole trials",
-               .hint = "weft fabric train --live makes one"});
+               .hint = "Train one with `weft fabric train --live`"});
 }
 
 }  // namespace
@@ -144,7 +143,7 @@ Status write_model_file(ModelKind kind, const StageLines& stages, const Provenan
   head.count("trained_on", trained_on.size());
   if (!trained_on.empty()) head.counts("digests", trained_on);
   out << head.str() << body << checksum_line(checksum_keyword, head.str(), body);
-  if (!out.flush()) return fail({.code = Errc::io, .what = "cannot write the model"});
+  if (!out.flush()) return fail({.code = Errc::io, .what = "model not written"});
   return {};
 }
 
@@ -168,7 +167,7 @@ std::vector<std::uint64_t> ModelLines::read_trained_on() {
 
 Result<std::string> read_model_text(std::istream& in) {
   std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (in.bad()) return fail({.code = Errc::io, .what = "cannot read the model"});
+  if (in.bad()) return fail({.code = Errc::io, .what = "model not readable"});
   return text;
 }
 
@@ -193,7 +192,7 @@ Result<ModelLines> open_model_head(std::string_view beginning, ModelKind expecte
   const std::string_view head = beginning.substr(0, at == std::string_view::npos ? at : at + 1);
   if (at == std::string_view::npos ||
       !beginning.substr(head.size()).starts_with(checksum_line(head_checksum_keyword, head)))
-    return fail({.code = Errc::corrupt, .what = "the head of the model file was cut or altered"});
+    return fail({.code = Errc::corrupt, .what = "head of the model file incomplete or altered"});
   if (auto ok = is_expected(lines->kind, expected); !ok) return pass(ok.error());
   return lines;
 }
@@ -205,7 +204,7 @@ std::optional<ModelParts> read_parts(LineReader& in, const LearnerHead& head,
   std::vector<std::string> features = read_names(in, "feature", columns);
   const auto other = std::mismatch(features.begin(), features.end(), expected.begin());
   if (other.first != features.end())
-    in.refuse("features are not those that the file describes", *other.second, *other.first);
+    in.refuse("feature differs from the setup of the file", *other.second, *other.first);
   auto learner = read_learner(in, head, std::move(labels), std::move(features));
   if (!learner) return std::nullopt;
   const FabricModel* cores = learner->cores();
@@ -230,9 +229,8 @@ std::optional<ModelParts> read_parts(LineReader& in, int learner_version,
 Status check_feature_names(const TrainedLearner& learner,
                            const Result<std::vector<std::string>>& expected) {
   if (expected && learner.feature_names() == *expected) return {};
-  return fail({.code = Errc::invalid_argument,
-               .where = "model",
-               .what = "features are not those of the setup"});
+  return fail(
+      {.code = Errc::invalid_argument, .where = "model", .what = "features differ from the setup"});
 }
 
 }  // namespace weft::classifier

@@ -98,10 +98,10 @@ Result<std::vector<std::string>> SetupText<FeatureSetup>::feature_names(const Fe
     if (layout.size() <= most) return layout.names();
   }
   return fail({.code = Errc::corrupt,
-               .what = "more taxels than the file has features for",
+               .what = "too many taxels for the features of the file",
                .expected = "at most " + std::to_string(most) + " features",
                .got = std::to_string(setup.taxels) + " taxels of " +
-                      std::to_string(taxel_blocks.size()) + " features and more"});
+                      std::to_string(taxel_blocks.size()) + " or more features each"});
 }
 
 std::uint64_t content_digest(const Trial& trial) {
@@ -122,14 +122,14 @@ Status check_trial(const FeatureSetup& setup, const Trial& trial) {
   if (trial.taxels != setup.taxels)
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "the model was trained for another sensor",
+                 .what = "model trained for another sensor",
                  .expected = std::to_string(setup.taxels) + " taxels",
-                 .got = std::to_string(trial.taxels)});
+                 .got = std::to_string(trial.taxels) + " taxels"});
   const PhaseSet phases = phases_of(trial);
   if (phases != setup.phases)
     return fail({.code = Errc::invalid_argument,
                  .where = trial.file,
-                 .what = "the model was trained on other phases",
+                 .what = "model trained on other phases",
                  .expected = phase_letters(setup.phases),
                  .got = phase_letters(phases)});
   return {};

@@ -29,7 +29,7 @@ double& at(ChannelFeatures& figures, FrameFeature which) {
 Status check_size(std::span<const double> samples) {
   if (!samples.empty() && samples.size() <= ChannelExtractor::most_samples) return {};
   return fail({.code = Errc::range,
-               .what = "a window of so many samples has no features",
+               .what = "number of samples in a window out of range",
                .expected = "1 to " + std::to_string(ChannelExtractor::most_samples),
                .got = std::to_string(samples.size())});
 }
@@ -46,7 +46,7 @@ tl::unexpected<Error> overflowed(std::string_view feature, std::span<const doubl
   for (const double v : samples) largest = std::max(largest, std::abs(v));
   return fail({.code = Errc::range,
                .where = std::string(feature),
-               .what = "samples are so large that the feature is not finite",
+               .what = "samples too large for a finite feature",
                .got = "magnitude " + format_number(largest)});
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 Interval over_splits(std::span<const double> figure, const SplitSizes& sizes) {
   if (figure.size() > 1) return split_interval(figure, sizes);
-  return {0.0, 1.0, "one split alone tells no spread"};
+  return {0.0, 1.0, "no interval for one split"};
 }
 
 // A recording or, with blocks, a part of one.

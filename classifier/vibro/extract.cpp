@@ -14,18 +14,19 @@ namespace {
 
 Status check_channels(const std::vector<Channel>& channels) {
   if (channels.empty())
-    return fail({.code = Errc::invalid_argument, .what = "no channel to take features of"});
+    return fail({.code = Errc::invalid_argument, .what = "no channels selected"});
   std::set<std::string> names;
   for (const Channel& c : channels) {
     if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
       return fail({.code = Errc::invalid_argument,
                    .where = c.name,
-                   .what = "a channel needs a sampling rate",
-                   .expected = "a positive number of Hz",
+                   .what = "sampling rate of the channel out of range",
+                   .expected = "above 0 Hz",
                    .got = std::to_string(c.rate_hz)});
     if (!names.insert(c.name).second)
-      return fail(
-          {.code = Errc::invalid_argument, .where = c.name, .what = "two channels have one name"});
+      return fail({.code = Errc::invalid_argument,
+                   .where = c.name,
+                   .what = "two channels with the same name"});
   }
   return {};
 }
@@ -35,9 +36,9 @@ Status check_same_channels(std::span<const Recording> recordings) {
     if (r.channels != recordings.front().channels || r.samples.size() != r.channels.size())
       return fail({.code = Errc::invalid_argument,
                    .where = r.file,
-                   .what = "the recording has other channels than the first one",
+                   .what = "channels differ from the first recording",
                    .expected = std::to_string(recordings.front().channels.size()) +
-                               " like those of " + recordings.front().file,
+                               " channels as in " + recordings.front().file,
                    .got = std::to_string(r.channels.size())});
   return {};
 }
@@ -124,7 +125,7 @@ Status WindowExtractor::append(std::size_t channel, std::span<const double> samp
 Result<std::span<const double>> WindowExtractor::features(const WindowView& window) {
   if (window.size() != channels_.size())
     return fail({.code = Errc::invalid_argument,
-                 .what = "the window has another number of channels",
+                 .what = "wrong number of channels in the window",
                  .expected = std::to_string(channels_.size()),
                  .got = std::to_string(window.size())});
   features_.clear();
@@ -146,7 +147,7 @@ Result<WindowSet> cut_and_extract(std::span<const Recording> recordings, double 
                                   const PlacesOf& places, FeatureChoice choice,
                                   std::size_t threads) {
   if (recordings.empty())
-    return fail({.code = Errc::invalid_argument, .what = "no recording to cut"});
+    return fail({.code = Errc::invalid_argument, .what = "no recordings to cut into windows"});
   if (auto ok = check_same_channels(recordings); !ok) return pass(ok.error());
   auto made = WindowExtractor::make(recordings.front().channels, choice);
   if (!made) return pass(made.error());

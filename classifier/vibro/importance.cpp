@@ -105,7 +105,7 @@ Result<std::vector<Importance>> permutation_importance(const TrainedLearner& lea
                                                        std::size_t repeats, std::uint64_t seed) {
   if (rows.rows() == 0 || of_row.size() != rows.rows() || repeats == 0)
     return fail({.code = Errc::invalid_argument,
-                 .what = "importance needs rows with a class each, and a repeat"});
+                 .what = "no rows, a row without class or no repeats for the importance"});
   const auto whole = measure_accuracy(learner, rows, of_row);
   if (!whole) return pass(whole.error());
   RandomEngine engine(seed);
@@ -131,7 +131,7 @@ Result<Weighed> weigh_features(const WindowSet& windows, std::span<const Split> 
                                const Recipe& recipe, const TrainOptions& options,
                                std::size_t repeats) {
   if (splits.empty())
-    return fail({.code = Errc::invalid_argument, .what = "no split to weigh features on"});
+    return fail({.code = Errc::invalid_argument, .what = "no splits for the feature importance"});
   const std::size_t features = windows.matrix.names.size();
   Weighed out{std::vector<Importance>(features), std::vector<double>(features, 0.0)};
   const double share = 1.0 / static_cast<double>(splits.size());
@@ -154,8 +154,8 @@ Result<Reached> reach_by_selection(const WindowSet& windows, std::span<const Spl
                                    const Recipe& recipe, const TrainOptions& options,
                                    std::size_t count, std::size_t repeats) {
   if (splits.empty() || count == 0)
-    return fail({.code = Errc::invalid_argument,
-                 .what = "a selection needs splits and a number of features"});
+    return fail(
+        {.code = Errc::invalid_argument, .what = "no splits or no features for the selection"});
   Reached out;
   for (const Split& split : splits) {
     auto columns = selected(windows, split, recipe, options, count, repeats);
@@ -170,8 +170,7 @@ Result<Reached> reach_with(const WindowSet& windows, std::span<const Split> spli
                            const Recipe& recipe, const TrainOptions& options,
                            std::span<const std::size_t> columns) {
   if (splits.empty() || columns.empty())
-    return fail(
-        {.code = Errc::invalid_argument, .what = "nothing is reached without splits and columns"});
+    return fail({.code = Errc::invalid_argument, .what = "no splits or no columns to evaluate"});
   Reached out;
   for (const Split& split : splits)
     if (auto ok =

@@ -66,7 +66,7 @@ Status check_side(const WindowSet& windows, const std::vector<std::size_t>& rows
       return fail({.code = Errc::invalid_argument,
                    .where = label,
                    .what = "no " + side + " window",
-                   .hint = "Take shorter windows, fewer blocks or more recordings"});
+                   .hint = "Use shorter windows, fewer blocks or more recordings"});
   return {};
 }
 
@@ -76,8 +76,8 @@ Status check_split(const WindowSet& windows, const Split& split, Protocol protoc
   if (protocol != Protocol::groups) return check_side(windows, split.test, "test");
   if (!split.test.empty()) return {};
   return fail({.code = Errc::invalid_argument,
-               .what = "no window is left to test",
-               .hint = "Take shorter windows or other groups"});
+               .what = "no test window",
+               .hint = "Use shorter windows or other groups"});
 }
 
 }  // namespace
@@ -107,8 +107,8 @@ PlacesOf places_of(const ProtocolOptions& options) {
 Result<std::vector<Split>> split_windows(const WindowSet& windows, const ProtocolOptions& options) {
   if (windows.places.empty())
     return fail({.code = Errc::invalid_argument,
-                 .what = "no window fits into the recordings",
-                 .hint = "Take shorter windows or fewer parts"});
+                 .what = "recordings shorter than a window",
+                 .hint = "Use shorter windows or fewer blocks"});
   std::vector<Split> out;
   if (options.protocol == Protocol::random) {
     RandomEngine engine(options.seed);
@@ -118,7 +118,7 @@ Result<std::vector<Split>> split_windows(const WindowSet& windows, const Protoco
     if (options.blocks < 2)
       return fail({.code = Errc::invalid_argument,
                    .where = "--blocks",
-                   .what = "one block alone cannot train and test",
+                   .what = "too few blocks",
                    .expected = "at least 2",
                    .got = std::to_string(options.blocks)});
     for (std::size_t b = 0; b < options.blocks; ++b)

@@ -114,21 +114,21 @@ Result<WindowView> window_at(const Recording& recording, double start_s, double 
     if (count == 0)
       return fail({.code = Errc::range,
                    .where = recording.file + ": " + recording.channels[c].name,
-                   .what = "the window holds no sample of the channel",
-                   .expected = "half a sample or more at " + format_number(rate) + " Hz",
+                   .what = "window shorter than one sample of the channel",
+                   .expected = "at least half a sample at " + format_number(rate) + " Hz",
                    .got = format_number(window_s) + " s"});
     if (first > own.size() || count > own.size() - first)
       return fail({.code = Errc::range,
                    .where = recording.file + ": " + recording.channels[c].name,
-                   .what = "the window does not lie in the channel",
+                   .what = "window outside the channel",
                    .expected = "within " + std::to_string(own.size()) + " samples",
-                   .got = std::to_string(first) + " and " + std::to_string(count) + " more"});
+                   .got = std::to_string(count) + " samples from sample " + std::to_string(first)});
     out.push_back(std::span(own).subspan(first, count));
   }
   if (out.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = recording.file,
-                 .what = "a recording without channels"});
+                 .what = "recording without channels"});
   return out;
 }
 
@@ -192,13 +192,13 @@ std::string_view to_string(Family family) {
   return name_in(families, family);
 }
 Result<Family> family_from(std::string_view text) {
-  return value_from(families, text, "unknown set of features", name_list(families));
+  return value_from(families, text, "unknown feature set", name_list(families));
 }
 std::string_view to_string(Combine combine) {
   return name_in(combinations, combine);
 }
 Result<Combine> combine_from(std::string_view text) {
-  return value_from(combinations, text, "unknown way to combine channels", name_list(combinations));
+  return value_from(combinations, text, "unknown channel combination", name_list(combinations));
 }
 
 std::vector<FrameFeature> features_of_family(Family family) {

@@ -73,17 +73,17 @@ Result<RecordingModel> train_recording_model(std::span<const Recording> recordin
   const FeatureMatrix& matrix = windows->matrix;
   if (matrix.size() == 0)
     return fail({.code = Errc::invalid_argument,
-                 .what = "no recording is as long as a window",
-                 .expected = std::to_string(setup.window_s) + " s",
-                 .hint = "Take a shorter --window-s"});
+                 .what = "all recordings shorter than a window",
+                 .expected = "at least " + std::to_string(setup.window_s) + " s",
+                 .hint = "Use a shorter --window-s"});
   const std::set<std::string> labels(matrix.labels.begin(), matrix.labels.end());
   for (const TooShort& one : windows->too_short)
     if (!labels.contains(one.label))
       return fail({.code = Errc::invalid_argument,
                    .where = one.label,
-                   .what = "no recording of the label is as long as a window",
-                   .expected = std::to_string(setup.window_s) + " s",
-                   .hint = "Take a shorter --window-s"});
+                   .what = "all recordings of the label shorter than a window",
+                   .expected = "at least " + std::to_string(setup.window_s) + " s",
+                   .hint = "Use a shorter --window-s"});
   auto learner = train_recipe(matrix, recipe, options);
   if (!learner) return pass(learner.error());
   RecordingSetup own = setup;
@@ -103,7 +103,7 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
     if (!same_sensor(recording.channels, setup.channels))
       return fail({.code = Errc::invalid_argument,
                    .where = recording.file,
-                   .what = "the model was trained for another sensor",
+                   .what = "model trained for another sensor",
                    .expected = format_channels(setup.channels),
                    .got = format_channels(recording.channels)});
   const auto windows =
@@ -126,8 +126,8 @@ Result<std::vector<RecordingAnswer>> classify_recordings(const RecordingModel& m
     if (answer.windows[answer.label] == 0)
       return fail({.code = Errc::invalid_argument,
                    .where = answer.file,
-                   .what = "the recording is shorter than a window",
-                   .expected = std::to_string(setup.window_s) + " s"});
+                   .what = "recording shorter than a window",
+                   .expected = "at least " + std::to_string(setup.window_s) + " s"});
     if (model.postprocessing)
       answer.probability =
           share_of_windows(answer.windows, model.postprocessing->calibration.sharpness);

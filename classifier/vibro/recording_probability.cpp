@@ -42,8 +42,8 @@ std::string reason_without_probability(const FeatureMatrix& windows, Learner lea
                                        const TrainOptions& options) {
   const std::size_t found = testable_labels(windows, learner, options).size();
   if (found >= least_labels) return {};
-  return std::to_string(found) + " labels have two recordings or groups, so that one can be held " +
-         "out; at least " + std::to_string(least_labels) + " labels are needed";
+  return "too few labels with two recordings or groups: " + std::to_string(found) +
+         " (expected at least " + std::to_string(least_labels) + ")";
 }
 
 Result<std::optional<VotePostprocessing>> calibrate_recordings(const TrainedLearner& learner,

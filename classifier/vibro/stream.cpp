@@ -18,7 +18,7 @@ Result<WindowStream> WindowStream::make(std::vector<Channel> channels, FeatureCh
         return fail(
             {.code = Errc::invalid_argument,
              .where = c.name,
-             .what = "windows and steps need at least a sample",
+             .what = "window or step out of range",
              .expected = "1 to " + std::to_string(ChannelExtractor::most_samples) + " samples",
              .got = std::to_string(samples)});
     }
@@ -32,15 +32,15 @@ WindowStream::WindowStream(WindowExtractor extractor, Timing timing)
 Status WindowStream::add(std::size_t channel, std::span<const double> samples) {
   if (channel >= waiting_.size())
     return fail({.code = Errc::invalid_argument,
-                 .what = "no such channel",
-                 .expected = "below " + std::to_string(waiting_.size()),
+                 .what = "channel number out of range",
+                 .expected = "less than " + std::to_string(waiting_.size()),
                  .got = std::to_string(channel)});
   Waiting& own = waiting_[channel];
   if (const std::size_t bad = first_not_finite(samples); bad < samples.size())
     return fail({.code = Errc::invalid_argument,
                  .where = extractor_.channels()[channel].name + ": sample " +
                           std::to_string(own.dropped + own.retained.size() + bad),
-                 .what = "sample is not finite",
+                 .what = "sample not finite",
                  .expected = "a finite number",
                  .got = std::to_string(samples[bad])});
   own.retained.insert(own.retained.end(), samples.begin(), samples.end());

@@ -169,7 +169,7 @@ class PairWorker {
         if (!std::isfinite(out[i]))
           return fail({.code = Errc::range,
                        .where = matrix_.files[problem.rows[i]],
-                       .what = "a held-out decision is not finite"});
+                       .what = "held-out decision not finite"});
       }
     }
     return out;
@@ -188,7 +188,7 @@ Status check_training(const FabricModel& model, const FeatureMatrix& matrix) {
   if (matrix.names == model.feature_names()) return {};
   return fail({.code = Errc::invalid_argument,
                .where = "cross_decisions",
-               .what = "columns are not those of the training"});
+               .what = "columns differ from the training"});
 }
 
 }  // namespace
@@ -348,7 +348,7 @@ Result<CrossDecisions> cross_decisions(const FabricModel& model, const FeatureMa
   if (rows.size() != model.labels().size())
     return fail({.code = Errc::invalid_argument,
                  .where = "cross_decisions",
-                 .what = "a label of the model has no training row"});
+                 .what = "label without training rows"});
   CrossDecisions out{std::move(*own), Matrix(matrix.size(), model.labels().size())};
   const RareT rare;
   std::vector<Status> done(model.pairs().size());

@@ -200,7 +200,7 @@ Result<std::vector<std::size_t>> class_numbers(const FeatureMatrix& matrix,
     if (at == labels.end() || *at != matrix.labels[r])
       return fail({.code = Errc::invalid_argument,
                    .where = matrix.files[r],
-                   .what = "label is not one of the model's",
+                   .what = "label not in the model",
                    .got = matrix.labels[r]});
     out.push_back(static_cast<std::size_t>(at - labels.begin()));
   }
@@ -217,7 +217,7 @@ Result<ClassProfile> fit_profile(const FeatureMatrix& matrix, std::span<const st
     if (count[c] == 0)
       return fail({.code = Errc::invalid_argument,
                    .where = "label " + labels[c],
-                   .what = "no training row",
+                   .what = "label without training rows",
                    .expected = "at least 1"});
   Matrix mean = class_means(matrix, *of_row, count);
   std::vector<double> deviation = deviations(matrix, *of_row, mean);

@@ -20,8 +20,8 @@ Status check_share(double false_reject) {
   if (false_reject > 0.0 && false_reject < 1.0) return {};
   return fail({.code = Errc::range,
                .where = "learn_aids",
-               .what = "unusable share of known trials to refuse",
-               .expected = "between 0 and 1",
+               .what = "false_reject out of range",
+               .expected = "above 0 and below 1",
                .got = std::to_string(false_reject)});
 }
 
@@ -112,7 +112,7 @@ Calibration read_calibration(LineReader& in, std::size_t sigmoids) {
   for (std::size_t i = 0; in.ok() && i < sigmoids; ++i) {
     const std::vector<double> s = in.numbers("slope,offset", 2);
     if (!in.ok()) break;
-    if (s[0] > 0.0) in.refuse("a sigmoid that falls", "a slope of 0 or less", std::to_string(s[0]));
+    if (s[0] > 0.0) in.refuse("falling sigmoid", "slope at most 0", std::to_string(s[0]));
     out.sigmoid.push_back({s[0], s[1]});
   }
   return out;
@@ -349,7 +349,7 @@ Result<std::optional<VotePostprocessing>> fit_postprocessing(const TrainedLearne
   if (matrix.names != learner.feature_names())
     return fail({.code = Errc::invalid_argument,
                  .where = "learn_aids",
-                 .what = "columns are not those of the training"});
+                 .what = "columns differ from the training"});
   return within_memory(matrix.size(), [&] {
     return learner.cores() != nullptr ? learn_of_cores(learner, matrix, options, false_reject)
                                       : learn_without_cores(learner, matrix, options, false_reject);
@@ -364,10 +364,10 @@ Result<Prediction> predict(const TrainedLearner& learner,
   if (options.kind != VoteKind::majority)
     return fail({.code = Errc::invalid_argument,
                  .where = std::string(to_string(options.kind)),
-                 .what = "kinds of vote are for cores",
+                 .what = "kind of vote for a model without cores",
                  .expected = "a model of cores",
                  .got = std::string(to_string(learner.kind())),
-                 .hint = "Leave the kind of vote out, or train cores"});
+                 .hint = "Omit the kind of vote, or train cores"});
   auto predicted = learner.predict(features);
   if (!predicted) return pass(predicted.error());
   Prediction out;

@@ -19,8 +19,8 @@ constexpr NameTable<VoteKind, 4> kind_names = {{
 tl::unexpected<Error> not_finite() {
   return fail({.code = Errc::range,
                .where = "vote",
-               .what = "a core's decision is not finite",
-               .hint = "The trial is absurdly far from every training trial"});
+               .what = "decision of a core not finite",
+               .hint = "Check the trial: its values are far outside the training range"});
 }
 
 // Majority vote among `classes` (ascending).
@@ -82,14 +82,14 @@ Result<Ballot> shortlist_vote(const FabricModel& model, std::span<const double> 
   if (options.shortlist == 0)
     return fail({.code = Errc::invalid_argument,
                  .where = "vote",
-                 .what = "an empty short-list",
-                 .expected = "at least 1 class",
+                 .what = "short-list too short",
+                 .expected = "at least 1",
                  .got = "0"});
   if (profile == nullptr || profile->classes() != model.labels().size() ||
       profile->mean.cols() != features.size())
     return fail({.code = Errc::invalid_argument,
                  .where = "vote",
-                 .what = "no class means of this model for a short-list",
+                 .what = "model without class means for a short-list",
                  .hint = "Train the model again, or use another kind of vote"});
   return count_among(model, features, nearest_classes(*profile, features, options.shortlist));
 }

@@ -120,7 +120,7 @@ TEST_CASE("A planted pad pattern is named with its share, and nothing else is") 
   CHECK(figures.permutations == 199);
 }
 
-TEST_CASE("A clean campaign is not accused, and its figure stands") {
+TEST_CASE("A clean campaign gives no warning, and its accuracy is kept") {
   const AuditFigures figures = audit_of(made_up_campaign(8, {}));
   CHECK(figures.verdict == AuditVerdict::no_sign);
   CHECK(figures.full.accuracy > 0.7);
@@ -140,7 +140,7 @@ TEST_CASE("Shuffled labels name nothing, planted or not") {
   for (const ProbeFigure& one : figures.probes) CHECK_FALSE(one.named);
 }
 
-TEST_CASE("Too few units to permute cannot be told, whatever the probe reaches") {
+TEST_CASE("Too few units to permute give no verdict, whatever the probe reaches") {
   MadeUpCampaign campaign = made_up_campaign(10, {"pad pattern", 9.0});
   for (std::size_t r = 0; r < campaign.full.size(); ++r)
     campaign.full.groups[r] = campaign.full.labels[r] < "cloth c" ? "0" : "1";
@@ -157,7 +157,7 @@ TEST_CASE("Too few units to permute cannot be told, whatever the probe reaches")
   CHECK(figures.why == CannotTell::too_few_units);
 }
 
-TEST_CASE("An audit without a probe cannot tell; one of other rows is refused") {
+TEST_CASE("An audit without a probe gives no verdict; one of other rows is refused") {
   MadeUpCampaign campaign = made_up_campaign(11, {});
   const auto splits = split_in_parts(campaign.full, true, 3);
   CHECK(audit(campaign.full, {}, splits).value().why == CannotTell::no_probe);

@@ -105,7 +105,7 @@ TEST_CASE("LDA answers as scikit-learn's with more rows than features and with f
   CHECK(answers(15) == "1201201201202100112112010120021201201201");
 }
 
-TEST_CASE("LDA stands constant columns, doubled rows, single trials and numbers of any size") {
+TEST_CASE("LDA accepts constant columns, doubled rows, single trials and numbers of any size") {
   const double tiny = 1e-300, huge = 1e300;
   const Matrix rows = matrix_of({{7, 1 * huge, 1 * tiny, 0},
                                  {7, 1 * huge, 1 * tiny, 0},
@@ -302,7 +302,7 @@ TEST_CASE("Compression brings a tail that hides everything else back into sight"
   CHECK_FALSE(compressed->classify(std::vector{1.0, 2.0}));
 }
 
-TEST_CASE("What cannot be learnt is refused by every learner") {
+TEST_CASE("Every learner refuses unusable training data") {
   FeatureMatrix one = gaussian_classes(1, 5, 3, 1, 81);
   FeatureMatrix bad = gaussian_classes(2, 5, 3, 1, 82);
   bad.values(3, 1) = std::nan("");
@@ -312,7 +312,7 @@ TEST_CASE("What cannot be learnt is refused by every learner") {
   }
 }
 
-TEST_CASE("A training that is told to stop ends with that, whatever is trained, and soon") {
+TEST_CASE("A training that is stopped ends soon with that error, for every learner") {
   const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.5, 83);
   for (const Learner learner : available_learners()) {
     INFO(to_string(learner));

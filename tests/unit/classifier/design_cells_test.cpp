@@ -30,7 +30,7 @@ WeighedCell cell(std::size_t fabrics, std::size_t trials, std::size_t wrong, dou
 
 }  // namespace
 
-TEST_CASE("Of cells within a standard error of the best the quickest is taken") {
+TEST_CASE("The quickest cell within a standard error of the best is chosen") {
   // one wrong answer in each replicate: they are not correlated. 60 answers: 0.95 +- 0.03
   const auto spread = [](std::size_t wrong, double seconds, double snr_db) {
     WeighedCell out = cell(6, 10, 0, seconds, snr_db);
@@ -79,7 +79,7 @@ TEST_CASE("Seconds that hardly differ are equal, and the signal over noise decid
   CHECK(take(chain, 60) == 1);
 }
 
-TEST_CASE("Of equal times a pilot done again takes the cell with the larger signal as well") {
+TEST_CASE("A repeated pilot with equal times chooses the cell with the larger signal as well") {
   const std::vector<WeighedCell> cells{cell(6, 10, 0, 10.0, 1), cell(6, 10, 0, 10.2, 12)};
   const CellChoice choice = choose_cell(cells, 300, 1);
   CHECK(choice.chosen == 1);
@@ -191,7 +191,7 @@ TEST_CASE("Separability leaves each replicate out: what only a replicate shares 
   CHECK(share_of(*seen) > 0.95);
 }
 
-TEST_CASE("A fabric that is in one replicate alone cannot be asked about") {
+TEST_CASE("A fabric in only one replicate cannot be cross-validated") {
   FeatureMatrix lacking = clouds(3, 4, 8, 1);
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < lacking.size(); ++i)
@@ -199,7 +199,8 @@ TEST_CASE("A fabric that is in one replicate alone cannot be asked about") {
   rows.push_back(2);  // twice, so that a learner accepts it
   const auto refused = separability(select_rows(lacking, rows), Learner::lda, 1);
   REQUIRE_FALSE(refused);
-  CHECK_THAT(to_string(refused.error()), Catch::Contains("one replicate alone"));
+  CHECK(refused.error().code == Errc::invalid_argument);
+  CHECK_THAT(refused.error().expected, Catch::Contains("two replicates"));
 }
 
 }  // namespace design_cells_test

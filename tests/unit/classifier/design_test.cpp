@@ -57,7 +57,7 @@ TEST_CASE("A power law is found again from points on it") {
   CHECK(misfit(points_on(truth), found) == Approx(0).margin(1e-20));
 }
 
-TEST_CASE("A power law has no negative floor, and a curve that rises is taken for a flat one") {
+TEST_CASE("A power law has no negative floor, and a rising curve is fitted as a flat one") {
   // through the origin: a negative floor would fit better
   const std::vector<ErrorPoint> steep{{1, 0.5, 1}, {2, 0.2, 1}, {4, 0.05, 1}};
   const PowerLaw law = fit_power_law(steep, 1.0);
@@ -150,7 +150,7 @@ TEST_CASE("A point of a learning curve without an error has an interval all the 
         1.3 * (wilson_interval(18, 24).high - wilson_interval(18, 24).low));
 }
 
-TEST_CASE("A forecast of a noiseless curve lies on its law, and says how many are enough") {
+TEST_CASE("A forecast of a noiseless curve lies on its law, and states how many are enough") {
   LearningCurve curve;
   curve.repetitions = 10;
   curve.fabrics = 100;
@@ -177,7 +177,7 @@ TEST_CASE("A forecast of a noiseless curve lies on its law, and says how many ar
   CHECK(forecast_repetitions(curve, impossible).error().expected == "above 0 and below 1");
   impossible = options;
   impossible.predict = 2;
-  CHECK(forecast_repetitions(curve, impossible).error().expected == "3 or more");
+  CHECK(forecast_repetitions(curve, impossible).error().expected == "at least 3");
   impossible = options;
   impossible.resamples = 0;
   CHECK(forecast_repetitions(curve, impossible).error().got == "0");

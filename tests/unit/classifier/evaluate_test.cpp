@@ -40,7 +40,7 @@ TEST_CASE("A stratified split refuses odd fractions, no repeats and a label with
   CHECK(lonely.error().where == "label b");
   const auto two_each = stratified_splits(std::vector<std::string>{"a", "a", "b", "b"}, 0.5, 1, 1);
   REQUIRE_FALSE(two_each);
-  CHECK(two_each.error().expected == "at least 3 trials of each");
+  CHECK(two_each.error().expected == "at least 3 per label");
   CHECK(stratified_splits(std::vector<std::string>{"a", "a", "b", "b", "b"}, 0.5, 1, 1));
 }
 
@@ -56,7 +56,7 @@ TEST_CASE("A stratified split tests every label of three trials or more, whateve
   }
 }
 
-TEST_CASE("Labels that no split tests are told, with their recordings and the group they are in") {
+TEST_CASE("Labels that no split tests are listed, with their recordings and their group") {
   const std::vector<std::string> labels = {"a", "a", "b", "b", "b", "c", "c", "a"};
   const std::vector<std::string> groups = {"x", "y", "x", "x", "x", "x", "y", "z"};
   const std::vector<std::string> files = {"1", "2", "3#w0", "3#w1", "4", "5", "6", "7"};
@@ -84,7 +84,8 @@ TEST_CASE("A grouped split refuses a group on both sides, an unknown one and emp
                                  other = {"7"};
   const auto both = grouped_split(groups, zero, zero);
   REQUIRE_FALSE(both);
-  CHECK(both.error().what == "group is in both training and test");
+  CHECK(both.error().where == "groups");
+  CHECK(both.error().got == "0");
   CHECK_FALSE(grouped_split(groups, none, one));
   CHECK_FALSE(grouped_split(groups, zero, none));
   CHECK(grouped_split(groups, zero, other).error().got == "7");

@@ -48,7 +48,7 @@ TEST_CASE("Places do not change when a feature is stretched by any rising functi
     CHECK(a.place(0, values[i]) == b.place(0, stretched[i]));
 }
 
-TEST_CASE("Of many training values the quantiles are kept, and places are those of all values") {
+TEST_CASE("Quantiles of many training values are kept, and places are those of all values") {
   RandomEngine engine(6);
   std::vector<double> values(10'000);
   for (double& value : values) value = testing::normal(engine);
@@ -65,7 +65,7 @@ TEST_CASE("Of many training values the quantiles are kept, and places are those 
   }
 }
 
-TEST_CASE("A feature that did not vary in the training says nothing, whatever comes") {
+TEST_CASE("A feature that was constant in the training is ignored for any value") {
   for (const double level : {0.0, 5.0, -1e300, 5e-324}) {
     const RankTable ranks = RankTable::fit(column({level, level, level}));
     for (const double value : {level, -7.0, 1e308}) CHECK(ranks.place(0, value) == 0.5);

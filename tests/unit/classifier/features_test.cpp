@@ -31,7 +31,7 @@ TEST_CASE("Sixteen taxels and all phases give the 195 features of Table I, in it
   CHECK(c[194].name == "Sh.M.16");
 }
 
-TEST_CASE("A feature whose phase was not recorded is absent, not zero") {
+TEST_CASE("A feature of a phase that was not recorded is absent, not zero") {
   CHECK(FeatureLayout(16, {}).size() == 192);
   CHECK(FeatureLayout(16, {true, false, true}).size() == 192);
   CHECK(FeatureLayout(2, {false, true, true}).names()[1] == "diff.PE");

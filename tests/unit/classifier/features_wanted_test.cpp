@@ -73,7 +73,7 @@ TEST_CASE("a stream that wants other features at every stage gives what it gives
   }
 }
 
-TEST_CASE("a moment that nobody wants may overflow") {
+TEST_CASE("a moment that was not requested may overflow") {
   Trial trial = slide(2, 20, 1);
   for (double& v : trial.counts) v *= 1e70;
   CHECK_FALSE(FeatureExtractor().extract(trial));

@@ -208,7 +208,7 @@ TEST_CASE("orientations are spread modulo pi, or as plain angles where asked") {
         Approx(std::sqrt(2.0 * std::log(8.0)) / 2.0));
 }
 
-TEST_CASE("names say feature and scale; the short form leaves three out") {
+TEST_CASE("names contain feature and scale; the short form omits three") {
   CHECK(features_at({0.0, 2.5}).names().size() == 20);
   CHECK(features_at({0.0, 2.5}).names()[11] == "edges.mean@2.5");
   CHECK(features_at({3.0}, Form::brief).names() ==

@@ -74,7 +74,7 @@ std::vector<Imprint> four_places(std::uint64_t seed) {
   return out;
 }
 
-TEST_CASE("A choice takes maps where the place of the contact tells the class, and stores them") {
+TEST_CASE("A choice selects maps where the place of the contact gives the class, and stores them") {
   const auto imprints = four_places(1);
   const FeaturePlan plan;
   const auto matrix = build_matrix(imprints, with_maps(plan));

@@ -114,7 +114,7 @@ TEST_CASE("A model of imprints is read as it was written and answers the same") 
       }
 }
 
-TEST_CASE("A model file of imprints that is damaged, cut short or of another version is refused") {
+TEST_CASE("A model file of imprints that is damaged, truncated or of another version is refused") {
   const std::string text = saved(trained(Learner::lda));
   classifier::testing::check_damage_is_refused(text, loaded);
   CHECK(loaded(classifier::with_checksum("weft-recording-model 1", "bench real\n")).error().code ==
@@ -130,7 +130,7 @@ TEST_CASE("Features that are not those of the plan are not stored") {
   CHECK(out.str().empty());
 }
 
-TEST_CASE("A model of imprints refuses another array and says both") {
+TEST_CASE("A model of imprints refuses another array and names both") {
   const ImprintModel model = trained(Learner::lda);
   const auto requested = three_textures(2, 2);
   const auto refused = [&](const TaxelGrid& other) {

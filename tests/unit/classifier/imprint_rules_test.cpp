@@ -66,7 +66,7 @@ TEST_CASE("the learning constant scales the weights and nothing else") {
     CHECK(4.0 * one->rule.weight().data()[i] == four->rule.weight().data()[i]);
 }
 
-TEST_CASE("what no line separates is said plainly: after 1000 rounds, and by the hull") {
+TEST_CASE("inseparable rows are reported: after 1000 rounds, and by the hull") {
   const Matrix exclusive = rows_of({{0, 0}, {1, 1}, {0, 1}, {1, 0}});
   const std::vector<std::size_t> of_row{0, 0, 1, 1};
   const auto out = train_kesler(exclusive, of_row, 2, {});
@@ -149,7 +149,7 @@ TEST_CASE("minimum squared error is the regression on indicators, worked out by 
   CHECK(*rule->classify(std::vector{0.0}) == 0);
 }
 
-TEST_CASE("the four experiments set aside what they say") {
+TEST_CASE("the four experiments set aside the stated imprints") {
   const std::vector<std::string> labels{"b", "b", "a", "a", "b", "b", "a", "a", "b"};
   const std::vector<std::string> objects{"B2", "B2", "A1", "A1", "B1", "B1", "A2", "A2", "B3"};
   CHECK(test_rounds(Experiment::one_of_all, labels, objects)->size() == 9);
@@ -200,7 +200,7 @@ std::vector<Imprint> stripes() {
   return out;
 }
 
-TEST_CASE("every rule tells stripes of three widths apart, object by object") {
+TEST_CASE("every rule separates stripes of three widths, object by object") {
   const auto imprints = stripes();
   const auto matrix = build_matrix(imprints, ScaleOptions{.sigmas = {1.0, 2.0}});
   REQUIRE(matrix);
@@ -250,8 +250,7 @@ TEST_CASE("Laws' energies: names, a line's answer, small images") {
   }
 }
 
-TEST_CASE(
-    "of constant imprints nothing is learnt: the rule for ties, or a perceptron that says so") {
+TEST_CASE("constant imprints give the rule for ties, or a perceptron that reports it") {
   std::vector<Imprint> flat;
   for (std::size_t i = 0; i < 8; ++i)
     flat.push_back({Image(9, 9, 40.0), "i" + std::to_string(i), i < 4 ? "a" : "b",

@@ -190,8 +190,7 @@ Layout random_layout(RandomEngine& engine) {
   }
 }
 
-TEST_CASE(
-    "Whatever the groups and the seed, every fold trains on both classes and splits no group") {
+TEST_CASE("Every fold trains on both classes and splits no group, for all groups and seeds") {
   RandomEngine engine(11);
   for (std::uint64_t round = 0; round < 3000; ++round) {
     const Layout layout = random_layout(engine);
@@ -253,7 +252,7 @@ TEST_CASE("Two trials of each class are left out one at a time, so that a fold c
   }
 }
 
-TEST_CASE("What a thread throws comes to the caller of a parallel loop once all have ended") {
+TEST_CASE("An exception of a thread reaches the caller of a parallel loop once all have ended") {
   for (const std::size_t threads : {1U, 2U, 5U}) {
     std::atomic<std::size_t> done{0};
     const auto work = [&](std::size_t i) {

@@ -31,7 +31,7 @@ TaskTrainer in_two_shares(const FeatureMatrix& matrix, const TrainOptions& optio
   };
 }
 
-TEST_CASE("A learner whose cores are trained in shares is the one trained in one piece") {
+TEST_CASE("A learner with cores trained in shares equals the one trained in one piece") {
   const FeatureMatrix data = gaussian_classes(4, 8, 6, 1.2, 5);
   const FeatureMatrix fresh = gaussian_classes(4, 8, 6, 1.2, 6);
   const TrainOptions options;
@@ -126,7 +126,7 @@ TEST_CASE("More rows than are asked at a time are all answered") {
   }
 }
 
-TEST_CASE("Probabilities of every learner are distributions, and say more of nearer classes") {
+TEST_CASE("Probabilities of every learner are distributions, higher for nearer classes") {
   const FeatureMatrix data = gaussian_classes(4, 15, 6, 2.0, 11);
   const FeatureMatrix fresh = gaussian_classes(4, 40, 6, 2.0, 12);
   for (const Learner kind : {Learner::lda, Learner::svc, Learner::trees, Learner::all}) {
@@ -152,7 +152,7 @@ TEST_CASE("Probabilities of every learner are distributions, and say more of nea
   }
 }
 
-TEST_CASE("A trial far from every class is none of these, whichever learner is asked") {
+TEST_CASE("A trial far from every class is an unknown fabric for every learner") {
   const FeatureMatrix data = gaussian_classes(3, 15, 6, 3.0, 21);
   for (const Learner kind : {Learner::lda, Learner::svc, Learner::trees, Learner::pvalue}) {
     const auto learner = train_recipe(data, {kind, 20, View::plain}, {});
@@ -181,7 +181,7 @@ TEST_CASE("A label with a single trial is refused by name where two are needed")
   }
 }
 
-TEST_CASE("The calibration error of answers that are all right when said 0.9 is 0.1") {
+TEST_CASE("The calibration error of predictions that are all right at 0.9 is 0.1") {
   const std::vector<double> reply(200, 0.9), right(200, 1.0);
   std::vector<std::string> recording;
   for (std::size_t i = 0; i < 200; ++i) recording.push_back(std::to_string(i));

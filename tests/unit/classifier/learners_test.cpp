@@ -133,7 +133,7 @@ TEST_CASE("Learners have names, and unknown ones are refused") {
   for (const char* choice : {"best", "cores-best"}) CHECK_FALSE(single_learner_from(choice));
 }
 
-TEST_CASE("What cannot be learnt from rows is refused by every learner") {
+TEST_CASE("Every learner refuses rows that it cannot learn from") {
   const Set good = gaussian_set(2, 5, 2, 3.0, 3);
   for (const Learner learner : concrete_learners()) {
     INFO(to_string(learner));

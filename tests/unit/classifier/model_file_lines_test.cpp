@@ -91,19 +91,19 @@ std::string with_token(const std::string& text, const std::string& keyword, std:
   return with_checksum(out.replace(from, text.find_first_of(" \n", from) - from, word));
 }
 
-TEST_CASE("wrong trees behind a right checksum are refused, each for what is wrong") {
+TEST_CASE("wrong trees before a correct checksum are refused, each with its fault") {
   const StoredModel model = trained(Learner::trees);
   const std::string text = saved(model);
   CHECK(with_token(text, "trees", 0, "1000") == text);
-  const auto [keyword, word, says] = GENERATE(table<std::string, std::string, std::string>({
+  const auto [keyword, word, part] = GENERATE(table<std::string, std::string, std::string>({
       {"trees", "0", "trees"},
       {"trees", "1001", "nodes"},
       {"nodes", "0", "nodes"},
       {"nodes", "99999999999", "nodes"},
-      {"child", "0", "leads nowhere"},
-      {"child", "999", "leads nowhere"},
-      {"child", "18446744073709551615", "leads nowhere"},
-      {"feature", "9999", "beyond the last"},
+      {"child", "0", "child"},
+      {"child", "999", "child"},
+      {"child", "18446744073709551615", "child"},
+      {"feature", "9999", "feature"},
       {"threshold", "nan", "threshold"},
       {"threshold", "inf", "threshold"},
   }));
@@ -114,7 +114,7 @@ TEST_CASE("wrong trees behind a right checksum are refused, each for what is wro
   CHECK(stored.error().where.find("line ") != std::string::npos);
   CHECK_FALSE(stored.error().expected.empty());
   CHECK_FALSE(stored.error().got.empty());
-  CHECK(to_string(stored.error()).find(says) != std::string::npos);
+  CHECK(to_string(stored.error()).find(part) != std::string::npos);
 }
 
 // A root on one feature, a leaf of class 0, a leaf of shares; line 3 has their links.
@@ -137,45 +137,37 @@ struct TreeLines {
   }
 };
 
-TEST_CASE("a branch or a leaf that leads nowhere is refused at its line, with where it led") {
+TEST_CASE("a wrong child or class of a node is refused at its line, with the value") {
   CHECK(TreeLines{}.read());
-  const auto [lines, where, message, expected,
-              got] = GENERATE(table<TreeLines, std::string, std::string, std::string, std::string>({
-      {{.child = {0, 0, 2}}, "line 3", "a node leads nowhere", "two nodes behind node 0 of 3", "0"},
-      {{.child = {2, 0, 2}}, "line 3", "a node leads nowhere", "two nodes behind node 0 of 3", "2"},
-      {{.child = {1, 0, 3}}, "line 5", "a leaf leads nowhere", "less than 3 at node 2", "3"},
-      {{.child = {1, 0, 2}, .mixed = 0, .shares = {}},
-       "line 5",
-       "a leaf leads nowhere",
-       "less than 2 at node 2",
-       "2"},
-      {{.mixed = 3, .shares = std::vector(6, 0.5)},
-       "line 5",
-       "impossible mixed_leaves",
-       "0 to 2",
-       "3"},
-      {{.shares = {1.0}}, "line 6", "wrong number of values for shares", "2", "1"},
-      {{.shares = {0.2, 0.3, 0.5}}, "line 6", "wrong number of values for shares", "2", "3"},
-  }));
+  const auto [lines, where, part, expected, got] =
+      GENERATE(table<TreeLines, std::string, std::string, std::string, std::string>({
+          {{.child = {0, 0, 2}}, "line 3", "node 0", "two later nodes of 3", "0"},
+          {{.child = {2, 0, 2}}, "line 3", "node 0", "two later nodes of 3", "2"},
+          {{.child = {1, 0, 3}}, "line 5", "leaf 2", "less than 3", "3"},
+          {{.child = {1, 0, 2}, .mixed = 0, .shares = {}}, "line 5", "leaf 2", "less than 2", "2"},
+          {{.mixed = 3, .shares = std::vector(6, 0.5)}, "line 5", "mixed_leaves", "0 to 2", "3"},
+          {{.shares = {1.0}}, "line 6", "shares", "2", "1"},
+          {{.shares = {0.2, 0.3, 0.5}}, "line 6", "shares", "2", "3"},
+      }));
   const Status refused = lines.read();
   REQUIRE_FALSE(refused);
   CHECK(refused.error().where == where);
-  CHECK(refused.error().what == message);
+  CHECK(refused.error().what.find(part) != std::string::npos);
   CHECK(refused.error().expected == expected);
   CHECK(refused.error().got == got);
 }
 
-TEST_CASE("shares of a leaf that are no distribution are refused") {
+TEST_CASE("shares of a leaf that are not a distribution are refused") {
   const auto [shares, got] = GENERATE(table<std::vector<double>, std::string>({
-      {{0.5, 0.6}, "from 0.5 on, together 1 and 0.1"},
-      {{0.5, 0.5 + 1e-8}, "from 0.5 on, together 1 and 1e-08"},
-      {{-0.5, 1.5}, "from -0.5 on, together 1 and 0"},
-      {{1e308, 1e308}, "from 1e+308 on, together 1 and inf"},
-      {{0.0, 0.0}, "from 0 on, together 1 and -1"},
+      {{0.5, 0.6}, "least 0.5, sum 1 and 0.1"},
+      {{0.5, 0.5 + 1e-8}, "least 0.5, sum 1 and 1e-08"},
+      {{-0.5, 1.5}, "least -0.5, sum 1 and 0"},
+      {{1e308, 1e308}, "least 1e+308, sum 1 and inf"},
+      {{0.0, 0.0}, "least 0, sum 1 and -1"},
   }));
   const Status refused = TreeLines{.shares = shares}.read();
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().what == "shares of a leaf are no distribution");
+  CHECK(refused.error().where == "line 6");
   CHECK(refused.error().got == got);
 }
 
@@ -196,7 +188,7 @@ TEST_CASE("a wrong line of the knots of ranks is refused with its number") {
   CHECK_FALSE(loaded(replaced(text, "view " + std::string(to_string(view)), "view compressed")));
 }
 
-TEST_CASE("knots that fall are refused") {
+TEST_CASE("knots that are not ascending are refused") {
   const std::string text = saved(trained(Learner::lda, View::ranked));
   const std::size_t first = text.find("\nrow ") + 1;
   const std::size_t second = text.find("\nrow ", first) + 1;
@@ -206,7 +198,8 @@ TEST_CASE("knots that fall are refused") {
   swapped.insert(text.find("\nrow ", second) + 1 - row.size(), row);
   const auto stored = loaded(with_checksum(swapped));
   REQUIRE_FALSE(stored);
-  CHECK(to_string(stored.error()).find("fall") != std::string::npos);
+  CHECK(stored.error().code == Errc::corrupt);
+  CHECK(stored.error().got == "knot 1");
 }
 
 TEST_CASE("a training task reads back as it was written") {

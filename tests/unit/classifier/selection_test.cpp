@@ -167,7 +167,7 @@ TEST_CASE("Critical t has its closed forms and its tabled value, and undoes the 
   CHECK(std::isnan(critical_t(0.05, 0.0)));
 }
 
-TEST_CASE("RareT says what the p-value says, also next to the border") {
+TEST_CASE("RareT agrees with the p-value, also next to the border") {
   const RareT rare;
   for (const double df : {1.0, 11.0, 14.0, 300.0}) {
     for (const double delta : {1e-5, 0.05, 0.999}) {

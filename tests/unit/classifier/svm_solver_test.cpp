@@ -91,7 +91,7 @@ TEST_CASE("Further rows of a kernel, those held out, are not given to libsvm") {
 
 // No double is as near to the optimum as this tolerance requires, so both solvers run to their
 // limits.
-TEST_CASE("A problem that libsvm itself gives up is said to be one, up to the training") {
+TEST_CASE("A problem that libsvm itself gives up is reported up to the training") {
   FeatureMatrix matrix = testing::gaussian_classes(2, 3, 3, 0.3, 9);
   TrainOptions options{.nested = false, .folds = 2, .tolerance = 1e-300, .threads = 1};
   options.reduction = Reduction::all;

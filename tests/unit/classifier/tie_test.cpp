@@ -25,7 +25,7 @@ TrainOptions with(Tie tie) {
   return options;
 }
 
-TEST_CASE("Ties go by loss below a hundred fabrics and by order from there on, unless told") {
+TEST_CASE("Ties go by loss below a hundred fabrics and by order from there on, unless set") {
   CHECK(resolved(Tie::automatic, many_fabrics - 1) == Tie::loss);
   CHECK(resolved(Tie::automatic, many_fabrics) == Tie::order);
   CHECK(resolved(Tie::loss, 500) == Tie::loss);

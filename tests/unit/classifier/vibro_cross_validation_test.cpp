@@ -16,7 +16,7 @@ namespace {
 
 using namespace noise_levels;
 
-TEST_CASE("Every protocol splits what it says, and only random windows leak") {
+TEST_CASE("Every protocol splits its stated units, and only random windows leak") {
   const auto recordings = levels(3, 2);
   const Cut random = cut(recordings, with(Protocol::random));
   REQUIRE(random.splits.size() == 1);
@@ -88,7 +88,7 @@ TEST_CASE("A group tests the labels that it has: one missing recording does not 
   const auto windows = cut_and_extract(recordings, 2.0, places_of(with(Protocol::groups)), {});
   const auto refused = split_windows(*windows, with(Protocol::groups));
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().what == "no training window");
+  CHECK(refused.error().what.find("training") != std::string::npos);
   // A group with only recordings shorter than a window has no test data.
   auto some = levels(2, 2);
   for (Recording& r : some)
@@ -152,7 +152,7 @@ TEST_CASE("The macro F-score is the mean over the labels that were asked about o
   CHECK(f_score(Confusion({"a", "b"})) == 0.0);
 }
 
-TEST_CASE("Drawing more random splits asks the same recordings, and no more is known of them") {
+TEST_CASE("More random splits test the same recordings and add no knowledge of them") {
   auto recordings = levels(3, 2, 12.0);
   for (std::size_t r = 0; r < recordings.size(); ++r)
     recordings[r].label = std::string(1, static_cast<char>('a' + (r + r / 3) % 3));  // some wrong

@@ -222,7 +222,7 @@ TEST_CASE("A set of windows is the same on any number of threads, and names what
   CHECK_FALSE(cut_and_extract(recordings, 1.0, places, {}));
 }
 
-TEST_CASE("Bands part the spectrum, and a line stands in its own") {
+TEST_CASE("Bands divide the spectrum, and a line lies in its own band") {
   for (const std::size_t bins : {2U, 3U, 9U, 17U, 33U, 65U, 1025U}) {
     const auto edges = band_edges(bins);
     for (std::size_t b = 0; b < band_count; ++b) CHECK(edges[b] <= edges[b + 1]);

@@ -36,7 +36,7 @@ TEST_CASE("Dealing out the values of the feature that matters costs accuracy, of
   CHECK_FALSE(permutation_importance(tree, Matrix(), {}, 5, 1));
 }
 
-TEST_CASE("Of features that cost as much the one with the larger share in a forest comes first") {
+TEST_CASE("Features of equal cost are ordered by their share in a forest") {
   const std::vector<Importance> importance{{0.0, 0}, {0.2, 0}, {0.0, 0}, {0.2, 0}};
   const std::vector<double> shares{0.1, 0.2, 0.3, 0.4};
   CHECK(most_important(importance, 4, shares) == std::vector<std::size_t>{3, 1, 2, 0});

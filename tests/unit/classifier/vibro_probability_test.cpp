@@ -136,7 +136,7 @@ TEST_CASE("shares of windows are positive, and sharpness keeps their order") {
   }
 }
 
-TEST_CASE("labels of one recording alone get no probability, and the reason is said") {
+TEST_CASE("labels of one recording alone get no probability, and the reason is given") {
   const auto reason = [](const std::vector<Recording>& recordings, Learner learner) {
     return reason_without_probability(recordings, setup(), window_recipe(learner), options());
   };

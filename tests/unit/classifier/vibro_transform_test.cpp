@@ -109,7 +109,7 @@ TEST_CASE("Without pitch classes the magnitudes and the other sums are the same"
   }
 }
 
-TEST_CASE("A bin has a say in the classes near its pitch, and all that it says is kept") {
+TEST_CASE("A bin contributes to the classes near its pitch, and its whole weight is kept") {
   for (const auto& [rate, length] : {std::pair{8000.0, 2048},
                                      {44100.0, 2048},
                                      {200.0, 128},

@@ -61,7 +61,7 @@ TEST_CASE("the fit does not depend on the unit of the decision values") {
   }
 }
 
-TEST_CASE("decision values that say the opposite give a constant, never a sigmoid that falls") {
+TEST_CASE("reversed decision values give a constant, never a falling sigmoid") {
   const std::vector<double> f{-1, -2, -1, 1, 2, 1};
   const std::vector<int> sign{1, 1, 1, -1, -1, -1};
   const Sigmoid s = fit_sigmoid(f, sign);
@@ -207,7 +207,7 @@ TEST_CASE("reliability refuses what is no probability and sizes that disagree") 
   CHECK_FALSE(reliability(p, one, one, 0));
   CHECK_FALSE(reliability(Matrix(), none, none));
   p(0, 1) = std::numeric_limits<double>::quiet_NaN();
-  CHECK(reliability(p, one, one).error().what == "not a probability");
+  CHECK(reliability(p, one, one).error().expected == "0 to 1");
 }
 
 // ---- all parts, on trained models ----

@@ -124,7 +124,7 @@ FeatureMatrix unequal_spreads() {
   return out;
 }
 
-TEST_CASE("A training by Welch's test says so in every p it keeps, and the default stays pooled") {
+TEST_CASE("A training by Welch's test uses it in every p it keeps, and the default stays pooled") {
   const FeatureMatrix matrix = unequal_spreads();
   const auto pooled = train(matrix).value();
   const auto welch_one = train(matrix, {.t_test = TTest::welch}).value();
