@@ -83,10 +83,10 @@ std::vector<Headline> headlines_of(const Dataset& dataset, bool can_measure,
                                    const ReportOptions& options) {
   if (options.handover != nullptr) return handover_headlines(*options.handover, dataset);
   if (!can_measure) return {};
-  note(options, "classify: the headline, each group of repetitions left out in turn");
+  note(options, "classify: headline accuracy, cross-validated by group of repetitions");
   auto measured = measure_headlines(dataset, options.threads);
   if (measured) return std::move(*measured);
-  note(options, "weft: no headline: " + to_string(measured.error()));
+  note(options, "weft: headline accuracy not available: " + to_string(measured.error()));
   return {};
 }
 

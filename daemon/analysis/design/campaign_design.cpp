@@ -145,10 +145,10 @@ DesignParts analyse_design(const Dataset& dataset,
                            const std::function<void(const std::string&)>& progress,
                            std::size_t threads, const std::function<bool()>& stop) {
   if (!dataset.info.factors.empty()) {
-    progress("the cells of the sweep");
+    progress("cells of the sweep");
     auto parts = sweep_parts(dataset);
     if (parts) return std::move(*parts);
-    progress("left out: " + to_string(parts.error()));
+    progress("skipped: " + to_string(parts.error()));
     return {};
   }
   DesignParts out;
@@ -162,7 +162,7 @@ DesignParts analyse_design(const Dataset& dataset,
       out.blocks += design_section(*study);
       list.push_back(design_json(*study));
     } else {
-      progress("left out: " + to_string(study.error()));
+      progress("skipped: " + to_string(study.error()));
     }
   }
   if (!list.empty()) out.json = ordered_json{{"repetitions", std::move(list)}}.dump();
@@ -187,16 +187,16 @@ std::string format_repetition_study(const RepetitionStudy& study) {
   const auto& f = study.forecast;
   std::string out = std::to_string(study.curve.repetitions) + " repetitions of " +
                     std::to_string(study.curve.fabrics) + " fabrics: " + percent(last.accuracy) +
-                    " % told right with each repetition left out in turn (" +
-                    percent(last.ci95.low) + " to " + percent(last.ci95.high) + " %). " +
-                    std::to_string(f.predict) + " repetitions are expected to measure " +
-                    percent(f.accuracy) + " %, with a 95 % prediction interval of " +
-                    percent(f.ci95.low) + " to " + percent(f.ci95.high) + " %. ";
+                    " % accuracy, cross-validated by repetition (95 %: " + percent(last.ci95.low) +
+                    " to " + percent(last.ci95.high) + " %). " + std::to_string(f.predict) +
+                    " repetitions should give " + percent(f.accuracy) +
+                    " % (95 % prediction interval: " + percent(f.ci95.low) + " to " +
+                    percent(f.ci95.high) + " %). ";
   const std::string wanted = percent(f.wanted) + " %";
   if (!f.enough)
-    return out + wanted + " is not reached within " + std::to_string(f.most) + " repetitions (" +
-           percent(f.reached_share, 0) + " % of the resamples reach it).";
-  out += wanted + " is expected from " + std::to_string(*f.enough) + " repetitions on";
+    return out + wanted + " accuracy is not reached within " + std::to_string(f.most) +
+           " repetitions (" + percent(f.reached_share, 0) + " % of the resamples reach it).";
+  out += wanted + " accuracy needs " + std::to_string(*f.enough) + " repetitions";
   out += f.enough_low ? " (95 %: " + std::to_string(*f.enough_low) + " to " +
                             (f.enough_high ? std::to_string(*f.enough_high)
                                            : "more than " + std::to_string(f.most)) +

@@ -113,10 +113,10 @@ GridCell seconds_of(const SweepAnalysis& a, std::size_t i) {
 }
 
 const std::array<Quantity, 4> quantities{
-    {{"separability", "separability of the fabrics, leaving each replicate out", separability_of},
+    {{"separability", "separability of the fabrics, cross-validated by replicate", separability_of},
      {"signal over noise", "texture signal over noise", snr_of},
-     {"saturated", "share of values at an end of the taxels' range", saturated_of, true},
-     {"seconds", "seconds on record per trial, median", seconds_of, true}}};
+     {"saturated", "share of counts at the limits of the taxel range", saturated_of, true},
+     {"seconds", "recorded seconds per trial, median", seconds_of, true}}};
 
 /// Rows start at the bottom, like an axis.
 chart::Cells map_of(const SweepAnalysis& a, const std::vector<std::size_t>& vary,
@@ -187,7 +187,7 @@ Blocks maps(const SweepAnalysis& a) {
       body += picture(map_of(a, vary, list[i], quantity));
     out += figure(std::move(body),
                   std::string("Heat map of the ") + quantity.title +
-                      ", with 95 % intervals; the diamond marks the cell that the rule takes.",
+                      ", with 95 % intervals. The diamond marks the chosen cell.",
                   bench_badge(a.bench));
   }
   return side_by_side(std::move(out));
@@ -203,24 +203,24 @@ Blocks front_figure(const SweepAnalysis& a) {
                       {a.cells[i].seconds.value, cell.figures.accuracy * 100, cell.ci95.low * 100,
                        cell.ci95.high * 100, front ? format_cell(a, i) : "", front}});
   }
-  chart::Plot plot{"Separability against seconds of a trial, " + stamp, stamp};
+  chart::Plot plot{"Separability against seconds per trial, " + stamp, stamp};
   plot.panel_height = 300;
-  plot.front_name = "on the front: none is as accurate in less time";
+  plot.front_name = "Pareto front";
   plot.panels = {{{},
-                  {.title = "seconds on record per trial", .logarithmic = true},
+                  {.title = "recorded seconds per trial", .logarithmic = true},
                   chart::percent_axis("separability [%]", points)}};
   plot.panels.front().series = chart::series_of({"cell"}, points);
   return figure(
       picture(std::move(plot)),
-      "Separability against the seconds of a trial: on the front no other cell recognises more in "
-      "the same time or as many in less; times within 5 % are the same. Where intervals "
-      "overlap, the order may be chance.",
+      "Separability against recorded seconds per trial. Pareto front: no other cell is better in "
+      "both accuracy and time. Times within 5 % count as equal. Where intervals overlap, the order "
+      "may be chance.",
       bench_badge(a.bench));
 }
 
 Blocks table(const SweepAnalysis& a) {
-  HtmlTable out({"cell", "trials", "right %", "95 %", "signal over noise dB", "saturated %",
-                 "seconds", "front", "chosen by % of other pilots"});
+  HtmlTable out({"cell", "trials", "accuracy [%]", "95 % interval", "signal over noise [dB]",
+                 "saturated [%]", "time [s]", "Pareto front", "chosen in resamples [%]"});
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const SweepCell& cell = a.cells[i];
     const auto& summary = a.choice.cells[i];
@@ -237,8 +237,8 @@ Blocks table(const SweepAnalysis& a) {
 Blocks simulated_note(BenchKind kind) {
   if (kind != BenchKind::simulated) return {};
   return paragraph(
-      "<b>SIMULATED.</b> The plant model made these data; no cloth was touched. What is best on it "
-      "need not be best on cloth.");
+      "<b>SIMULATED.</b> The plant model made these data; no fabric was touched. The best setting "
+      "for the model may not be the best for real fabric.");
 }
 
 /// Each cell that is left out, with the reason.
@@ -259,14 +259,14 @@ chart::Plot curve_plot(const RepetitionStudy& study) {
   const auto& f = study.forecast;
   points.push_back({1,
                     {static_cast<double>(f.predict), f.accuracy * 100, f.ci95.low * 100,
-                     f.ci95.high * 100, "expected"}});
+                     f.ci95.high * 100, "forecast"}});
   chart::Plot out{"Accuracy against repetitions, " + stamp, stamp};
   out.width = 1000;
   out.panel_height = 180;
   out.panels = {{{},
                  {.title = "repetitions", .logarithmic = true},
                  chart::percent_axis("accuracy [%]", points)}};
-  out.panels.front().series = chart::series_of({"measured", "expected"}, points);
+  out.panels.front().series = chart::series_of({"measured", "forecast"}, points);
   chart::Axis& y = out.panels.front().y;
   y.low = std::min(y.low, f.wanted * 100 - 2);
   y.high = std::max(y.high, f.wanted * 100 + 3);
@@ -283,7 +283,7 @@ Blocks design_section(const SweepAnalysis& a) {
       " replicates; learner " + escape(a.learner) + "; textures of " +
       general(a.band.shortest_m * 1e3) + " to " + general(a.band.longest_m * 1e3) +
       " mm. Definitions: docs/explanation/campaign-design.md.";
-  return section("Which setting: " + a.exploration,
+  return section("Choice of settings: " + a.exploration,
                  paragraph("<b>" + escape(recommendation(a)) + "</b> " + bench_badge(a.bench)) +
                      left_out_list(a) + maps(a) + front_figure(a) +
                      figure(table(a), "All cells.", bench_badge(a.bench)) + paragraph(facts) +
@@ -293,18 +293,18 @@ Blocks design_section(const SweepAnalysis& a) {
 Blocks design_section(const RepetitionStudy& study) {
   const std::string of = study.exploration.empty() ? "" : ": " + study.exploration;
   return section(
-      "How many repetitions" + of,
+      "Number of repetitions" + of,
       paragraph(escape(format_repetition_study(study)) + " " + bench_badge(study.bench)) +
           figure(picture(curve_plot(study)),
                  "Learning curve, learner " + escape(study.learner) +
-                     ": each repetition left out in turn, each size drawn " +
+                     ": cross-validated by repetition, each size drawn " +
                      std::to_string(study.curve.draws) +
                      (study.curve.draws == 1 ? " time" : " times") +
-                     "; bars are 95 % intervals over the repetitions. Expected: an inverse power "
-                     "law; its bar is the interval of what such a campaign would measure, not of "
-                     "its true accuracy." +
+                     ". Bars are 95 % intervals over the repetitions. The forecast is an inverse "
+                     "power law. Its bar is the interval for the measured accuracy of such a "
+                     "campaign, not for the true accuracy." +
                      (study.bench == BenchKind::simulated
-                          ? " The plant model made these data; no cloth was touched."
+                          ? " The plant model made these data; no fabric was touched."
                           : ""),
                  bench_badge(study.bench)));
 }

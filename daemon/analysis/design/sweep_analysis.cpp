@@ -33,10 +33,9 @@ struct CellOutcome {
 Status measure(const CellTrials& trials, double rate_hz, const SweepOptions& options,
                CellOutcome& out) {
   if (trials.trials.empty())
-    return fail({.code = Errc::invalid_argument, .what = "it has no complete trial"});
+    return fail({.code = Errc::invalid_argument, .what = "no complete trials"});
   if (!(trials.speed_mps > 0))
-    return fail({.code = Errc::invalid_argument,
-                 .what = "its exploration does not slide: there is no phase M"});
+    return fail({.code = Errc::invalid_argument, .what = "exploration without phase M"});
   std::vector<double> snr, saturated;
   for (const classifier::Trial& trial : trials.trials) {
     const auto response = design::response_of(trial, rate_hz, trials.speed_mps, lowest_count,
@@ -115,7 +114,7 @@ Result<SweepAnalysis> analyse(const std::string& exploration, const std::vector<
   if (comparable_cells.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = exploration,
-                 .what = "no cell can be analysed; of the first: " + out.left_out.front().why});
+                 .what = "no usable cell; first cell: " + out.left_out.front().why});
   std::set<std::string> fabrics, replicates;  // equal in all cells
   for (const classifier::Trial& trial : cells[comparable_cells.front()].trials) {
     fabrics.insert(trial.label);
@@ -144,10 +143,10 @@ Result<std::vector<std::string>> collect_digests(std::span<const Dataset> datase
     if (std::ranges::find(out, digest) != out.end())
       return fail({.code = Errc::invalid_argument,
                    .where = dataset.info.name,
-                   .what = "the same data set twice",
-                   .expected = "each once",
+                   .what = "data set given twice",
+                   .expected = "each data set once",
                    .got = digest,
-                   .hint = "Its trials would be told by their own copies"});
+                   .hint = "Remove the copy: training and test would share its trials"});
     out.push_back(std::move(digest));
   }
   return out;
@@ -180,7 +179,7 @@ std::string format_interval(const classifier::Interval& interval) {
 
 std::string format_stability(const SweepAnalysis& a) {
   std::string out = "In " + percent(a.choice.share, 0) + " % of " + thousands(a.choice.resamples) +
-                    " pilots of the same size, drawn from these trials, the same cell is chosen";
+                    " resampled pilots of the same size the same cell is chosen";
   std::vector<std::string> values;
   for (const FactorShare& one : a.surest)
     values.push_back(format_value(a.factors[one.factor], one.value) + " in " +
@@ -197,20 +196,20 @@ std::string format_seconds(const SweepAnalysis& a, std::size_t cell) {
 std::string format_rule(const SweepAnalysis& a) {
   const auto& c = a.choice;
   const std::string best = c.chosen == c.most_separable
-                               ? "No cell tells more of them. "
-                               : "The best cell, " + format_cell(a, c.most_separable) + ", tells " +
+                               ? "No other cell has a higher accuracy. "
+                               : "The best cell, " + format_cell(a, c.most_separable) +
+                                     ", reaches " +
                                      percent(c.cells[c.most_separable].figures.accuracy) +
                                      " % in " + format_seconds(a, c.most_separable) + ". ";
-  const std::string time = c.chosen == c.quickest
-                               ? "Of the cells within one standard error (" + percent(c.within) +
-                                     " points) none is quicker"
-                               : "Of the cells within one standard error (" + percent(c.within) +
-                                     " points) the " + "quickest, " + format_cell(a, c.quickest) +
-                                     ", takes " + format_seconds(a, c.quickest) +
-                                     ", which is as long";
+  const std::string time =
+      c.chosen == c.quickest
+          ? "No cell within one standard error (" + percent(c.within) + " points) is quicker"
+          : "The quickest cell within one standard error (" + percent(c.within) + " points), " +
+                format_cell(a, c.quickest) + ", takes an equal time of " +
+                format_seconds(a, c.quickest);
   const std::string signal =
-      c.equal_time > 1 ? "; of the " + std::to_string(c.equal_time) +
-                             " that take as long this one has the largest signal over noise, " +
+      c.equal_time > 1 ? ". Among the " + std::to_string(c.equal_time) +
+                             " cells of equal time this one has the largest signal over noise, " +
                              fixed(a.cells[c.chosen].snr_db.value, 1) + " dB"
                        : "";
   return best + time + signal + ".";
@@ -265,27 +264,27 @@ std::string recommendation(const SweepAnalysis& a) {
   const std::size_t i = a.choice.chosen;
   const auto& chosen = a.choice.cells[i];
   const std::string found = format_cell(a, i) + ": " + percent(chosen.figures.accuracy) +
-                            " % of the trials told right (" + format_interval(chosen.ci95) + "), " +
-                            format_seconds(a, i) + " a trial";
+                            " % accuracy (95 %: " + format_interval(chosen.ci95) + "), " +
+                            format_seconds(a, i) + " per trial";
   const std::string others = std::to_string(a.choice.overlapping) + " of the " +
                              std::to_string(a.cells.size() - 1) +
-                             " other cells have an interval that overlaps its own, " +
+                             " other cells have an overlapping interval, " +
                              std::to_string(a.choice.quicker_overlapping) + " of them quicker.";
   if (a.choice.supported)
-    return "Recommended is " + found + ". " + format_rule(a) + " " + format_stability(a) + " " +
-           others;
-  return "The data do not support a choice of one cell. The rule takes " + found + ", but " +
+    return "Recommended setting: " + found + ". " + format_rule(a) + " " + format_stability(a) +
+           " " + others;
+  return "The data do not support a choice of one cell. The rule chooses " + found + ", but " +
          others + " " + format_rule(a) + " " + format_stability(a) +
-         " More replicates or fabrics would tell.";
+         " Record more replicates or fabrics.";
 }
 
 std::string format_left_out(const SweepAnalysis& a) {
   std::string out;
-  for (const std::string& one : a.without) out += "Left out, " + one + "\n";
+  for (const std::string& one : a.without) out += "Skipped: " + one + "\n";
   for (std::size_t i = 0; i < std::min(a.left_out.size(), max_listed); ++i)
-    out += "Left out, " + format_cell(a, a.left_out[i].factors) + ": " + a.left_out[i].why + "\n";
+    out += "Skipped: " + format_cell(a, a.left_out[i].factors) + ": " + a.left_out[i].why + "\n";
   if (a.left_out.size() > max_listed)
-    out += "Left out are " + std::to_string(a.left_out.size() - max_listed) + " more cells.\n";
+    out += "Skipped: " + std::to_string(a.left_out.size() - max_listed) + " more cells\n";
   return out;
 }
 

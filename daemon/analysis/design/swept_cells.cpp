@@ -18,7 +18,7 @@ tl::unexpected<Error> apart(std::string message, const DatasetInfo& info, std::s
                .what = std::move(message),
                .expected = std::move(expected),
                .got = std::move(got),
-               .hint = "Analyse them one by one"});
+               .hint = "Analyse the data sets separately"});
 }
 
 std::string format_swept_rig(const recipes::RigLimits& rig) {
@@ -35,33 +35,32 @@ Status check_sweep(const DatasetInfo& info) {
   if (!info.factors.empty()) return {};
   return fail({.code = Errc::invalid_argument,
                .where = info.name,
-               .what = "the data set is of no sweep",
+               .what = "data set without sweep",
                .expected = "a recipe with \"sweep\"",
-               .hint = "recipes/README.md says how to sweep"});
+               .hint = "Add a sweep to the recipe; see recipes/README.md"});
 }
 
 /// Different sensors respond differently, so their cells cannot be combined.
 Status check_alike(const DatasetInfo& first, const DatasetInfo& info) {
   if (info.kind != first.kind)
-    return apart("simulated and real data are never mixed", info,
-                 std::string(to_string(first.kind)), std::string(to_string(info.kind)));
+    return apart("simulated and real data mixed", info, std::string(to_string(first.kind)),
+                 std::string(to_string(info.kind)));
   if (info.kind == BenchKind::unknown)
-    return apart("data of an unknown bench cannot be taken together", info, "simulated or real",
-                 "unknown");
+    return apart("data of an unknown bench", info, "simulated or real", "unknown");
   if (info.factors != first.factors)
-    return apart("sweeps of different factors", info, joined(first.factors), joined(info.factors));
+    return apart("sweeps with different factors", info, joined(first.factors),
+                 joined(info.factors));
   if (info.taxel_rate_hz != first.taxel_rate_hz)
-    return apart("sweeps of different sample rates", info, general(first.taxel_rate_hz) + " Hz",
+    return apart("sweeps with different sample rates", info, general(first.taxel_rate_hz) + " Hz",
                  general(info.taxel_rate_hz) + " Hz");
   const auto one = swept_rig(first), other = swept_rig(info);
   if (!one) return pass(one.error());
   if (!other) return pass(other.error());
   if (format_swept_rig(*one) != format_swept_rig(*other))
-    return apart("sweeps of different rigs", info, format_swept_rig(*one),
+    return apart("sweeps with different rigs", info, format_swept_rig(*one),
                  format_swept_rig(*other));
   if (info.devices != first.devices)
-    return apart("sweeps of different devices, or of devices that are scaled otherwise", info,
-                 "the same devices", {});
+    return apart("sweeps with different devices or device scales", info, "the same devices", {});
   return {};
 }
 
@@ -76,7 +75,7 @@ Result<recipes::Plan> swept_plan(const DatasetInfo& info) {
   if (!report.plan->sweep)
     return fail({.code = Errc::corrupt,
                  .where = info.name,
-                 .what = "factors without a sweep in the recipe on record"});
+                 .what = "recorded recipe has factors but no sweep"});
   return *std::move(report.plan);
 }
 
@@ -110,7 +109,7 @@ Status add_cells(const Dataset& dataset, std::size_t number, std::map<std::strin
     if (found == cells.end())
       return fail({.code = Errc::corrupt,
                    .where = dataset.trials[i].file,
-                   .what = "a trial of an exploration that the recipe on record lacks",
+                   .what = "trial of an exploration not in the recorded recipe",
                    .got = record.spec.exploration});
     CellTrials& cell = *found->second;
     classifier::Trial& trial = cell.trials.emplace_back(dataset.trials[i]);
@@ -167,7 +166,8 @@ std::string format_shape(const Shape& usual, const Shape& shape) {
 
 Result<SweptCells> swept_cells(std::span<const Dataset> datasets) {
   if (datasets.empty())
-    return fail({.code = Errc::invalid_argument, .where = "design analyse", .what = "no data set"});
+    return fail(
+        {.code = Errc::invalid_argument, .where = "design analyse", .what = "no data set given"});
   for (const Dataset& dataset : datasets)
     if (Status ok = check_sweep(dataset.info); !ok) return pass(ok.error());
   for (const Dataset& dataset : datasets.subspan(1))
@@ -194,7 +194,7 @@ std::map<std::size_t, std::string> not_alike(std::span<const CellTrials* const> 
   std::map<std::size_t, std::string> out;
   for (std::size_t i = 0; i < cells.size(); ++i)
     if (const Shape shape = shape_of(*cells[i]); shape != usual)
-      out[i] = "it holds other trials than most cells: " + format_shape(usual, shape);
+      out[i] = "trials differ from most cells: " + format_shape(usual, shape);
   return out;
 }
 

@@ -37,8 +37,7 @@ Result<recipes::Plan> load_plan(const fs::path& folder) {
   if (report.plan) return std::move(*report.plan);
   return fail({.code = Errc::corrupt,
                .where = folder.string(),
-               .what = "the recipe on record cannot be run: " +
-                       recipes::to_string(report.problems.front())});
+               .what = "recorded recipe invalid: " + recipes::to_string(report.problems.front())});
 }
 
 /// The certificate of a campaign with all planned trials done. Partial data is never used for
@@ -49,8 +48,8 @@ Result<Certificate> complete_certificate(const fs::path& folder) {
   if (!*read)
     return fail({.code = Errc::wrong_state,
                  .where = folder.string(),
-                 .what = "the campaign has not come to its end",
-                 .hint = "Only a complete campaign is handed over"});
+                 .what = "campaign not finished",
+                 .hint = "Resume the campaign until it is complete"});
   const auto done = std::ranges::count_if((*read)->trials, [](const CertifiedTrial& trial) {
     const auto outcome = trial_outcome_from(trial.outcome);
     return outcome && is_done(*outcome);
@@ -59,10 +58,10 @@ Result<Certificate> complete_certificate(const fs::path& folder) {
   if (static_cast<std::uint64_t>(done) < (*read)->trials_planned)
     return fail({.code = Errc::wrong_state,
                  .where = folder.string(),
-                 .what = "the campaign is not complete",
+                 .what = "campaign not complete",
                  .expected = planned + " trials",
-                 .got = std::to_string(done),
-                 .hint = "Only a complete campaign is handed over"});
+                 .got = std::to_string(done) + " trials",
+                 .hint = "Resume the campaign until it is complete"});
   return **read;
 }
 
@@ -75,10 +74,10 @@ Result<Dataset> certified_data(const fs::path& folder, const Certificate& certif
   if (found == certificate.dataset_sha256) return data;
   return fail({.code = Errc::corrupt,
                .where = folder.string(),
-               .what = "the campaign is not what its certificate says",
+               .what = "campaign differs from its certificate",
                .expected = certificate.dataset_sha256,
                .got = found,
-               .hint = "weft verify tells what differs"});
+               .hint = "Run `weft verify` to list the differences"});
 }
 
 /// The recipe's time limit and the caller's stop.
@@ -92,16 +91,13 @@ class TimeLimit {
   /// Replaces the general "stopped" error by the actual cause.
   [[nodiscard]] Error limited(Error error) const {
     if (hooks_->stop && hooks_->stop())
-      return {.code = Errc::wrong_state, .what = "the hand-over was stopped before its end"};
+      return {.code = Errc::wrong_state, .what = "handover stopped on request"};
     if (!is_over()) return error;
-    return {
-        .code = Errc::timeout,
-        .where = "/hand_over/at_most_s",
-        .what = "the hand-over took longer than its recipe allows",
-        .expected = general(at_most_s_) + " s",
-        .hint =
-            "Raise at_most_s, or take fewer trials or, where there is a choice, a learner that is "
-            "trained sooner"};
+    return {.code = Errc::timeout,
+            .where = "/hand_over/at_most_s",
+            .what = "handover exceeded the time limit of its recipe",
+            .expected = "at most " + general(at_most_s_) + " s",
+            .hint = "Raise at_most_s, or use fewer trials or a faster learner"};
   }
 
  private:
@@ -131,8 +127,8 @@ class HandoverJob {
     if (explorations.empty())
       return fail({.code = Errc::wrong_state,
                    .where = "/explorations",
-                   .what = "no slide went on to its whole length, so none is to learn from",
-                   .hint = "A live vote ended them all early"});
+                   .what = "no complete slide to learn from",
+                   .hint = "Check whether the live vote ended all slides early"});
     announce_.progress.steps =
         explorations.size() *
         (from_vibration() ? vibration_steps(*plan_->handover) : steps_per_exploration);
@@ -150,10 +146,10 @@ class HandoverJob {
                         {"at_most_s", plan_->handover->at_most_s}};
     out["meaning"] =
         from_vibration()
-            ? "Evaluated only, no model is kept. Each answer is of a learner that was chosen "
-              "and trained without the group of repetitions that it was asked about."
-            : "A model is of all trials of its exploration. The accuracy is of others, each "
-              "trained without the group of repetitions that it was asked about.";
+            ? "No model is saved; this file only evaluates. The accuracy is cross-validated: each "
+              "group of repetitions is tested by a learner chosen and trained without it."
+            : "Each saved model is trained on all trials of its exploration. The accuracy is "
+              "cross-validated: each group of repetitions is tested by a model trained without it.";
     out["models"] = models_;
     out["evaluations"] = evaluations_;
     out["explorations"] = explorations_;
@@ -240,10 +236,10 @@ Status add_report(const Dataset& data, const HandoverHooks& hooks, ordered_json&
   for (const Headline& headline : handover_headlines(handover_result_from(evaluation), data))
     evaluation["results"].push_back(headline_json(headline));
   if (!hooks.report || stopped()) return {};
-  if (hooks.progress) hooks.progress({0, 1, "the campaign's report"});
+  if (hooks.progress) hooks.progress({0, 1, "report of the campaign"});
   auto report =
       hooks.report(data, handover_result_from(evaluation), records_of(evaluation, texts), stopped);
-  if (stopped()) return fail({.code = Errc::wrong_state, .what = "stopped"});
+  if (stopped()) return fail({.code = Errc::wrong_state, .what = "handover stopped on request"});
   if (!report) {
     evaluation["report_error"] = to_string(report.error());
     return {};
@@ -269,7 +265,7 @@ Result<HandoverResult> run_whole_handover(const fs::path& folder, const Handover
   if (!plan->handover)
     return fail({.code = Errc::not_found,
                  .where = folder.string(),
-                 .what = "the campaign's recipe has no hand_over"});
+                 .what = "recipe of the campaign has no hand_over"});
   const TimeLimit allowed(hooks, plan->handover->at_most_s);
   const auto data = certified_data(folder, *certificate, [&] { return allowed.stops(); });
   if (!data) return pass(allowed.limited(data.error()));
@@ -295,8 +291,8 @@ Result<HandoverResult> run_handover(const fs::path& folder, const HandoverHooks&
   } catch (const std::bad_alloc&) {
     return fail({.code = Errc::range,
                  .where = folder.string(),
-                 .what = "the campaign is too large for the memory of this machine",
-                 .hint = "Hand it over on a machine with more memory"});
+                 .what = "campaign too large for the memory of this computer",
+                 .hint = "Run the handover on a computer with more memory"});
   }
 }
 

@@ -58,7 +58,7 @@ Result<EvaluatedModel> evaluate_and_train(const TrainingTask& task, classifier::
       classifier::evaluate(matrix, task.splits, task.candidates, options, hooks.seconds_now, true);
   if (!evaluation) return pass(evaluation.error());
   name_groups_left_out(*evaluation);
-  announce(task.name + ": the model of all " + std::to_string(matrix.size()) + " trials");
+  announce(task.name + ": model of all " + std::to_string(matrix.size()) + " trials");
   const auto now = [&] { return hooks.seconds_now ? hooks.seconds_now() : 0.0; };
   const double began_s = now();
   auto chosen = classifier::train_best(matrix, task.candidates, options);
@@ -301,10 +301,10 @@ Document training_document(const DatasetInfo& info, const recipes::Handover& wan
                     material.exploration + ", " + thousands(material.trials.size()) + " trials, " +
                     std::to_string(training_result.model.learner.labels().size()) + " fabrics"},
        {"split",
-        "each of " + std::to_string(groups.size()) + " groups of repetitions left out in turn"},
+        "cross-validation over " + std::to_string(groups.size()) + " groups of repetitions"},
        {"training", training_result.model.provenance.training},
        {"model", material.exploration + ".model: " + training_result.learner +
-                     ", trained on all trials; the figures are of models that were not"}},
+                     ", trained on all trials; the accuracy is cross-validated"}},
       0.0,
       learners,
       groups,
@@ -329,9 +329,9 @@ Result<ordered_json> run_imprint_handover(const Dataset& data, const std::string
   ordered_json evaluation = handover_heading_json(data.info, dataset_sha256);
   evaluation["hand_over"] = {{"from", "imprints"}, {"at_most_s", wanted.at_most_s}};
   evaluation["meaning"] =
-      "The experiments of Ellis 1986 on the last scan of phase P of each trial: right "
-      "answers of rules that were trained without the imprints they are asked about. The model is "
-      "of all imprints; its accuracy is of others, each trained without what it was asked about.";
+      "The experiments of Ellis 1986 use the last scan of phase P of each trial. They count right "
+      "predictions of rules trained without the tested imprints. The saved model is trained on all "
+      "imprints; its accuracy is cross-validated by object.";
   evaluation["models"] = ordered_json::array();
   evaluation["imprints"] = figures;
   const auto training_result =

@@ -131,13 +131,13 @@ Blocks vibration_result(const std::string& exploration, const RecordingSet& set,
       "Accuracy of sound and vibration",
       paragraph("<b>" + escape(exploration) + ": accuracy " +
                 escape(format_share(r.voted_accuracy, r.voted_ci95)) +
-                "</b> of slides, by the most frequent answer of their windows; chance " +
-                percent(chance) + " %. " + badge) +
+                "</b> of slides, by majority vote of their windows; chance " + percent(chance) +
+                " %. " + badge) +
           paragraph("Accuracy of single windows: " +
                     escape(format_share(r.accuracy, r.accuracy_ci95)) + ". " + badge) +
           figure(confusion_pictures(confusion,
                                     "Windows of " + general(training_result.best.window_s) + " s"),
-                 "The chosen learner on repetitions left out, counts of windows. " +
+                 "Confusion matrix of windows, cross-validated by group of repetitions. " +
                      escape(worst_confusions(confusion, most_mistakes)),
                  badge));
 }
@@ -155,13 +155,13 @@ Blocks vibration_method(const RecordingSet& set, const VibrationTrainingResult& 
            {"windows", thousands(best.windows) + " of " + general(best.window_s) +
                            " s, one every " + general(best.step_s) + " s, " +
                            std::to_string(best.columns) +
-                           " features (WIDE, of which sets are chosen)"},
+                           " features (WIDE; the learner chooses from its sets)"},
            {"split",
-            "each of " + std::to_string(best.groups) + " groups of repetitions left out in turn"},
-           {"learner", "chosen without the group: " + joined(chosen_in_turn(best.result))},
+            "cross-validation over " + std::to_string(best.groups) + " groups of repetitions"},
+           {"learner", "chosen without the tested group: " + joined(chosen_in_turn(best.result))},
            {"macro F-score of windows", fixed(best.result.f_score, 3)},
            {"model", "no model is saved; this page only evaluates"}}),
-      "How the windows were made and asked about.", bench_badge(set.kind));
+      "Windows, split and learner.", bench_badge(set.kind));
 }
 
 // Both protocols of "every": pictures, tables, and the paper's results.
@@ -176,10 +176,10 @@ Result<Blocks> compared_learners(const RecordingSet& set, const VibroTradeoff& t
   auto sections = tradeoff_sections(report);
   if (!sections) return sections;
   return section("Macro F-score against time",
-                 paragraph("The learners of the paper and ours by its own features: SMMRPFFT, the "
-                           "mean over the channels, three principal components. Windows at random "
-                           "are its protocol: how much of a test window is in a training window "
-                           "too is measured below. Whole recordings share nothing.")) +
+                 paragraph("The learners of the paper and of Weft on the paper's features: "
+                           "SMMRPFFT, mean over the channels, three principal components. The "
+                           "paper splits windows at random; the overlap of test and training "
+                           "windows is measured below. Whole recordings do not overlap.")) +
          *sections;
 }
 
@@ -207,7 +207,7 @@ Result<VibrationTrainingResult> train_vibration(
     const RecordingSet& set, const recipes::Handover& wanted, const HandoverHooks& hooks,
     const StopRequested& stop, const std::function<void(const std::string&)>& announce) {
   announce("windows of " + std::to_string(set.recordings.size()) +
-           " slides, a learner chosen without each group of repetitions");
+           " slides, learner chosen without the tested group of repetitions");
   auto best = choose_learner(set, hooks, stop);
   if (!best) return pass(best.error());
   const auto labels = materials_in(set);

@@ -102,16 +102,17 @@ Result<Dataset> simulate_imprints(const ImprintSceneOptions& options) {
   if (options.level != sim::Level::z && options.level != sim::Level::z_plus)
     return fail({.code = Errc::unsupported,
                  .where = "--level",
-                 .what = "this level does not make imprints",
+                 .what = "fidelity level without imprints",
                  .expected = "Z or Z+",
                  .got = std::string(to_string(options.level))});
   if (options.side == 0 || options.side > sim::array_side || options.presses == 0 ||
       options.presses > 1000)
     return fail({.code = Errc::range,
                  .where = "scene imprint",
-                 .what = "no such part of the array or number of presses",
+                 .what = "array part or number of presses out of range",
                  .expected = "1 to 128 taxels, 1 to 1000 presses",
-                 .got = std::to_string(options.side) + ", " + std::to_string(options.presses)});
+                 .got = std::to_string(options.side) + " taxels, " +
+                        std::to_string(options.presses) + " presses"});
   Dataset out;
   out.info.kind = BenchKind::simulated;
   out.info.name = "imprint";

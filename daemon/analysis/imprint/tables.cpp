@@ -67,7 +67,7 @@ Result<std::optional<std::string>> why_not_runnable(ci::Experiment experiment,
   const bool of_objects =
       experiment == ci::Experiment::object_of_all || experiment == ci::Experiment::object_of_class;
   // Otherwise leaving out an object equals leaving out an imprint.
-  if (of_objects && !pressed_twice) return "no object was pressed twice";
+  if (of_objects && !pressed_twice) return "no object pressed twice";
   if (const auto ok = ci::check_rounds(*rounds, labels); !ok)
     return ok.error().where + ": " + ok.error().what;
   return std::nullopt;
@@ -99,15 +99,15 @@ Status choose_experiments(std::span<const ci::Imprint> imprints,
   experiments = std::move(runnable);
   if (!experiments.empty()) return {};
   return fail({.code = Errc::invalid_argument,
-               .what = "no experiment can be made of these imprints",
-               .expected = "two objects of each class, pressed twice, for all four",
+               .what = "no experiment possible with these imprints",
+               .expected = "two objects per class, each pressed twice, for all four experiments",
                .got = format_left_out(out),
-               .hint = "Name the objects in the manifest's column group"});
+               .hint = "Enter the objects in the group column of the manifest"});
 }
 
 Status unless_stopped(const TableOptions& options) {
   if (!options.stop || !options.stop()) return {};
-  return fail({.code = Errc::wrong_state, .what = "stopped"});
+  return fail({.code = Errc::wrong_state, .what = "imprint tables stopped on request"});
 }
 
 Status measure_convergence(const TableOptions& options, PreparedSet& one) {
@@ -155,7 +155,7 @@ chart::Maps draw_imprints(std::span<const ci::Imprint> imprints) {
     low = std::min(low, least);
     high = std::max(high, largest);
   }
-  chart::Maps out{"The first imprint of each object, darker where the array is pressed more"};
+  chart::Maps out{"The first imprint of each object; darker means more pressure"};
   for (const auto& [object, one] : first_of) {
     chart::Tile tile{object, one->label == object ? std::string() : one->label, one->image.cols()};
     for (const double value : one->image.data()) {
@@ -219,8 +219,8 @@ Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions option
   if (options.scales.empty() || options.experiments.empty() || options.rules.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "tables",
-                 .what = "nothing to measure",
-                 .expected = "scales, experiments and rules"});
+                 .what = "no scales, experiments or rules selected",
+                 .expected = "at least one of each"});
   const auto imprints = extract_imprints(dataset);
   if (!imprints) return pass(imprints.error());
   ImprintTables out;

@@ -20,7 +20,7 @@ std::string format_requested(const ImprintTables& tables) {
   std::string out;
   for (std::size_t e = 0; e < tables.requested.size(); ++e)
     if (tables.requested[e] < tables.imprints)
-      out += " " + std::string(ci::to_string(tables.options.experiments[e])) + " asks about " +
+      out += " " + std::string(ci::to_string(tables.options.experiments[e])) + " tests only " +
              std::to_string(tables.requested[e]) + " of them.";
   return out;
 }
@@ -81,19 +81,20 @@ ordered_json misclassified_json(const ImprintTables& tables) {
 }
 
 constexpr std::string_view no_convergence_note =
-    "\u221E: no convergence, the perceptron still made errors on its training imprints after 1000 "
-    "rounds, so it answers nothing.";
+    "\u221E: no convergence. The perceptron still made training errors after 1000 rounds and gives "
+    "no "
+    "prediction.";
 
 std::string_view meaning_of(ci::Experiment experiment) {
   switch (experiment) {
     case ci::Experiment::one_of_all:
-      return "each imprint in turn is left out and asked about";
+      return "cross-validation, one imprint at a time";
     case ci::Experiment::object_of_all:
-      return "all imprints of one object in turn are left out and asked about";
+      return "cross-validation, all imprints of one object at a time";
     case ci::Experiment::one_of_class:
-      return "one imprint of every class at once is left out and asked about";
+      return "cross-validation, one imprint of every class at a time";
     case ci::Experiment::object_of_class:
-      return "all imprints of one object of every class at once are left out and asked about";
+      return "cross-validation, all imprints of one object of every class at a time";
   }
   return {};
 }
@@ -108,7 +109,7 @@ std::vector<std::string> rules_head(const ImprintTables& tables, std::string fir
 // Both forms of the features, and Laws' energies.
 Blocks experiment_table(const ImprintTables& tables, std::size_t experiment) {
   std::vector<std::string> head = rules_head(tables, "scales [taxels]");
-  head.insert(head.begin() + 1, "features a scale");
+  head.insert(head.begin() + 1, "features per scale");
   HtmlTable table(head, 2);
   const ci::Experiment name = tables.options.experiments[experiment];
   for (const FeatureSet& set : tables.sets) {
@@ -143,9 +144,9 @@ Blocks convergence_table(const ImprintTables& tables) {
     }
   return figure(
       table.finish(),
-      "Trainings of 1/N that converged, and the passes of the longest. Separable: whether "
-      "any weights would do, proved without a perceptron; what does not converge in 1000 "
-      "passes may still be separable.",
+      "Converged trainings of 1/N, with the number of rounds of the longest. Separable: a test "
+      "without a perceptron proves whether weights without errors exist. Separable imprints may "
+      "need more than 1000 rounds.",
       bench_badge(tables.bench));
 }
 
@@ -170,12 +171,10 @@ Blocks misclassified_table(const ImprintTables& tables) {
   }
   return figure(
       table.finish(),
-      std::to_string(all.size()) +
-          " imprints were taken for another class by some rule "
-          "that converged, on some features; " +
+      std::to_string(all.size()) + " imprints were misclassified by at least one converged rule; " +
           (all.size() > most_rows ? "the first " + std::to_string(most_rows) + ", " : "") +
-          "most often first. Ellis 1986 found three of 24: SCREEN3-SOFT predicted as a knit, "
-          "KNIT2-HARD and RASP3-SOFT for a screen.",
+          "most frequent first. Ellis 1986 found three of 24: SCREEN3-SOFT predicted as a knit, "
+          "KNIT2-HARD and RASP3-SOFT as a screen.",
       bench_badge(tables.bench));
 }
 
@@ -185,7 +184,7 @@ std::string thumbnails_caption(const ImprintTables& tables) {
          (drawn < tables.objects
               ? ", " + std::to_string(drawn) + " of " + std::to_string(tables.objects) + " objects"
               : std::string()) +
-         ", its class below; one scale for all, darker where pressed more.";
+         ", with its class below. All share one scale; darker means more pressure.";
 }
 
 /// Predictions in 1/N by class, over all features and rules that converged.
@@ -208,11 +207,11 @@ Blocks confusion_section(const ImprintTables& tables) {
       all.at(truth, place(label)) += times;
     }
   if (answers == 0) return {};
-  const std::string title = "Answers in 1/N by class";
+  const std::string title = "Predictions in 1/N by class";
   return section(
-      "Which class was it?",
+      "Confusion matrix",
       figure(confusion_pictures(all, title),
-             "<b>" + title + "</b>: each imprint left out in turn, over the " +
+             "<b>" + title + "</b>: cross-validated by imprint, over the " +
                  std::to_string(answers) + " sets of features and rules that converged. " +
                  escape(worst_confusions(all, 3)),
              bench_badge(tables.bench)));
@@ -249,14 +248,13 @@ std::string paper_text(ci::Experiment experiment, const FeatureSet& set) {
 }
 
 std::string tables_note(const ImprintTables& tables) {
-  return "Column \"paper\": Ellis 1986, real imprints of its own, 24 of 12 objects in 4 classes. "
-         "All "
-         "other columns: " +
+  return "Column \"paper\": Ellis 1986, 24 real imprints of 12 objects in 4 classes. All other "
+         "columns: " +
          std::to_string(tables.imprints) + " imprints of " + std::to_string(tables.objects) +
          " objects in " + std::to_string(tables.classes) + " classes" +
          (tables.bench == BenchKind::simulated ? ", SIMULATED" : "") +
-         "; \u221E: the perceptron did not converge in 1000 rounds." + format_requested(tables) +
-         (tables.left_out.empty() ? "" : " Left out: " + format_left_out(tables) + ".");
+         "; \u221E: no convergence of the perceptron in 1000 rounds." + format_requested(tables) +
+         (tables.left_out.empty() ? "" : " Skipped: " + format_left_out(tables) + ".");
 }
 
 ordered_json tables_json(const ImprintTables& tables) {
@@ -309,12 +307,12 @@ Document tables_document(const ImprintTables& tables) {
   Blocks experiments = paragraph(escape(tables_note(tables)));
   for (std::size_t e = 0; e < tables.options.experiments.size(); ++e)
     experiments += experiment_table(tables, e);
-  out.tables =
-      section("Tables of Ellis 1986", std::move(experiments)) +
-      section("Convergence",
-              details("Which features let a perceptron converge", convergence_table(tables))) +
-      section("Misclassified imprints", details("Which imprints were predicted as another class",
-                                                misclassified_table(tables)));
+  out.tables = section("Tables of Ellis 1986", std::move(experiments)) +
+               section("Convergence", details("Convergence of the perceptron by features",
+                                              convergence_table(tables))) +
+               section("Misclassified imprints",
+                       details("Misclassified imprints and their predicted classes",
+                               misclassified_table(tables)));
   std::vector<std::pair<std::string, std::string>> facts;
   for (const ci::Experiment one : tables.options.experiments)
     facts.emplace_back(to_string(one), meaning_of(one));

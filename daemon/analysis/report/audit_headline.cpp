@@ -54,8 +54,8 @@ std::string quick_form_note(std::span<const AuditHeadline> all) {
   const auto made = std::ranges::find_if(all, [](const auto& one) { return one.permutations > 0; });
   if (made == all.end()) return {};
   return "Quick form of weft audit: " + std::to_string(made->permutations) +
-         " permutations with LDA and none with trees, so it misses what only trees find; no "
-         "figures without level or pad pattern. weft audit computes all.";
+         " permutations with LDA and none with trees. It misses effects that only trees find, and "
+         "omits the accuracies without level or taxel pattern. weft audit computes all.";
 }
 
 ordered_json headlines_json(std::span<const AuditHeadline> all, BenchKind bench) {
@@ -77,7 +77,7 @@ Blocks audit_section(const ReportInput& input) {
   Blocks body;
   for (const AuditHeadline& one : input.audit)
     body += paragraph(escape(format_headline(one, input.dataset.info.kind)));
-  return section("How much of it is not the material",
+  return section("Audit: accuracy not caused by the material",
                  figure(std::move(body), escape(quick_form_note(input.audit)), badge_html(input)));
 }
 

@@ -20,7 +20,7 @@ bool shares_mountings(const Dataset& dataset, std::span<const std::string> files
                       std::span<const classifier::Split> splits);
 
 inline constexpr std::string_view confounded_with_mounting =
-    "label and mounting are confounded: every mounting is of one label, and its trials both train "
-    "and test";
+    "label and mounting are confounded: each mounting has one label, and its trials are in both "
+    "training and test";
 
 }  // namespace weft::daemon

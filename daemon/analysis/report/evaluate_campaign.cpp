@@ -118,7 +118,7 @@ Result<ExplorationResult> evaluate_exploration(const Dataset& dataset,
   }
   out.confounded = shares_mountings(dataset, matrix->files, *splits);
   const bool without_level = out.confounded && options.level_splits > 0;
-  announce(exploration + ": labels in random order" + (without_level ? ", levels removed" : ""));
+  announce(exploration + ": shuffled labels" + (without_level ? ", levels removed" : ""));
   if (without_level) {
     auto results = evaluate_without_level(trials, first(*splits, options.level_splits), options);
     if (!results) return pass(results.error());
@@ -174,7 +174,7 @@ std::string_view to_string(Repeated repeated) {
     case Repeated::mounting:
       return "a new mounting of the piece";
     case Repeated::piece:
-      return "a new piece of the cloth";
+      return "a new piece of the fabric";
   }
   return "not recorded";
 }
@@ -217,7 +217,7 @@ Result<std::vector<ExplorationResult>> evaluate_campaign(const Dataset& dataset,
   if (explorations.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.name,
-                 .what = "no complete trial to evaluate"});
+                 .what = "no complete trials to evaluate"});
   StepAnnouncer announce{progress, {0, explorations.size() * steps_per_exploration(options), {}}};
   std::vector<ExplorationResult> out;
   for (const std::string& exploration : explorations) {

@@ -17,7 +17,7 @@ constexpr std::size_t cores_shown = 10;
 Blocks accuracy_table(const EvaluationPage& page) {
   const bool without_level = std::ranges::any_of(
       page.learners, [](const EvaluatedLearner& one) { return one.level_removed.has_value(); });
-  std::vector<std::string> head{"learner", "accuracy [%]", "95 % interval", "of all answers [%]",
+  std::vector<std::string> head{"learner", "accuracy [%]", "95 % interval", "pooled accuracy [%]",
                                 "splits"};
   if (without_level) head.emplace_back("level removed [%]");
   HtmlTable table(head);
@@ -40,14 +40,14 @@ Blocks accuracy_table(const EvaluationPage& page) {
             " %, PCA " + percent(row.pca, 0) + " %" +
             (row.all < 0 ? "." : ", all features " + percent(row.all, 0) + " % (section IV-B).");
   return figure(table.finish(),
-                "Test trials alone. Interval: " + escape(methods_text(methods)) +
-                    ". <span class=\"paper\">The paper, real fabrics of its own, Table IV:" + rows +
+                "Test trials only. Interval: " + escape(methods_text(methods)) +
+                    ". <span class=\"paper\">Paper, other real fabrics, Table IV:" + rows +
                     "</span>",
                 report_badge(page.bench));
 }
 
 Blocks timing_table(const EvaluationPage& page) {
-  HtmlTable table({"learner", "training, choice and grid search included", "test of one trial"});
+  HtmlTable table({"learner", "training, with choice and grid search", "test of one trial"});
   for (const EvaluatedLearner& learner : page.learners)
     table.row({escape(learner.name), duration(learner.evaluation.train_s),
                duration(learner.evaluation.test_s_per_sample)});
@@ -57,11 +57,11 @@ Blocks timing_table(const EvaluationPage& page) {
           : "";
   return figure(table.finish(),
                 features +
-                    "Wall times on this machine, mean over the splits; one trial at a time, on one "
-                    "thread. <span class=\"paper\">The paper, Table II: features " +
+                    "Wall times on this computer, mean over the splits; one trial at a time on one "
+                    "thread. <span class=\"paper\">Paper, Table II: features " +
                     fixed(paper::feature_s_per_sample, 3) + " s, training 0.566 s, test " +
                     fixed(paper::test_s_per_sample, 3) +
-                    " s; its training is very likely the final fit alone.</span>",
+                    " s; its training time is very likely the final fit only.</span>",
                 report_badge(page.bench));
 }
 
@@ -82,13 +82,13 @@ Blocks core_figures(const EvaluationPage& page) {
   for (const EvaluatedLearner& learner : page.learners) {
     const classifier::FabricModel* cores = learner.evaluation.trained.cores();
     if (cores == nullptr || cores->reduction() != classifier::Reduction::pvalue) continue;
-    return figure(core_table(core_lines(*cores)),
-                  "<b>" + escape(learner.name) +
-                      ".</b> Features that cores chose in the first split (compare Table III): the "
-                      "paper\u2019s three pairs where they are here, then those with the most "
-                      "cross-validation errors. Lower indices name the feature and the pad, upper "
-                      "ones the phase.",
-                  report_badge(page.bench));
+    return figure(
+        core_table(core_lines(*cores)),
+        "<b>" + escape(learner.name) +
+            ".</b> Features chosen by cores in the first split (compare Table III): the "
+            "paper\u2019s three pairs if present, then those with the most cross-validation "
+            "errors. Subscripts name the feature and the taxel, superscripts the phase.",
+        report_badge(page.bench));
   }
   return {};
 }
@@ -103,7 +103,7 @@ Blocks reliability_table(const EvaluatedLearner& learner) {
 std::string reliability_line(const EvaluatedLearner& learner) {
   const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
   return "<b>Reliability of " + escape(learner.name) +
-         "</b>: " + thousands(check.reliability.trials) + " answers of " +
+         "</b>: " + thousands(check.reliability.trials) + " predictions of " +
          thousands(check.recordings) + " recordings, calibration error " +
          escape(format_calibration(check)) + ". Intervals of bins: " + escape(bin_methods(check)) +
          "; of the error: " + escape(check.calibration_error_ci95.method) + ".";
@@ -111,7 +111,7 @@ std::string reliability_line(const EvaluatedLearner& learner) {
 
 Blocks curve_part(const EvaluationPage& page) {
   if (page.curve.empty()) return {};
-  std::vector<std::string> head{"trials of each label"};
+  std::vector<std::string> head{"trials per label"};
   for (const CurveValue& value : page.curve.front().values) head.push_back(escape(value.learner));
   HtmlTable table(head);
   for (const CurvePoint& point : page.curve) {
@@ -122,13 +122,13 @@ Blocks curve_part(const EvaluationPage& page) {
   }
   return figure(picture(learning_curve(page.curve)) + table.finish(),
                 "Accuracy [%] and deviation over " + std::to_string(page.curve.front().draws) +
-                    " draws of training trials; the test parts stay the same.",
+                    " draws of training trials; the test parts are the same.",
                 report_badge(page.bench));
 }
 
 Blocks groups_part(const EvaluationPage& page) {
   if (page.groups.empty()) return {};
-  std::vector<std::string> head{"group left out", "test trials"};
+  std::vector<std::string> head{"tested group", "test trials"};
   for (const EvaluatedLearner& learner : page.learners) head.push_back(escape(learner.name));
   HtmlTable table(head);
   for (const GroupLeftOut& group : page.groups) {
@@ -144,10 +144,10 @@ Blocks confusion_part(const EvaluationPage& page) {
   Blocks out;
   for (const EvaluatedLearner& learner : page.learners) {
     const classifier::Confusion& confusion = learner.evaluation.confusion;
-    const std::string title = "Confusion, " + learner.name;
+    const std::string title = "Confusion matrix, " + learner.name;
     out += figure(confusion_pictures(confusion, title),
-                  "<b>" + escape(title) + ".</b> " + thousands(confusion.total()) + " answers. " +
-                      escape(worst_confusions(confusion, 3)),
+                  "<b>" + escape(title) + ".</b> " + thousands(confusion.total()) +
+                      " predictions. " + escape(worst_confusions(confusion, 3)),
                   report_badge(page.bench));
   }
   return side_by_side(std::move(out));
@@ -189,8 +189,8 @@ chart::Series curve_of(const std::vector<CurvePoint>& curve, std::size_t k) {
 chart::Panel reliability_panel(const EvaluatedLearner& learner) {
   const classifier::CalibrationCheck& check = *learner.evaluation.calibration;
   chart::Panel out{learner.name,
-                   {.title = "probability said", .low = 0, .high = 1},
-                   {.title = "share that was right", .low = 0, .high = 1}};
+                   {.title = "predicted probability", .low = 0, .high = 1},
+                   {.title = "observed accuracy", .low = 0, .high = 1}};
   out.limits = {{.diagonal = true}};
   std::size_t most = 1;
   for (const auto& bin : check.reliability.bins) most = std::max(most, bin.count);
@@ -209,8 +209,7 @@ chart::Panel reliability_panel(const EvaluatedLearner& learner) {
 }
 
 Blocks reliability_section(const EvaluationPage& page) {
-  chart::Plot plot{
-      "Reliability of each learner: share that was right against the probability said"};
+  chart::Plot plot{"Reliability of each learner: observed accuracy against predicted probability"};
   plot.columns = 3;
   plot.width = 1000;
   plot.panel_height = 190;
@@ -226,13 +225,13 @@ Blocks reliability_section(const EvaluationPage& page) {
   if (plot.panels.empty()) return {};
   plot.columns = std::min(plot.columns, plot.panels.size());
   if (plot.columns == 1) plot.width = 560;
-  return section("What a probability is worth",
+  return section("Calibration of probabilities",
                  figure(picture(std::move(plot)) + bullet_list(lines),
-                        "Answers on test trials; nothing of it was learnt from them. On the dashed "
-                        "line probabilities mean what they say; below it they are too bold. Bars "
-                        "at the foot: how many answers said it, the tallest the most.",
+                        "Predictions on test trials that were not used for training. On the dashed "
+                        "line probabilities are calibrated; below it they are too high. Bars at "
+                        "the bottom: number of predictions per bin, relative to the largest.",
                         report_badge(page.bench)) +
-                     details("As tables", figure(std::move(tables), "The same, bin by bin.",
+                     details("As tables", figure(std::move(tables), "The same values by bin.",
                                                  report_badge(page.bench))));
 }
 
@@ -240,7 +239,7 @@ Blocks reliability_section(const EvaluationPage& page) {
 
 std::vector<std::vector<std::string>> reliability_rows(const classifier::CalibrationCheck& check) {
   std::vector<std::vector<std::string>> out = {
-      {"said", "answers", "recordings", "mean said", "right", "95 % interval"}};
+      {"bin", "predictions", "recordings", "predicted", "observed", "95 % interval"}};
   for (std::size_t b = 0; b < check.bins.size(); ++b) {
     const classifier::ReliabilityBin& bin = check.reliability.bins[b];
     if (bin.count == 0) continue;
@@ -277,24 +276,23 @@ std::string format_calibration(const classifier::CalibrationCheck& check) {
 
 Document evaluation_document(const EvaluationPage& page) {
   Document out{"evaluation", "Evaluation of " + page.dataset, std::string(bench_name(page.bench))};
-  out.result = section("How often it is right", accuracy_lines(page) + confusion_part(page));
-  out.pictures =
-      section("What more training trials bring", curve_part(page)) + reliability_section(page);
+  out.result = section("Accuracy", accuracy_lines(page) + confusion_part(page));
+  out.pictures = section("Learning curve", curve_part(page)) + reliability_section(page);
   out.tables = section("Accuracy of each learner", accuracy_table(page)) +
-               section("Each group left out", groups_part(page)) +
-               section("What tells two fabrics apart", core_figures(page)) +
-               section("How long it takes", timing_table(page));
+               section("Accuracy by group", groups_part(page)) +
+               section("Features that separate two fabrics", core_figures(page)) +
+               section("Timing", timing_table(page));
   out.alerts = warnings_of(page.facts);
   out.method = definitions(page.facts);
   return out;
 }
 
 chart::Plot learning_curve(const std::vector<CurvePoint>& curve) {
-  chart::Plot out{"Accuracy against training trials of each label"};
+  chart::Plot out{"Accuracy against training trials per label"};
   if (curve.empty()) return out;
   out.width = 720;
   chart::Panel panel{{},
-                     {.title = "training trials of each label", .low = 0},
+                     {.title = "training trials per label", .low = 0},
                      {.title = "accuracy [%]", .low = least_accuracy(curve) * 100, .high = 100.5}};
   panel.x.high = static_cast<double>(curve.back().trials) * 1.04;
   for (std::size_t k = 0; k < curve.front().values.size(); ++k)

@@ -40,7 +40,7 @@ void add_balance(const std::vector<std::string>& tested, Headline& headline) {
     headline.base_rate = static_cast<double>(most) / static_cast<double>(tested.size());
 }
 
-constexpr const char* by_repetition = "each group of repetitions left out in turn";
+constexpr const char* by_repetition = "cross-validated by group of repetitions";
 
 /// "lda" or "lda, svc": the recipes chosen in the splits.
 std::string format_chosen(const classifier::Evaluation& evaluation) {
@@ -149,13 +149,13 @@ std::vector<Headline> handover_headlines(const HandoverResult& handover, const D
   for (const HandoverModel& model : handover.models)
     out.push_back({model.exploration,
                    model.learner,
-                   imprints ? "each object left out in turn" : by_repetition,
+                   imprints ? "cross-validated by object" : by_repetition,
                    model.requested,
                    imprints ? "imprints" : "trials",
                    {model.accuracy, model.ci95_low, model.ci95_high}});
   for (const HandoverEvaluation& one : handover.evaluations)
     out.push_back(
-        {one.exploration, one.learner, by_repetition, one.recordings, "slides heard", one.slides});
+        {one.exploration, one.learner, by_repetition, one.recordings, "slides", one.slides});
   for (Headline& headline : out)
     add_balance(labels_of_model(dataset, headline.exploration), headline);
   return out;
@@ -196,12 +196,12 @@ std::string headline_text(const Headline& headline) {
   const HandoverShare& a = headline.accuracy;
   return headline.exploration + ": " + percent(a.share, 1) + " % (95 %: " + percent(a.ci95_low, 1) +
          " to " + percent(a.ci95_high, 1) + ") of " + thousands(headline.tested) + " " +
-         headline.unit + ", " + headline.learner + "; " + headline.protocol + "; of " +
-         std::to_string(headline.labels) + " labels the most frequent one has " +
-         percent(headline.base_rate, 1) + " %" +
-         (headline.not_tested.empty() ? ""
-                                      : "; not tested, for want of trials in another group: " +
-                                            joined(headline.not_tested));
+         headline.unit + ", " + headline.learner + "; " + headline.protocol +
+         "; most frequent of " + std::to_string(headline.labels) +
+         " labels: " + percent(headline.base_rate, 1) + " %" +
+         (headline.not_tested.empty()
+              ? ""
+              : "; not tested, no trials in another group: " + joined(headline.not_tested));
 }
 
 ordered_json headline_json(const Headline& headline) {
@@ -223,12 +223,12 @@ std::vector<OtherProtocol> other_protocols(bool random_splits, bool learning_cur
   std::vector<OtherProtocol> out;
   if (random_splits)
     out.push_back({"results",
-                   "Random splits, as in the paper: repetitions next to each other in time are on "
-                   "both sides, and fewer trials train."});
+                   "Random splits, as in the paper: neighbouring repetitions are in both training "
+                   "and test, and fewer trials are trained."});
   if (learning_curve)
     out.push_back({"design",
-                   "Learning curve and what more repetitions would give: one learner, trained on "
-                   "fewer repetitions, so that sizes can be compared."});
+                   "Learning curve and forecast for more repetitions: one learner, trained on "
+                   "fewer repetitions to compare sizes."});
   return out;
 }
 

@@ -32,21 +32,20 @@ Blocks tile_row(const ReportInput& input) {
   out.push_back(
       {thousands(run.trials_complete) + " / " + thousands(run.trials_planned), "trials complete"});
   if (run.force.samples > 0)
-    out.push_back(
-        {significant(run.force.rms_n() * 1e3) + " mN",
-         "RMS force error while held, " + percent(in_band_share(run.force), 2) + " % in band"});
-  out.push_back({duration(run.virtual_s), "on the bench's clock"});
+    out.push_back({significant(run.force.rms_n() * 1e3) + " mN",
+                   "RMS force error under force control,  " + percent(in_band_share(run.force), 2) +
+                       " % in band"});
+  out.push_back({duration(run.virtual_s), "bench time"});
   if (run.wall_s > 0)
     out.push_back({duration(run.wall_s),
-                   "of wall time, " + fixed(realtime_factor(run), 0) + "\u00D7 real time"});
+                   "wall time, " + fixed(realtime_factor(run), 0) + "\u00D7 real time"});
   return tiles(std::move(out));
 }
 
 /// The plant's level and error in one line; details follow below.
 std::string fidelity_line(const SimulationNote& simulation) {
-  return simulation.empty()
-             ? std::string()
-             : escape(sentence(simulation)) + ". <a href=\"#method\">How this was found</a>.";
+  return simulation.empty() ? std::string()
+                            : escape(sentence(simulation)) + ". <a href=\"#method\">Method</a>.";
 }
 
 Blocks fidelity_method(const SimulationNote& simulation) {
@@ -62,23 +61,23 @@ Blocks fidelity_method(const SimulationNote& simulation) {
 Blocks simulated_method() {
   return paragraph(
              "<b>Everything measured here comes from a simulated bench.</b> Wire bytes, drivers, "
-             "force loop, recipe engine, recorder and classifier are the ones a real bench uses; "
-             "cloth, sensor and stages are a physics model. Most of its fabric parameters are "
+             "force loop, recipe engine, recorder and classifier are those of a real bench. "
+             "Fabric, sensor and stages are a physics model. Most of its fabric parameters are "
              "estimates (<code>sim/fabrics.json</code> marks each number as sourced or "
              "estimated).") +
          paragraph(
-             "Figures marked <span class=\"paper\">paper</span> were measured on real "
-             "samples with a real sensor. They stand beside ours for orientation and are "
-             "not comparable one to one: a simulated accuracy says that the method works on "
-             "this model, not how well it would work on cloth.");
+             "Values marked <span class=\"paper\">paper</span> were measured on real "
+             "samples with a real sensor. They are shown for orientation and are not "
+             "directly comparable. A simulated accuracy shows that the method works on "
+             "this model, not how well it works on real fabric.");
 }
 
 std::string verdict(const VerifyReport& report) {
   if (!report.holds())
-    return "not as recorded: " + std::to_string(report.found_problems.size()) +
-           (report.found_problems.size() == 1 ? " finding" : " findings");
-  return report.certified ? "holds: every byte is as certified"
-                          : "the files\u2019 own digests agree; there is no certificate";
+    return "not verified: " + std::to_string(report.found_problems.size()) +
+           (report.found_problems.size() == 1 ? " problem" : " problems");
+  return report.certified ? "verified: every byte matches the certificate"
+                          : "digests match; no certificate to compare with";
 }
 
 /// Problems and missing parts, one line each.
@@ -88,23 +87,23 @@ Blocks alert_lines(const ReportInput& input) {
   if (is_promise_missed(run.simulation))
     out += alarm("<b>" + escape(format_promise(run.simulation)) + ".</b>");
   if (!is_complete(run))
-    out += alarm("<b>The campaign is not complete:</b> " + thousands(run.trials_complete) + " of " +
+    out += alarm("<b>Campaign not complete:</b> " + thousands(run.trials_complete) + " of " +
                  thousands(run.trials_planned) + " trials, outcome " +
                  escape(recipes::to_string(run.outcome)) +
-                 ". Every figure is of the complete trials alone." +
+                 ". All values use the complete trials only." +
                  (run.error ? " " + escape(to_string(*run.error)) : ""));
   if (run.attempts_rejected > 0)
     out += note("<b>" + thousands(run.attempts_rejected) +
                 (run.attempts_rejected == 1 ? " attempt was" : " attempts were") +
-                " bad and repeated.</b> What was recorded is stored in the campaign file as "
-                "<code>rejected</code>; no figure here counts it.");
+                " rejected and repeated.</b> Rejected attempts stay in the campaign file as "
+                "<code>rejected</code>; no value here counts them.");
   if (const std::string words = format_selection(input.dataset.info); !words.empty())
     out += alarm(escape(words) +
-                 " Every figure here but the trials' number is of the whole slides alone, and "
-                 "nothing was classified.");
+                 " All values except the number of trials use complete slides only. Nothing was "
+                 "classified.");
   if (input.verified != nullptr && !input.verified->holds())
     out += alarm("<b>" + escape(verdict(*input.verified)) +
-                 ".</b> <a href=\"#provenance\">What weft verify found</a>.");
+                 ".</b> <a href=\"#provenance\">Problems found by weft verify</a>.");
   return out;
 }
 
@@ -136,18 +135,19 @@ Blocks certificate_part(const ReportInput& input) {
       {"verdict", verdict(report)},
       {"trials", thousands(report.complete) + " of " + thousands(report.planned) +
                      " complete, in " + thousands(report.attempts) + " attempts"},
-      {"samples lost in gaps on record", thousands(report.lost_samples)},
-      {"came to its end", report.finished ? "yes" : "no"},
+      {"samples lost in recorded gaps", thousands(report.lost_samples)},
+      {"finished", report.finished ? "yes" : "no"},
       {"data set SHA-256", report.dataset_sha256},
       {"recorded by", "weft " + report.software_version}};
   for (std::size_t i = 0; i < report.found_problems.size() && i < most_problems; ++i)
     entries.emplace_back(report.found_problems[i].where, report.found_problems[i].what);
-  return section("Whether it is what was recorded",
-                 figure(definitions(entries),
-                        "What <code>weft verify</code> found when this report was made: digests "
-                        "of all trials, of the campaign file and of the data set against the "
-                        "certificate.",
-                        badge_html(input)));
+  return section(
+      "Verification",
+      figure(definitions(entries),
+             "Result of <code>weft verify</code> at the time of this report. It compares "
+             "the digests of all trials, the campaign file and the data set with the "
+             "certificate.",
+             badge_html(input)));
 }
 
 constexpr std::size_t longest_recipe = 40'000;  // in bytes; keeps the page small
@@ -211,21 +211,22 @@ Blocks provenance_part(const ReportInput& input) {
       {"recipe SHA-256", info.recipe_sha256},
       {"rig SHA-256", info.rig_sha256},
       {"seed", std::to_string(info.seed)},
-      {"plant level", simulation.empty() ? input.run.level
-                                         : simulation.setting + ", because " + simulation.because},
+      {"plant level",
+       simulation.empty() ? input.run.level : simulation.setting + " (" + simulation.because + ")"},
       {"software", "recorded by weft " + info.software_version + commit},
       {"machine", input.machine},
       {"devices", device_list(info)},
       {"rates", rates(input.dataset)}};
   if (const std::string pages = handover_pages(input.dataset); !pages.empty())
-    entries.emplace_back("evaluated on, once handed over", pages);
+    entries.emplace_back("pages of the handover", pages);
   entries.insert(entries.end(), {{"lost taxel frames", thousands(lost_samples(input.dataset))},
                                  {"campaign file", input.run.campaign_file.filename().string()},
                                  {"data set", input.run.dataset_file.filename().string()},
                                  {"paper", papers_of(input)}});
-  Blocks out = figure(definitions(entries), "Where this came from.", badge_html(input));
+  Blocks out =
+      figure(definitions(entries), "Origin of the data and of this report.", badge_html(input));
   if (!info.recipe_json.empty() && info.recipe_json.size() <= longest_recipe)
-    out += details("Recipe, run with the seed above", code_block(info.recipe_json));
+    out += details("Recipe (run with the seed above)", code_block(info.recipe_json));
   return out;
 }
 
@@ -246,10 +247,10 @@ Status check(const ReportInput& input) {
   if (input.run.bench != input.dataset.info.kind)
     return fail({.code = Errc::invalid_argument,
                  .where = "report",
-                 .what = "run and data set disagree on the kind of bench",
+                 .what = "bench kinds of run and data set differ",
                  .expected = std::string(to_string(input.run.bench)),
                  .got = std::string(to_string(input.dataset.info.kind)),
-                 .hint = "Report a campaign together with its own data set"});
+                 .hint = "Report a campaign with its own data set"});
   return check(input.dataset);
 }
 
@@ -280,7 +281,7 @@ Document report_document(const ReportInput& input) {
                  accuracy_pictures(input) + input.tradeoff;
   out.tables = accuracy_section(input) + repetition_section(input) + audit_section(input) +
                core_section(input) +
-               section("How long it takes", timing_details(input) + wall_time_details(input));
+               section("Timing", timing_details(input) + wall_time_details(input));
   if (input.dataset.info.kind == BenchKind::simulated) out.method = simulated_method();
   out.method += fidelity_method(input.run.simulation) + accuracy_method(input) + input.fidelity;
   const bool several = input.documents.size() > 1;

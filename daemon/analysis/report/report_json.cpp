@@ -249,8 +249,8 @@ std::vector<std::string> error_lines(const SimulationNote& note) {
                                           significant(e.counts_rms) + " counts"
                                     : "";
     lines.push_back(against(error) + unsure + pads + " (" + std::to_string(error.trials) +
-                    (error.trials == 1 ? " trial" : " trials") + " played again, worst on " +
-                    error.worst_fabric + "). Touch-down and ramps, which are not recorded: max " +
+                    (error.trials == 1 ? " trial" : " trials") + " replayed, worst on " +
+                    error.worst_fabric + "). Touch-down and ramps (not recorded): max " +
                     mn(e.anywhere_max_n) + "; without a force loop rms " + mn(e.unled_rms_n));
   }
   return lines;

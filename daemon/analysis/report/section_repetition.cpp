@@ -17,9 +17,9 @@ std::string best_note(const std::vector<ExplorationResult>& results) {
   for (const ExplorationResult& result : results)
     if (result.best) splits = std::max(splits, result.best->scores.splits.size());
   if (splits == 0) return {};
-  return " \u201cbest\u201d: the learner that cross-validation of the training part chooses, what "
-         "weft fabric train takes without --learner; it trains long, so over the first " +
-         std::to_string(splits) + " splits alone.";
+  return " \u201cbest\u201d: the learner chosen by cross-validation of the training part, as in "
+         "weft fabric train without --learner. Its training is slow, so it uses the first " +
+         std::to_string(splits) + " splits only.";
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
   const Repeated own = repeated_in(input.dataset);
   const bool is_mixed = own == Repeated::mounting || own == Repeated::piece;
   out.push_back(
-      {is_mixed ? "this campaign, split at random" : std::string(to_string(own)), &input.results});
+      {is_mixed ? "this campaign, random splits" : std::string(to_string(own)), &input.results});
   for (const CampaignBeside& one : *input.beside)
     out.push_back({std::string(to_string(one.repeated)), &one.results});
   return out;
@@ -55,9 +55,9 @@ std::vector<RepetitionRow> repetition_rows(const ReportInput& input) {
 Blocks repetition_section(const ReportInput& input) {
   const std::vector<RepetitionRow> rows = repetition_rows(input);
   if (rows.empty()) return {};
-  HtmlTable table({"what is asked about", "exploration", "p-value selection [%]", "PCA [%]",
-                   "all features [%]", "best [%]", "labels shuffled, p-value [%]",
-                   "labels shuffled, best [%]"});
+  HtmlTable table({"new in a test trial", "exploration", "p-value selection [%]", "PCA [%]",
+                   "all features [%]", "best [%]", "shuffled labels, p-value [%]",
+                   "shuffled labels, best [%]"});
   std::vector<ExplorationResult> all;
   for (const RepetitionRow& row : rows)
     for (const ExplorationResult& result : *row.results) {
@@ -77,20 +77,20 @@ Blocks repetition_section(const ReportInput& input) {
                printed_share_html(row.all), std::string(no_value), std::string(no_value),
                std::string(no_value)});
   std::string text =
-      "These campaigns differ in what is new in a test trial: the touch alone, the place on the "
-      "cloth, the mounting or the piece.";
+      "These campaigns differ in what is new in a test trial: only the touch, the place on the "
+      "fabric, the mounting or the piece.";
   if (input.dataset.info.kind == BenchKind::simulated)
     text +=
-        " In the plant model a path that is retraced gives the same texture under each pad; a new "
-        "patch has another part of the same texture; another piece also differs in stiffness, "
-        "friction, thickness and roughness. The sensor and its rate are the same in all rows.";
+        " In the plant model a repeated path gives the same texture under each taxel. A new patch "
+        "has another part of the same texture. Another piece also differs in stiffness, friction, "
+        "thickness and roughness. The sensor and its rate are the same in all rows.";
   return section(
       "Accuracy by what is new in a test trial",
       paragraph(text) +
           figure(table.finish(),
-                 "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(all)) +
-                     "). Pieces and mountings of a campaign beside are left out in turn, the rest "
-                     "is split at random." +
+                 "Mean accuracy with its 95 % interval below (" + escape(interval_methods(all)) +
+                     "). Compared campaigns are cross-validated by piece or mounting; the rest is "
+                     "split at random." +
                      best_note(all),
                  badge_html(input)));
 }

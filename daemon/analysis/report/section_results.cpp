@@ -17,7 +17,7 @@ using classifier::Reduction;
 
 Blocks accuracy_table(const std::vector<ExplorationResult>& results) {
   HtmlTable table({"exploration", "p-value selection [%]", "PCA [%]", "all features [%]",
-                   "labels shuffled [%]"});
+                   "shuffled labels [%]"});
   for (const ExplorationResult& result : results) {
     const auto add = [&](const std::string& what, const std::vector<ReductionResult>& reached,
                          const std::string& shuffled) {
@@ -45,21 +45,25 @@ std::string format_split(const classifier::Evaluation& e) {
 std::string_view repetition_note(Repeated repeated) {
   switch (repeated) {
     case Repeated::unknown:
-      return "The data set does not say what of its cloth a trial touched. ";
+      return "The data set does not record which part of the fabric a trial touched. ";
     case Repeated::touch:
-      return "Every repetition retraces the path of the one before on the same mounted piece: "
-             "nothing is said about another place of it, another mounting or another piece. The "
-             "paper fastened each fabric once (section IV-A); it does not say whether the path was "
-             "retraced. ";
+      return "Every repetition repeats the same path on the same mounted piece. The accuracy does "
+             "not "
+             "cover another place, another mounting or another piece. The paper mounted each "
+             "fabric "
+             "once (section IV-A); it does not state whether the path was repeated. ";
     case Repeated::patch:
-      return "Every repetition touches another patch of a piece that was mounted once: nothing is "
-             "said about another mounting or another piece. ";
+      return "Every repetition touches another patch of a piece that was mounted once. The "
+             "accuracy "
+             "does not cover another mounting or another piece. ";
     case Repeated::mounting:
-      return "The cloth was mounted several times, and trials of one mounting may be on both sides "
-             "of a split; all are of one piece. ";
+      return "The fabric was mounted several times. Trials of one mounting may be in both training "
+             "and "
+             "test; all are of one piece. ";
     case Repeated::piece:
-      return "A fabric has several pieces, and trials of one may be on both sides of a split: weft "
-             "fabric evaluate --group piece asks about pieces that were not trained on. ";
+      return "A fabric has several pieces. Trials of one piece may be in both training and test; "
+             "weft "
+             "fabric evaluate --group piece tests pieces without training trials. ";
   }
   return {};
 }
@@ -70,7 +74,7 @@ std::string confounding_note(const ExplorationResult& result) {
   if (!result.confounded) return {};
   std::string out = "Here " + std::string(confounded_with_mounting) + ". ";
   if (!result.level_removed.empty())
-    out += "\u201cLevels removed\u201d: each pad minus its mean of phase M, " +
+    out += "\u201cLevels removed\u201d: each taxel minus its mean of phase M, " +
            format_split(result.level_removed.front().evaluation) + ". ";
   return out;
 }
@@ -80,40 +84,41 @@ std::string format_method(const ReportInput& input, const ExplorationResult& res
   const std::size_t classes = e.confusion.classes();
   std::string out = "Each trial becomes " + thousands(result.features) +
                     " features; one support vector machine per pair of fabrics (" +
-                    thousands(classifier::pair_count(classes)) + " cores) votes. Mean over " +
-                    format_split(e) + " of the trials into training and test part. ";
+                    thousands(classifier::pair_count(classes)) +
+                    " cores) votes. The accuracy is the mean over " + format_split(e) +
+                    " of the trials into a training and a test part. ";
   out += repetition_note(repeated_in(input.dataset));
   out += confounding_note(result);
   if (classes > 0)
-    out += "With its labels in random order the same method gets " +
-           percent(result.permuted_accuracy) + " %, where chance is " +
-           percent(1.0 / static_cast<double>(classes)) + " %.";
+    out += "With shuffled labels the same method reaches " + percent(result.permuted_accuracy) +
+           " %; chance is " + percent(1.0 / static_cast<double>(classes)) + " %.";
   return out;
 }
 
 std::string table_caption(const std::vector<ExplorationResult>& results) {
   const std::string ours =
-      "Mean accuracy, below it its 95 % interval (" + escape(interval_methods(results)) + ").";
+      "Mean accuracy with its 95 % interval below (" + escape(interval_methods(results)) + ").";
   if (paper::accuracies_beside(results).empty()) return ours;
   return ours +
-         " The paper\u2019s figures were measured on real fabrics and are not comparable one to "
-         "one; its Table II gives " +
+         " The paper\u2019s values were measured on real fabrics and are not directly "
+         "comparable. Its Table II gives " +
          percent(paper::accuracy_table2, 2) +
-         " %. Its 89 % for all features is in the text of section IV-B, which ascribes Figure 9a "
-         "to them; the caption of Figure 9 ascribes both matrices to p-value selection.";
+         " %. Its 89 % for all features is in the text of section IV-B, which assigns Figure 9a "
+         "to them. The caption of Figure 9 assigns both matrices to p-value selection.";
 }
 
 Blocks confusion_figure(const ExplorationResult& result, const std::string& badge) {
   const classifier::Evaluation* e = result.find(Reduction::pvalue);
   if (e == nullptr) return {};
   const std::string title = "Confusion matrix " + result.exploration + ", p-value selection";
-  return figure(confusion_pictures(e->confusion, title),
-                "<b>" + escape(title) + ".</b> " + thousands(e->confusion.total()) +
-                    " test trials summed over " + format_split(*e) + ", " +
-                    thousands(e->confusion.correct()) +
-                    " correct. Blue: right; orange: wrong; shade: root of the share of its row. " +
-                    escape(worst_confusions(e->confusion, 3)),
-                badge);
+  return figure(
+      confusion_pictures(e->confusion, title),
+      "<b>" + escape(title) + ".</b> " + thousands(e->confusion.total()) +
+          " test trials summed over " + format_split(*e) + ", " +
+          thousands(e->confusion.correct()) +
+          " correct. Blue: right; orange: wrong; shade: square root of the share in the row. " +
+          escape(worst_confusions(e->confusion, 3)),
+      badge);
 }
 
 std::string_view reduction_text(Reduction reduction) {
@@ -144,8 +149,7 @@ chart::Rows accuracy_rows(const std::vector<ExplorationResult>& results) {
   chart::Rows out{"Accuracy by exploration and reduction",
                   {.title = "accuracy [%]", .low = accuracy_floor(results) * 100, .high = 100.5},
                   "this run, with 95 % interval"};
-  if (!paper::accuracies_beside(results).empty())
-    out.mark_names = {"printed in the paper, real fabrics"};
+  if (!paper::accuracies_beside(results).empty()) out.mark_names = {"paper, real fabrics"};
   for (const ExplorationResult& result : results)
     for (const ReductionResult& r : result.reductions) {
       const double printed = paper_accuracy(result, r.reduction);
@@ -249,7 +253,7 @@ Blocks timing_table(const std::vector<ExplorationResult>& results) {
   for (const ExplorationResult& result : results)
     head.push_back(escape(result.exploration) + ", this run");
   if (!paper::accuracies_beside(results).empty())
-    head.push_back("<span class=\"paper\">paper, its own machine</span>");
+    head.push_back("<span class=\"paper\">paper, other computer</span>");
   HtmlTable table(head);
   const auto features = [](const ExplorationResult& r) { return measured(r.feature_s_per_sample); };
   add_row(table, results, "features of one trial", features, printed(paper::feature_s_per_sample));
@@ -275,21 +279,21 @@ std::size_t total_fits(const classifier::Evaluation& e) {
 
 std::string timing_caption(const std::vector<ExplorationResult>& results) {
   const ExplorationResult& result = results.front();
-  std::string out = "Wall times of this software on this machine";
+  std::string out = "Wall times of this software on this computer";
   const classifier::Evaluation* e = result.find(Reduction::pvalue);
   if (e != nullptr)
-    out += ". Training is selection, grid search (" + thousands(total_fits(*e)) +
-           " machines solved for p-value) and final fit of all cores, on " +
+    out += ". Training includes selection, grid search (" + thousands(total_fits(*e)) +
+           " fits for p-value) and the final fit of all cores, on " +
            std::to_string(result.threads) +
-           " threads, mean over the splits; features and test "
-           "are one trial at a time on one thread, vote included";
+           " threads, mean over the splits. Features and test "
+           "process one trial at a time on one thread, including the vote";
   if (paper::accuracies_beside(results).empty()) return out + ".";
   return out +
          ". <b>The training times are not comparable:</b> the paper\u2019s 0.566 s is 4.2 ms per "
-         "core, about one MATLAB fit each, so it is very likely the final fit with parameters "
-         "already known, without the grid search that ours includes (our inference; the paper "
-         "does not say, nor does it name its machine). The paper\u2019s feature and test times are "
-         "from Table II, whose training time is that of M2 in Table IV.";
+         "core, about one MATLAB fit each. It is very likely the final fit with known "
+         "parameters, without the grid search that Weft includes (our inference; the paper "
+         "states neither this nor its computer). The paper\u2019s feature and test times are "
+         "from Table II; the training time there is that of M2 in Table IV.";
 }
 
 Blocks headline_confusion(const Headline& headline, const std::string& badge) {
@@ -297,7 +301,7 @@ Blocks headline_confusion(const Headline& headline, const std::string& badge) {
   const std::string title = "Confusion matrix " + headline.exploration;
   return figure(confusion_pictures(*headline.confusion, title),
                 "<b>" + escape(title) + ".</b> " + thousands(headline.confusion->total()) +
-                    " answers (" + escape(headline.confusion_unit) + "), " +
+                    " predictions (" + escape(headline.confusion_unit) + "), " +
                     thousands(headline.confusion->correct()) + " correct, " +
                     escape(headline.protocol) + ". " +
                     escape(worst_confusions(*headline.confusion, 3)),
@@ -328,10 +332,10 @@ Blocks accuracy_pictures(const ReportInput& input) {
       matrices += confusion_figure(result, badge_html(input));
   return section("Accuracy over random splits",
                  figure(picture(accuracy_rows(input.results)),
-                        "Accuracy by exploration and by how the features of a core are reduced; "
-                        "lines: 95 % interval (" +
+                        "Accuracy by exploration and by feature reduction of the cores. "
+                        "Lines: 95 % interval (" +
                             escape(e.ci95.method) +
-                            "). <a href=\"#method\">Why it is not the "
+                            "). <a href=\"#method\">Difference from the "
                             "headline</a>.",
                         badge_html(input)) +
                      details("Confusion matrices of the random splits", side_by_side(matrices)));
@@ -339,8 +343,8 @@ Blocks accuracy_pictures(const ReportInput& input) {
 
 Blocks accuracy_section(const ReportInput& input) {
   if (input.results.empty() || input.results.front().reductions.empty()) return {};
-  return section("Which fabric was it?",
-                 details("Accuracies over random splits as a table",
+  return section("Accuracy tables",
+                 details("Accuracy over random splits as a table",
                          figure(accuracy_table(input.results), table_caption(input.results),
                                 badge_html(input))));
 }
@@ -368,10 +372,10 @@ Blocks core_section(const ReportInput& input) {
                "<b>" + escape(result.exploration) + ".</b> Cores of the first split" +
                    (beside ? " (compare Table III): the paper\u2019s three pairs, then " : ": ") +
                    "those with the most cross-validation errors. " + format_size(lines) +
-                   " Lower indices name the feature and the pad, upper ones the phase.",
+                   " Subscripts name the feature and the taxel, superscripts the phase.",
                badge_html(input)));
   }
-  return section("What tells two fabrics apart", std::move(out));
+  return section("Features that separate two fabrics", std::move(out));
 }
 
 Blocks timing_details(const ReportInput& input) {

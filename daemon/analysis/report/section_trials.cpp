@@ -55,13 +55,13 @@ chart::Plot force_plot(const TrialTrace& trace, const std::optional<ForceTarget>
 
 /// Counts of each taxel over time on the same axes, four per row.
 chart::Plot pads_plot(const TrialTrace& trace) {
-  chart::Plot out{"Counts of each pad over time, phases shaded"};
+  chart::Plot out{"Counts of each taxel over time, phases shaded"};
   out.columns = 4;
   out.panel_height = 90;
   out.width = 1000;
   out.shared_x = out.shared_y = true;
   for (std::size_t pad = 0; pad < trace.pads.size(); ++pad) {
-    chart::Panel panel{"pad " + std::to_string(pad + 1),
+    chart::Panel panel{"taxel " + std::to_string(pad + 1),
                        {.title = "time [s]", .low = 0},
                        {.title = "counts"},
                        spans_of(trace)};
@@ -109,15 +109,14 @@ std::vector<Share> wall_shares(const CampaignSummary& run) {
 }
 
 chart::Shares share_chart(const std::vector<Share>& shares) {
-  chart::Shares out{"Where the wall time of the run went"};
+  chart::Shares out{"Parts of the wall time of the run"};
   for (const Share& share : shares) out.parts.emplace_back(share.name, share.seconds);
   return out;
 }
 
 constexpr std::string_view phases_key =
-    "Phases: <b>S</b> resting under the sensor\u2019s own weight, <b>P</b> force controlled "
-    "without "
-    "motion, <b>M</b> motion at constant force, <b>E</b> resting again. Blank: between phases, "
+    "Phases: <b>S</b> rest under the weight of the probe, <b>P</b> force control without "
+    "motion, <b>M</b> motion at constant force, <b>E</b> rest again. Blank: between phases, "
     "while the force settles or the probe comes to rest; not part of the data set.";
 
 std::string format_trial(const TrialRecord& record) {
@@ -127,9 +126,10 @@ std::string format_trial(const TrialRecord& record) {
 
 std::string force_caption(const TrialRecord& record) {
   std::string out = "Force on the plate, " + format_trial(record) +
-                    ": the trial whose force error is the median of its exploration";
+                    ": the trial with the median force error of its exploration";
   if (record.quality.force_rms_error_n)
-    out += " (" + fixed(*record.quality.force_rms_error_n * 1e3, 1) + " mN RMS while held)";
+    out +=
+        " (" + fixed(*record.quality.force_rms_error_n * 1e3, 1) + " mN RMS under force control)";
   return out + ". " + std::string(phases_key);
 }
 
@@ -155,7 +155,7 @@ Blocks force_table(const ReportInput& input, const std::vector<FabricForce>& fab
   for (const FabricForce& f : fabrics)
     table.row(force_cells(escape(f.fabric), f.trials, f.tally, f.rest));
   const char* const all =
-      input.verified == nullptr ? "<b>run\u2019s own tally</b>" : "<b>all fabrics</b>";
+      input.verified == nullptr ? "<b>counted during the run</b>" : "<b>all fabrics</b>";
   table.row(force_cells(all, input.run.trials_complete, input.run.force, {}));
   return table.finish();
 }
@@ -187,10 +187,9 @@ Blocks trace_section(const ReportInput& input) {
   if (trace.pads.empty()) out += paragraph("No taxels recorded.");
   if (trace.pads.empty() || trace.pads.size() > most_pads) return section("One trial", out);
   out += figure(picture(pads_plot(trace)),
-                "What the " + std::to_string(trace.pads.size()) +
-                    " pads of the tactile sensor felt meanwhile: counts above each pad\u2019s mean "
-                    "in phase S over time [s], all with the same axes (compare the paper\u2019s "
-                    "Figure 5, one pad on real cloth).",
+                "Counts of the " + std::to_string(trace.pads.size()) +
+                    " taxels over time [s], above the mean of each taxel in phase S. All have the "
+                    "same axes (compare the paper\u2019s Figure 5, one taxel on real fabric).",
                 badge);
   return section("One trial", out);
 }
@@ -201,21 +200,20 @@ Blocks force_section(const ReportInput& input) {
   if (fabrics.empty()) return {};
   const std::string badge = badge_html(input);
   Blocks out = figure(picture(fabric_forces(fabrics, targets.front().band_n)),
-                      "Normal force against its set point while the probe moved (" +
-                          format_targets(targets) + "). The paper prints no such figure.",
+                      "Error of the normal force from its set point in phase M (" +
+                          format_targets(targets) + "). The paper has no such figure.",
                       badge);
   out += details(
       "As a table",
       figure(force_table(input, fabrics),
-             std::string("Computed again from the recorded wrench between the first and the "
-                         "last taxel sample of phase M. Rest: the mean force of phase S or E that "
-                         "is furthest from the probe\u2019s weight") +
+             std::string("Computed from the recorded wrench between the first and the last taxel "
+                         "sample of phase M. Rest: the mean force of phase S or E with the largest "
+                         "difference from the weight of the probe") +
                  (fabrics.front().rest ? " of " + fixed(fabrics.front().rest->weight_n, 3) + " N"
                                        : "") +
-                 (input.verified == nullptr ? "; the last row is what the run counted while it ran."
-                                            : "."),
+                 (input.verified == nullptr ? ". The last row was counted during the run." : "."),
              badge));
-  return section("How well the force was held", out);
+  return section("Force control", out);
 }
 
 Blocks wall_time_details(const ReportInput& input) {
@@ -228,11 +226,11 @@ Blocks wall_time_details(const ReportInput& input) {
         {"<i class=\"swatch share-" + std::to_string(i + 1) + "\"></i>" + escape(shares[i].name),
          duration(shares[i].seconds), percent(shares[i].seconds / run.wall_s)});
   table.row({"<b>run</b>", "<b>" + duration(run.wall_s) + "</b>", "100"});
-  table.row({"export to HDF5, afterwards", duration(run.time.export_s), std::string(no_value)});
+  table.row({"export to HDF5 after the run", duration(run.time.export_s), std::string(no_value)});
   return details(
-      "The run\u2019s wall time",
+      "Wall time of the run",
       figure(picture(share_chart(shares)) + details("As a table", table.finish()),
-             "Wall time of the run on this machine, attributed by timing one call in sixteen; " +
+             "Wall time of the run on this computer, estimated from one timed call in sixteen; " +
                  duration(run.virtual_s) + " of bench time, " +
                  thousands(static_cast<std::size_t>(run.events)) + " timer and link events.",
              badge_html(input)));

@@ -13,7 +13,7 @@ namespace {
 
 using classifier::Reduction;
 
-constexpr std::size_t name_width = 21;  // "M1 paper, real cloth"
+constexpr std::size_t name_width = 21;  // "M1 levels removed"
 constexpr std::size_t cell_width = 19;  // "100.0 (99.9-100.0)"
 
 std::string padded(std::string text, std::size_t width) {
@@ -39,14 +39,14 @@ std::string bench_label(BenchKind kind) {
 
 /// For a report made after the run, only the bench time: the other times were not recorded.
 std::string time_lines(const CampaignSummary& run) {
-  const std::string bench = duration(run.virtual_s) + " on the bench";
+  const std::string bench = duration(run.virtual_s) + " bench time";
   if (!(run.wall_s > 0)) return line("time", bench);
-  return line("time", bench + ", " + duration(run.wall_s) + " wall, " +
+  return line("time", bench + ", " + duration(run.wall_s) + " wall time, " +
                           fixed(realtime_factor(run), 0) + " x real time") +
-         line("of which", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
-                              duration(run.time.drivers_and_control_s) + ", recorder " +
-                              duration(run.time.recorder_s) + "; export " +
-                              duration(run.time.export_s));
+         line("wall time", "plant " + duration(run.time.plant_and_emulators_s) + ", control " +
+                               duration(run.time.drivers_and_control_s) + ", recorder " +
+                               duration(run.time.recorder_s) + "; export " +
+                               duration(run.time.export_s));
 }
 
 std::string run_lines(const ReportInput& input) {
@@ -55,13 +55,14 @@ std::string run_lines(const ReportInput& input) {
       "trials", thousands(run.trials_complete) + " of " + thousands(run.trials_planned) + ", " +
                     std::string(recipes::to_string(run.outcome)) + format_ended_early(run));
   if (run.attempts_rejected > 0)
-    out += line("bad takes", thousands(run.attempts_rejected) + ", kept, marked and taken again");
+    out +=
+        line("rejected", thousands(run.attempts_rejected) + " attempts, kept, marked and repeated");
   if (run.error) out += line("error", printable(to_string(*run.error)));
   out += time_lines(run);
   if (run.force.samples > 0)
-    out += line("force while held", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
-                                        fixed(run.force.worst_n * 1e3, 0) + " mN, " +
-                                        percent(in_band_share(run.force), 2) + " % in band");
+    out += line("force error", fixed(run.force.rms_n() * 1e3, 1) + " mN RMS, worst " +
+                                   fixed(run.force.worst_n * 1e3, 0) + " mN, " +
+                                   percent(in_band_share(run.force), 2) + " % in band");
   // 64 digits do not fit into the usual column
   out += simulation_text(run.simulation);
   return out + "  data set  " + (run.dataset_sha256.empty() ? "none" : run.dataset_sha256) + "\n";
@@ -89,7 +90,7 @@ std::string confounding_line(const std::vector<ExplorationResult>& results) {
   const std::string splits =
       found->level_removed.empty()
           ? ""
-          : "; levels removed: each pad minus its mean of phase M, over " +
+          : "; levels removed: each taxel minus its mean of phase M, over " +
                 std::to_string(found->level_removed.front().evaluation.splits.size()) + " splits";
   return wrapped(std::string(confounded_with_mounting) + splits, "  ");
 }
@@ -118,13 +119,13 @@ std::string accuracy_lines(const std::vector<ExplorationResult>& results) {
           accuracy_line("  " + padded(name + " levels removed", name_width), result.level_removed);
   }
   for (const paper::Accuracy& row : paper::accuracies_beside(results)) {
-    out += "  " + padded(std::string(row.exploration) + " paper, real cloth", name_width) +
+    out += "  " + padded(std::string(row.exploration) + " paper (real)", name_width) +
            printed_cell(row.pvalue) + printed_cell(row.pca) + printed_cell(row.all);
     out.erase(out.find_last_not_of(' ') + 1);
     out += "\n";
   }
   return out +
-         wrapped("in brackets: 95 % interval, " + printable(interval_methods(results)), "  ") +
+         wrapped("in parentheses: 95 % interval, " + printable(interval_methods(results)), "  ") +
          confounding_line(results);
 }
 
@@ -187,11 +188,11 @@ std::string summary_text(const ReportInput& input) {
   out +=
       accuracy_lines(input.results) + repetition_lines(input) + "\n" + timing_lines(input.results);
   if (kind == BenchKind::simulated && paper::accuracies_beside(input.results).empty())
-    out += "\n  All figures are SIMULATED.\n";
+    out += "\n  All values are SIMULATED.\n";
   else if (kind == BenchKind::simulated)
     out +=
-        "\n  All figures but the paper's are SIMULATED; the paper measured real fabrics.\n"
-        "  They stand side by side for orientation and are not comparable one to one.\n";
+        "\n  All values except the paper's are SIMULATED; the paper measured real fabrics.\n"
+        "  They are shown together for orientation and are not directly comparable.\n";
   return out;
 }
 
