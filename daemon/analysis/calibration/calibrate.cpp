@@ -224,13 +224,12 @@ Status Calibration::make_objective() {
     replicates.push_back(std::move(*set));
   }
   objective_.emplace(*scene_, make_targets(real_, replicates), options_.seed, options_.threads);
-  objective_->report_to(
-      [this](std::size_t done) { say(std::to_string(done) + " evaluations so far"); });
+  objective_->report_to([this](std::size_t done) { say(std::to_string(done) + " evaluations"); });
   if (objective_->targets().empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
-                 .what = "nothing in them that a parameter could be fitted to",
-                 .expected = "strokes of at least 8 samples that vary"});
+                 .what = "no statistics to fit parameters to",
+                 .expected = "strokes of at least 8 varying samples"});
   const auto cost = objective_->cost_at(values_);
   if (!cost) return pass(cost.error());
   cost_before_ = *cost;
@@ -270,7 +269,7 @@ Status Calibration::fit_blocks() {
         !ok)
       return ok;
   }
-  say("fitting what all cloths share");
+  say("fitting the common parameters");
   if (Status ok = improve(seen_common(), options_.starts, options_.common_evaluations); !ok)
     return ok;
   if (Status ok = take_off_texture(); !ok) return ok;
@@ -286,8 +285,7 @@ Status Calibration::polish(const std::vector<std::size_t>& varied) {
     return block;
   };
   for (std::size_t round = 1; round <= options_.rounds; ++round) {
-    say("all blocks again, round " + std::to_string(round) + " of " +
-        std::to_string(options_.rounds));
+    say("all blocks, round " + std::to_string(round) + " of " + std::to_string(options_.rounds));
     for (const BaseCloth& cloth : model_.cloths())
       if (Status ok =
               improve(of_varied(model_.block(Block::cloth, cloth.label)), 1, options_.evaluations);
@@ -379,17 +377,17 @@ void Calibration::fill(CalibrationResult& out) {
   out.remarks.insert(out.remarks.end(), real_.remarks.begin(), real_.remarks.end());
   for (const BaseCloth& cloth : model_.cloths())
     if (!cloth.is_named)
-      out.remarks.push_back("The table has no cloth named as " + cloth.label + ": it begins as " +
-                            cloth.taken + ", the one of median stiffness.");
+      out.remarks.push_back("The table has no fabric " + cloth.label + ". The fit starts from " +
+                            cloth.taken + ", the fabric of median stiffness.");
   if (!no_interval_.empty())
     out.remarks.push_back(
-        "The recordings give a value without an interval, which takes more "
-        "strokes or values that differ: " +
+        "The recordings give a value without an interval. More strokes or more varied "
+        "values are needed: " +
         joined(no_interval_) + ".");
   if (model_.scale() > 1)
     out.remarks.push_back(
-        "The recorded sensor reads more counts than the simulated one can: its "
-        "counts are scaled down.");
+        "The recorded counts exceed the range of the simulated sensor. They are "
+        "scaled down.");
   out.cost_before = cost_before_;
   out.cost_after = cost_after_;
   out.targets = objective_->targets().size();
@@ -406,9 +404,9 @@ void Calibration::fill(CalibrationResult& out) {
 Status Calibration::check_others(const std::optional<RecordingView>& held_out,
                                  CalibrationResult& out) const {
   if (!held_out || held_out->strokes.empty()) {
-    out.held_out.why_not = held_out ? "No held-out stroke was on the cloth."
-                                    : "Too little is recorded to keep a part back. Name another "
-                                      "data set with --held-out.";
+    out.held_out.why_not = held_out ? "No held-out stroke was on the fabric."
+                                    : "Too few recordings to hold a part out. Give another data "
+                                      "set with --held-out.";
     return {};
   }
   say("held-out check of " + std::to_string(held_out->strokes.size()) + " strokes");

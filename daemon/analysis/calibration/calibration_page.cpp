@@ -14,7 +14,7 @@ constexpr std::string_view page_title = "Calibration of the simulation";
 
 /// The recordings may be simulated themselves.
 std::string sides_badge(const CalibrationSource& source) {
-  return "recorded: " + bench_badge(source.bench) + ", beside " + simulated_badge();
+  return "recorded: " + bench_badge(source.bench) + ", compared with " + simulated_badge();
 }
 
 std::string interval_html(double low, double high) {
@@ -30,19 +30,20 @@ constexpr std::array all_standings{Standing::calibrated, Standing::bounded, Stan
                                    Standing::estimated};
 
 std::string_view words_of(Standing standing) {
-  return standing == Standing::not_seen ? "not seen" : to_string(standing);
+  return standing == Standing::not_seen ? "not determined" : to_string(standing);
 }
 
 std::string_view explanation_of(Standing standing) {
   switch (standing) {
     case Standing::calibrated:
-      return "The recordings give an interval (95 %) that is closed within the bounds.";
+      return "The recordings give a 95 % interval within the bounds.";
     case Standing::bounded:
       return "The recordings limit the value on one side only.";
     case Standing::not_seen:
-      return "The recordings limit the value on no side. The estimate stays.";
+      return "The recordings do not limit the value. The estimate is kept.";
     case Standing::estimated:
-      return "The value was not fitted, or the recordings give no interval. It is no measurement.";
+      return "The value was not fitted, or the recordings give no interval. It is not a "
+             "measurement.";
   }
   return {};
 }
@@ -60,8 +61,8 @@ Blocks standings(const CalibrationResult& result) {
 }
 
 Blocks parameter_table(const CalibrationResult& result) {
-  HtmlTable table({"parameter", "cloth", "standing", "estimate before", "value", "bounds, because"},
-                  3);
+  HtmlTable table(
+      {"parameter", "fabric", "status", "previous estimate", "value", "bounds and reason"}, 3);
   for (const CalibratedParameter& p : result.parameters)
     table.row({escape(p.parameter.name), escape(p.parameter.cloth), escape(words_of(p.standing)),
                general(p.parameter.start), general(p.value) + interval_html(p.low, p.high),
@@ -77,38 +78,38 @@ std::string inside_text(const ComparedStatistic& s) {
 }
 
 Blocks statistic_table(const CalibrationResult& result, const CalibrationSource& source) {
-  HtmlTable table({"statistic", "cloth", "used", "recorded", "SIMULATED before", "SIMULATED after",
-                   "after, in the interval"},
+  HtmlTable table({"statistic", "fabric", "use", "recorded", "SIMULATED before", "SIMULATED after",
+                   "after, in interval"},
                   3);
   for (const ComparedStatistic& s : result.statistics) {
     const Scale scale = s.real.scale;
     table.row(
-        {escape(s.real.name), escape(s.real.cloth), s.is_fitted ? "fitted" : "only checked",
+        {escape(s.real.name), escape(s.real.cloth), s.is_fitted ? "fitted" : "check only",
          general(s.real.shown) + interval_html(from_scale(s.low, scale), from_scale(s.high, scale)),
          value_html(s.before, scale), value_html(s.after, scale), inside_text(s)});
   }
   return figure(table.finish(),
-                "Recorded: with the 95 % interval of a bootstrap. A statistic that is only checked "
-                "is derived from others, read by an estimator, or moved by no parameter.",
+                "Recorded: with the 95 % bootstrap interval. Statistics for the check only are "
+                "derived from others, used by an estimator, or not affected by a parameter.",
                 sides_badge(source));
 }
 
 /// check_held_out() leaves the interval empty if too few simulated sets have the statistic.
 std::string band_html(const HeldOutStatistic& s) {
-  if (!(s.low < s.high)) return "too few simulated sets have it";
+  if (!(s.low < s.high)) return "too few simulated sets";
   return general(from_scale(s.low, s.real.scale)) + " to " +
          general(from_scale(s.high, s.real.scale));
 }
 
 Blocks held_out_section(const CalibrationResult& result, const CalibrationSource& source) {
   if (!result.held_out.is_checked()) return {};
-  HtmlTable table({"statistic", "cloth", "held out", "95 % of SIMULATED sets", "inside"}, 2);
+  HtmlTable table({"statistic", "fabric", "held out", "95 % of SIMULATED sets", "inside"}, 2);
   for (const HeldOutStatistic& s : result.held_out.statistics)
     table.row({escape(s.real.name), escape(s.real.cloth), general(s.real.shown), band_html(s),
                s.is_inside ? "inside" : "OUTSIDE"});
   return section("Held-out check",
                  figure(table.finish(),
-                        "Recordings that were not fitted, and the range of the same strokes "
+                        "Recordings not used for the fit, and the range of the same strokes "
                         "simulated with other seeds.",
                         sides_badge(source)));
 }
@@ -123,10 +124,10 @@ Blocks list_of(std::string_view title, const std::vector<std::string>& sentences
 Blocks verdict(const HeldOutCheck& check) {
   if (!check.is_checked()) return alarm("Not checked. " + escape(check.why_not));
   const std::string text =
-      std::string(check.passes() ? "Passes" : "Does not pass") + ": " +
-      std::to_string(check.inside) + " of " + std::to_string(check.statistics.size()) +
-      " statistics of recordings that were not fitted lie where 95 % of the simulated ones do. "
-      "At least 80 % have to.";
+      std::string(check.passes() ? "Passed" : "Failed") + ": " + std::to_string(check.inside) +
+      " of " + std::to_string(check.statistics.size()) +
+      " statistics of the held-out recordings lie in the 95 % range of the simulated ones "
+      "(expected at least 80 %).";
   return check.passes() ? note(text) : alarm(text);
 }
 
@@ -138,7 +139,7 @@ std::string held_out_text(const CalibrationResult& result, const CalibrationSour
 std::string fitted_text(const CalibrationResult& result) {
   std::vector<std::string> labels;
   for (const BaseCloth& cloth : result.cloths)
-    labels.push_back(cloth.label + " (begun as " + cloth.taken + ")");
+    labels.push_back(cloth.label + " (started from " + cloth.taken + ")");
   return joined(labels);
 }
 
@@ -155,7 +156,7 @@ std::string software_text(const CalibrationSource& source) {
 
 Blocks provenance(const CalibrationResult& result, const CalibrationSource& source) {
   const Blocks facts = definitions(
-      {{"cloths", fitted_text(result)},
+      {{"fabrics", fitted_text(result)},
        {"command", source.command},
        {"files", joined(source.files)},
        {"data sets", joined(source.dataset_sha256)},
@@ -166,15 +167,16 @@ Blocks provenance(const CalibrationResult& result, const CalibrationSource& sour
                               " after, over " + std::to_string(result.targets) + " statistics"},
        {"evaluations", std::to_string(result.evaluations)},
        {"software", software_text(source)}});
-  return figure(facts, "What was fitted, and how.", sides_badge(source));
+  return figure(facts, "Data and settings of the fit.", sides_badge(source));
 }
 
 constexpr std::string_view not_computed_html =
     "The intraclass correlation of features is not computed here, because it needs the "
     "classifier. The accuracy of a classifier is not computed either: <code>weft fabric "
     "evaluate</code> "
-    "trains and tests on the groups of a data set. A calibration that passes makes signals alike "
-    "and promises no accuracy. <code>docs/howto/calibrate-the-simulation.md</code> explains this "
+    "trains and tests on the groups of a data set. A passed calibration makes signals similar; it "
+    "does not guarantee an accuracy. <code>docs/howto/calibrate-the-simulation.md</code> explains "
+    "this "
     "page.";
 
 }  // namespace
@@ -190,7 +192,7 @@ Document calibration_document(const CalibrationResult& result, const Calibration
       section("Signals", side_by_side(calibration_pictures(result, sides_badge(source))));
   out.tables = section("Statistics", statistic_table(result, source)) +
                section("Parameters", parameter_table(result)) + held_out_section(result, source) +
-               list_of("Parameters that the recordings do not separate", result.blind_directions) +
+               list_of("Parameters that the recordings cannot separate", result.blind_directions) +
                list_of("Remarks", result.remarks);
   out.method = paragraph(std::string(not_computed_html));
   out.provenance = provenance(result, source);

@@ -95,7 +95,7 @@ void add_named(Picture& out, const CalibrationResult& result,
 
 Picture correlation_picture(const CalibrationResult& result) {
   static constexpr std::array<NamedStatistic, 2> wanted{
-      {{"repetition", "the same path again"}, {"control", "another cloth"}}};
+      {{"repetition", "same path repeated"}, {"control", "other fabric"}}};
   Picture out{"Correlation of two strokes", {}, "correlation"};
   add_named(out, result, wanted);
   return out;
@@ -176,15 +176,14 @@ std::vector<CalibrationPicture> draw_calibration(const CalibrationResult& result
     if (!picture.lines[0].empty()) out.push_back({name, plot_of(picture), std::string(caption)});
   };
   constexpr std::string_view all_strokes =
-      "Recorded: all fitted strokes, the line is the 95 % interval. SIMULATED: a choice of them.";
+      "Recorded: all fitted strokes with the 95 % interval. SIMULATED: a selection of them.";
   for (const BaseCloth& cloth : result.cloths)
     add("spectrum-" + cloth.label, spectrum_of(result, cloth.label), all_strokes);
-  add("modulation", modulation_histogram(result),
-      "Strokes by their typical modulation, only those that are simulated.");
+  add("modulation", modulation_histogram(result), "Simulated strokes by their typical modulation.");
   add("correlation", correlation_picture(result), all_strokes);
   add("repetition", repetition_picture(result),
-      "Largest correlation over lags of 4 samples, only of strokes that are simulated. No mark: no "
-      "second repetition.");
+      "Largest correlation over lags of 4 samples, for simulated strokes. No mark: no second "
+      "repetition.");
   add("pattern", pattern_picture(result), all_strokes);
   return out;
 }

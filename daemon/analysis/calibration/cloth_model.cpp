@@ -58,8 +58,8 @@ Parameter height(const BaseCloth& cloth, double lambda_m, double start_m) {
           .logarithmic = true,
           .is_off_at_low = true,
           .reason =
-              "0.003 to 0.5 of lambda with the cover: a modulation of 0.3 % is below all "
-              "recordings at hand, and above a half e^(h/lambda) is no texture any more",
+              "0.003 to 0.5 of lambda with the cover: 0.3 % modulation is below all available "
+              "recordings; above 0.5, e^(h/lambda) is no texture",
           .start = std::clamp(start_m, low * lambda_m, high * lambda_m) / m_per_um};
 }
 
@@ -112,7 +112,7 @@ Status ClothModel::add_cloth(const std::string& label, const sim::FabricLibrary&
        .high = 30,
        .logarithmic = true,
        .is_off_at_low = true,
-       .reason = "0.1 um modulates by 0.1 %, 30 um by more than any recording at hand",
+       .reason = "0.1 um modulates by 0.1 %, 30 um by more than all available recordings",
        .start = std::clamp(waves_m / m_per_um, 0.1, 30.0)});
   const sim::Structure& structure = cloth.fabric.structure;
   parameters_.push_back({.name = "band_low_per_mm",
@@ -122,8 +122,8 @@ Status ClothModel::add_cloth(const std::string& label, const sim::FabricLibrary&
                          .high = 0.5,
                          .logarithmic = true,
                          .is_off_at_low = false,
-                         .reason = "the cloth table allows 0.05 /mm and more; from 0.5 /mm on no "
-                                   "wave is long beside the 16 mm face",
+                         .reason = "the fabric table allows at least 0.05 /mm; above 0.5 /mm no "
+                                   "wave is long compared with the 16 mm face",
                          .start = std::clamp(structure.low_per_m / per_m_per_mm, 0.05, 0.5)});
   if (line_share(structure) > 0)
     parameters_.push_back({.name = "line_share",
@@ -133,7 +133,7 @@ Status ClothModel::add_cloth(const std::string& label, const sim::FabricLibrary&
                            .high = 0.9,
                            .logarithmic = false,
                            .is_off_at_low = true,
-                           .reason = "of the variance; some of it is random in every cloth",
+                           .reason = "share of the variance; every fabric has a random part",
                            .start = std::min(line_share(structure), 0.9)});
   cloths_.push_back(std::move(cloth));
   return {};
@@ -156,23 +156,23 @@ void ClothModel::add_common(const sim::FabricLibrary& library) {
   const sim::MountingSpread& mounting = spread.mounting;
   const bool was_calibrated = library.pads.has_value();
   add("path_mm", Block::common, 0.01, 5, spread.touch.path_m / m_per_mm,
-      "10 um is the resolution of stages, 5 mm a stroke put back by eye");
+      "10 um: resolution of stages; 5 mm: stroke repositioned by eye");
   add("pad_ratio", Block::common, 1e-4, 0.05, spread.touch.pad_ratio,
-      "below 1e-4 noise covers it, above 0.05 a path would show no pattern");
+      "below 1e-4 noise hides it; above 0.05 a path has no pattern");
   add("tilt_mrad", Block::common, 0.01, 10, 1e3 * (was_calibrated ? mounting.tilt : start_tilt_rad),
       "10 mrad lift one edge of the face by 0.16 mm");
   add("pad_height_um", Block::common, 0.01, 20,
       (was_calibrated ? mounting.pad_height_m : start_pad_height_m) / m_per_um,
-      "20 um are the thickness of a thin cloth");
+      "20 um: thickness of a thin fabric");
   add("common_mode", Block::common, 1e-5, 0.05,
       was_calibrated ? pads_.common_mode : start_common_mode,
-      "of the signal: above 0.05 it would exceed the modulation of cloths");
+      "share of the signal; above 0.05 it exceeds the modulation of fabrics");
   add("common_mode_time_s", Block::common, 0.1, 30, pads_.common_mode_time_s,
       "from a few samples to a whole stroke");
   add("drift_counts", Block::common, 0.01 * scale_, 500 * scale_, pads_.drift_counts * scale_,
-      "at drift_time_s as it is: only drift over the root of the time shows in a stroke");
+      "with fixed drift_time_s: a stroke shows only drift over the root of the time");
   add("grip_N_mm", Block::common, 0.1, 100, 0.2,
-      "from a force that is held to a grip that is as stiff as the probe's guide");
+      "from constant force to a grip as stiff as the guide of the probe");
   add("gain_spread", Block::estimator, 0, 2, pads_.gain_spread, "estimator: level_spread");
   add("noise_counts", Block::estimator, 0, 1e3 * scale_, pads_.noise_counts * scale_,
       "estimator: noise_s0");
@@ -188,8 +188,8 @@ Result<ClothModel> ClothModel::make(const RecordingView& view, const sim::Fabric
   if (library.fabrics.empty())
     return fail({.code = Errc::not_found,
                  .where = "fabrics",
-                 .what = "the cloth table is empty",
-                 .expected = "a cloth to begin with"});
+                 .what = "fabric table empty",
+                 .expected = "at least one fabric"});
   ClothModel out;
   out.params_ = library.params;
   if (!(out.params_.cover.lambda_m > 0)) out.params_.cover.lambda_m = start_cover_m;

@@ -151,11 +151,11 @@ std::string direction_text(const Vector& direction, const std::vector<std::size_
     if (std::abs(direction(k)) >= named_weight)
       names.push_back(model.parameters()[varied[static_cast<std::size_t>(k)]].label());
   if (names.empty()) return {};
-  if (names.size() == 1) return names.front() + ": has no effect on what was recorded.";
+  if (names.size() == 1) return names.front() + ": no effect on the recordings.";
   std::string out = names.front();
   for (std::size_t i = 1; i < names.size(); ++i)
     out += (i + 1 == names.size() ? " and " : ", ") + names[i];
-  return out + ": only a combination of them is seen, not each apart.";
+  return out + ": only their combination is determined, not each one.";
 }
 
 std::vector<std::string> find_blind(const Matrix& jacobian, const std::vector<std::size_t>& varied,

@@ -121,7 +121,7 @@ Result<Minimum> minimise(const Cost& cost, std::span<const double> start, std::s
   if (search.best.evaluations > 0) return search.best;
   return fail({.code = Errc::invalid_argument,
                .where = "calibration",
-               .what = "NLopt refused the search",
+               .what = "search rejected by NLopt",
                .expected = "a start in the unit cube and at least one evaluation"});
 }
 
@@ -138,9 +138,9 @@ std::string nlopt_version() {
 Result<Minimum> minimise(const Cost&, std::span<const double>, std::size_t) {
   return fail({.code = Errc::unsupported,
                .where = "sim calibrate",
-               .what = "Weft was built without NLopt",
+               .what = "Weft built without NLopt",
                .expected = "NLopt 2.7 or later",
-               .hint = "Install libnlopt-dev and build again"});
+               .hint = "Install libnlopt-dev and rebuild Weft"});
 }
 
 #endif

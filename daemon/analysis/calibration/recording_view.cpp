@@ -47,14 +47,14 @@ Result<std::vector<Source>> complete_sources(std::span<const Dataset> datasets) 
       if (datasets[d].records[i].outcome == TrialOutcome::complete)
         out.push_back({&datasets[d], d, &datasets[d].trials[i], &datasets[d].records[i]});
   if (out.empty())
-    return fail({.code = Errc::invalid_argument, .what = "no complete trial to calibrate on"});
+    return fail({.code = Errc::invalid_argument, .what = "no complete trials for the calibration"});
   for (const Source& source : out) {
     if (source.trial->taxels != out.front().trial->taxels)
-      return refuse(source, "trials of different numbers of channels",
+      return refuse(source, "numbers of channels differ between trials",
                     std::to_string(out.front().trial->taxels), std::to_string(source.trial->taxels),
                     "Calibrate on the recordings of one sensor at a time");
     if (!(source.dataset->info.taxel_rate_hz > 0))
-      return refuse(source, "the sample rate is not known", {}, {},
+      return refuse(source, "sample rate not known", {}, {},
                     "Import the recordings with --rate-hz");
   }
   return out;
@@ -71,14 +71,14 @@ Result<Rows> motion_rows(const Source& source) {
   Rows rows = samples_of(Phase::motion, *source.trial);
   if (rows.empty())
     return refuse(source, "no phase M", "samples of a stroke", "none",
-                  "Leave the trial out of the data set");
+                  "Remove the trial from the data set");
   const auto margin = std::min(
       static_cast<std::size_t>(std::lround(trimmed_s * source.dataset->info.taxel_rate_hz)),
       rows.size() / 8);
   rows.erase(rows.end() - static_cast<std::ptrdiff_t>(margin), rows.end());
   rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(margin));
   if (rows.size() < least_samples)
-    return refuse(source, "phase M is too short",
+    return refuse(source, "phase M too short",
                   "at least " + std::to_string(least_samples) + " samples without its ends",
                   std::to_string(rows.size()));
   return rows;
@@ -142,15 +142,16 @@ Result<double> find_speed(const Source& source, const Rows& rows, const ViewOpti
   if (options.speed_mps && !(*options.speed_mps > 0 && std::isfinite(*options.speed_mps)))
     return fail({.code = Errc::invalid_argument,
                  .where = "--speed-mm-s",
-                 .what = "the speed is not a positive number",
-                 .got = general(*options.speed_mps * 1e3)});
+                 .what = "speed out of range",
+                 .expected = "above 0 mm/s",
+                 .got = general(*options.speed_mps * 1e3) + " mm/s"});
   std::optional<double> speed = options.speed_mps;
   if (!speed) speed = factor_speed(source);
   if (!speed) speed = stage_speed(source, rows);
   if (!speed) speed = name_speed(source.trial->file);
   if (!speed || !(*speed > 0))
-    return refuse(source, "the speed of the stroke is not known", {}, {},
-                  "State it with --speed-mm-s");
+    return refuse(source, "speed of the stroke not known", {}, {},
+                  "Give the speed with --speed-mm-s");
   return *speed;
 }
 
@@ -219,20 +220,20 @@ Status choose_channels(const std::vector<Source>& sources, const std::vector<Row
       view.recorded.push_back(c);
   }
   if (constant.size() == view.recorded_channels)
-    return fail({.code = Errc::measurement,
-                 .what = "no variation: channels 1 to " + std::to_string(constant.size()) +
-                         " are constant"});
+    return fail(
+        {.code = Errc::measurement,
+         .what = "no variation: channels 1 to " + std::to_string(constant.size()) + " constant"});
   if (view.recorded.empty() || 2 * clipped.size() > view.recorded_channels)
     return fail({.code = Errc::measurement,
                  .what = "clipped: " + channel_names(clipped) + " of " +
-                         std::to_string(view.recorded_channels) + " stay at a limit of their range",
+                         std::to_string(view.recorded_channels) + " at a limit of their range",
                  .expected = "at most 1 % of a channel's samples, in half of the channels",
                  .hint = "Record again with less force or gain"});
   if (!constant.empty())
-    view.remarks.push_back("Left out because constant: " + channel_names(constant) + ".");
+    view.remarks.push_back("Skipped because constant: " + channel_names(constant) + ".");
   if (!clipped.empty())
-    view.remarks.push_back("Left out because clipped in more than 1 % of the samples: " +
-                           channel_names(clipped) + ".");
+    view.remarks.push_back(
+        "Skipped because clipped in more than 1 % of the samples: " + channel_names(clipped) + ".");
   view.channels = view.recorded.size();
   return {};
 }
@@ -322,16 +323,16 @@ void add_remarks(const std::vector<Source>& sources, RecordingView& view) {
   if (unloaded > 0)
     view.remarks.push_back("The wrench reads no force above 0 in " + std::to_string(unloaded) +
                            (unloaded == 1 ? " stroke" : " strokes") +
-                           ": taken for strokes without a wrench. Load has to be positive.");
+                           ": treated as strokes without a wrench. Load must be positive.");
   if (any([](const Source& s) { return samples_of(Phase::rest, *s.trial).empty(); }))
     view.remarks.emplace_back(
-        "Trials without phase S: their counts are taken for counts above the unloaded level.");
+        "Trials without phase S: counts are treated as counts above the unloaded level.");
   if (any([](const Source& s) { return s.record->spec.place.mounting == 0; }))
     view.remarks.emplace_back(
-        "Mountings are not recorded: the strokes of a cloth in one file count as one mounting.");
+        "Mountings are not recorded: the strokes of a fabric in one file count as one mounting.");
   if (any([](const Source& s) { return s.record->spec.place.patch == 0; }))
     view.remarks.emplace_back(
-        "Places on the cloth are not recorded: strokes of one mounting under the same conditions "
+        "Places on the fabric are not recorded: strokes of one mounting under the same conditions "
         "count as repetitions of one path.");
 }
 

@@ -135,7 +135,7 @@ Result<Scene> Scene::make(const RecordingView& like, const ClothModel& model) {
   if (like.recorded.empty() || like.recorded.back() >= sim::pad_count)
     return fail({.code = Errc::unsupported,
                  .where = "recordings",
-                 .what = "the array has more channels than the simulated one",
+                 .what = "more channels than the simulated array",
                  .expected = "at most " + std::to_string(sim::pad_count),
                  .got = std::to_string(like.recorded_channels)});
   Scene out(like, model);

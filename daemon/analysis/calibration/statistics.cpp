@@ -92,7 +92,7 @@ void each_cloth(const Sample& sample,
   for (std::size_t c = 0; c < cloths.size(); ++c) visit(c, cloths[c]);
 }
 
-constexpr const char* no_windows = "no stretch has 8 samples, or no channel a level";
+constexpr const char* no_windows = "no part with 8 samples, or no channel with a level";
 
 // 1
 
@@ -124,9 +124,9 @@ void add_modulation(const Sample& sample, Collector& out) {
             log_median ? Maybe(std::exp(*log_median)) : std::nullopt, no_windows);
   });
   out.add("modulation_median", {}, Scale::log, median(cloths), no_windows);
-  out.add("modulation_between", {}, Scale::log, sample_sd(logs), "there is one cloth only");
+  out.add("modulation_between", {}, Scale::log, sample_sd(logs), "only one fabric");
   out.add("modulation_within", {}, Scale::log, pooled_within_cells(sample),
-          "no cell has two windows");
+          "no cell with two windows");
 }
 
 // 2
@@ -147,7 +147,7 @@ void add_spectrum(const Sample& sample, Collector& out) {
         "modulation_stroke", name, Scale::log,
         sample.typical(
             c, [&](const StrokeSummary& s) { return any ? Maybe(s.modulation) : std::nullopt; }),
-        "no channel has a level");
+        "no channel with a level");
     std::array<Maybe, bands>& rms = spectra.emplace_back();
     for (std::size_t band = 0; band < bands; ++band)
       rms[band] = sample.typical(c, [&](const StrokeSummary& s) { return s.band[band]; });
@@ -155,7 +155,7 @@ void add_spectrum(const Sample& sample, Collector& out) {
   const auto each_spectrum = [&](const std::string& name, auto&& get) {
     each_cloth(sample, [&](std::size_t c, const std::string& cloth) {
       out.add(name, cloth, Scale::log, get(spectra[c]),
-              "the strokes are too short for its waves or sampled too coarsely");
+              "strokes too short for its waves, or sample spacing too large");
     });
   };
   for (std::size_t band = 0; band < bands; ++band)
@@ -177,8 +177,8 @@ void add_noise(const Sample& sample, Collector& out) {
   const auto part = [&](double NoiseLaw::*which) {
     return law ? Maybe((*law).*which) : std::nullopt;
   };
-  const std::string why = "the levels do not differ";
-  out.add("noise", {}, Scale::log, median(noise), "no channel has a level");
+  const std::string why = "levels do not differ";
+  out.add("noise", {}, Scale::log, median(noise), "no channel with a level");
   out.add("noise_s0", {}, Scale::natural, part(&NoiseLaw::s0), why);
   out.add("noise_k1", {}, Scale::natural, part(&NoiseLaw::k1), why);
   out.add("noise_k2", {}, Scale::natural, part(&NoiseLaw::k2), why);
@@ -211,16 +211,16 @@ std::vector<NestedValue> pattern_observations(const Sample& sample) {
 
 void add_patterns(const Sample& sample, Collector& out) {
   const bool several = sample.summaries().channels.size() > 1;
-  const std::string one_channel = "there is one channel only";
+  const std::string one_channel = "only one channel";
   out.add("level_spread", {}, Scale::log,
           sample.typical({}, [](const StrokeSummary& s) { return s.level_spread; }), one_channel);
   const NestedSpread spread =
       several ? nested_spread(pattern_observations(sample)) : NestedSpread{};
   const auto why = [&](const char* reason) { return several ? reason : one_channel; };
-  out.add("pattern_path", {}, Scale::log, spread.within, why("no cell has two repetitions"));
-  out.add("pattern_patch", {}, Scale::log, spread.inner, why("no mounting has two places"));
+  out.add("pattern_path", {}, Scale::log, spread.within, why("no cell with two repetitions"));
+  out.add("pattern_patch", {}, Scale::log, spread.inner, why("no mounting with two places"));
   out.add("pattern_mounting", {}, Scale::log, spread.outer,
-          why("no cloth has two mountings under the same conditions"));
+          why("no fabric with two mountings under the same conditions"));
 }
 
 // 6
@@ -232,10 +232,10 @@ void add_correlations(const Sample& sample, Collector& out) {
     out.add(name, {}, scale,
             known ? sample.typical_window({}, [&](const WindowSummary& w) { return w.*which; })
                   : std::nullopt,
-            several ? why : "there is one channel only");
+            several ? why : "only one channel");
   };
   const bool square = several && sample.summaries().square;
-  const char* const not_square = "the array is not square, so neighbours are not known";
+  const char* const not_square = "array not square: neighbours not known";
   add("neighbours", Scale::fisher_z, &WindowSummary::neighbours, square, not_square);
   add("far", Scale::fisher_z, &WindowSummary::far, square, not_square);
   add("common_share", Scale::logit, &WindowSummary::common_share, several, no_windows);
@@ -250,7 +250,7 @@ void add_drift(const Sample& sample, Collector& out) {
       out.add(name, cloth, scale,
               sample.typical(
                   c, [&](const StrokeSummary& s) { return any ? Maybe(s.*which) : std::nullopt; }),
-              "no channel has a level");
+              "no channel with a level");
     });
   };
   add("drift", Scale::log, &StrokeSummary::drift);
@@ -295,11 +295,11 @@ void add_repetition(const Sample& sample, Collector& out) {
   for (const PairSummary& pair : pairs)
     if (sample.is_finest(pair.first)) lags_mm.push_back(pair.lag_mm);
   out.add("repetition", {}, Scale::fisher_z, median_correlation(pairs),
-          "no cell has two repetitions");
+          "no cell with two repetitions");
   out.add("repetition_lag", {}, Scale::natural, sample_sd(lags_mm),
           "fewer than two pairs of repetitions");
   out.add("control", {}, Scale::fisher_z, median_correlation(controls),
-          "no two cloths were stroked under the same conditions");
+          "no two fabrics stroked under the same conditions");
 }
 
 }  // namespace

@@ -176,8 +176,8 @@ RecordingView thin_dense_strokes(RecordingView view) {
   }
   if (thinned > 0)
     view.remarks.push_back("Strokes with samples closer than 0.1 mm: " + std::to_string(thinned) +
-                           ". Of them one sample in " + std::to_string(largest) +
-                           " is used, or more, so that samples are up to 0.2 mm apart.");
+                           ". At least one sample in " + std::to_string(largest) +
+                           " is used, so that samples are at most 0.2 mm apart.");
   return view;
 }
 
@@ -191,7 +191,7 @@ RecordingView strokes_on_cloth(const RecordingView& view) {
   RecordingView chosen = subset(view, out);
   if (const std::size_t left = view.strokes.size() - out.size(); left > 0)
     chosen.remarks.push_back(
-        std::string("Left out because most channels have less than 1 count of level") +
+        std::string("Skipped because most channels have a level below 1 count") +
         (std::ranges::any_of(view.strokes, &Stroke::has_rest) ? " above phase S: " : ": ") +
         std::to_string(left) + (left == 1 ? " stroke." : " strokes."));
   return chosen;
@@ -206,9 +206,9 @@ std::string level_advice(const RecordingView& view) {
       for (const double count : counts) largest = std::max(largest, std::abs(count));
   }
   if (median(std::move(levels)).value_or(0) <= -least_level)
-    return "Counts fall under load: change their sign";
+    return "Change the sign of the counts: they decrease under load";
   if (largest <= normalised_count)
-    return "Counts are between 0 and 1: multiply normalised counts, for example by 10000";
+    return "Multiply normalised counts of 0 to 1, for example by 10000";
   return {};
 }
 

@@ -242,7 +242,7 @@ Summaries summarise(const RecordingView& view) {
   if (out.channels.size() < view.channels)
     out.remarks.push_back(std::to_string(view.channels - out.channels.size()) + " of " +
                           std::to_string(view.channels) +
-                          " channels have less than 1 count of level in a stroke: left out.");
+                          " channels skipped: level below 1 count in a stroke.");
   const Neighbourhood array(view, out.channels);
   out.square = array.square;
   std::vector<Signals> detrended;

@@ -36,10 +36,10 @@ Status check_labels(const RecordingView& view) {
     if (is_new || at->second == stroke.cloth) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "recordings",
-                 .what = "two labels that differ in case alone",
-                 .expected = "a name for each cloth",
+                 .what = "labels differ in case only",
+                 .expected = "a distinct name for each fabric",
                  .got = stroke.cloth,
-                 .hint = "Rename one of them, or give both the same label"});
+                 .hint = "Rename one label, or give both the same label"});
   }
   return {};
 }
@@ -48,15 +48,15 @@ Status check_held_out_view(const RecordingView& fitted, const RecordingView& hel
   if (held_out.recorded_channels != fitted.recorded_channels)
     return fail({.code = Errc::invalid_argument,
                  .where = "--held-out",
-                 .what = "has another number of channels than the recordings",
+                 .what = "number of channels differs from the recordings",
                  .expected = std::to_string(fitted.recorded_channels),
                  .got = std::to_string(held_out.recorded_channels)});
   for (const Stroke& stroke : held_out.strokes)
     if (!has_cloth(fitted, stroke.cloth))
       return fail({.code = Errc::invalid_argument,
                    .where = "--held-out",
-                   .what = "has a cloth that is not fitted",
-                   .expected = "cloths of the recordings",
+                   .what = "fabric not in the fit",
+                   .expected = "a fabric of the recordings",
                    .got = stroke.cloth});
   return {};
 }
@@ -73,7 +73,7 @@ RecordingView strokes_of_fitted(const RecordingView& view, const RecordingView& 
   RecordingView out = subset(view, kept);
   for (const std::string& cloth : dropped)
     out.remarks.push_back("All fitted strokes of " + cloth +
-                          " are off the cloth: it is not checked.");
+                          " are off the fabric: it is not checked.");
   return out;
 }
 
@@ -84,11 +84,12 @@ Status check_cloths(const RecordingView& fitted, std::size_t windows) {
   if (cloths.size() <= windows) return {};
   return fail({.code = Errc::invalid_argument,
                .where = "recordings",
-               .what = "too many cloths for one fit",
+               .what = "too many fabrics for one fit",
                .expected = "at most " + std::to_string(windows),
                .got = std::to_string(cloths.size()),
-               .hint = "Fit part of the recordings, and the others with the table that this writes "
-                       "(--fabrics)"});
+               .hint =
+                   "Fit a part of the recordings, then the others with the table written by the "
+                   "first fit (--fabrics)"});
 }
 
 }  // namespace
@@ -102,7 +103,7 @@ Result<UsableViews> usable_views(const RecordingView& fitted,
   if (out.fitted.strokes.empty())
     return fail({.code = Errc::measurement,
                  .where = "recordings",
-                 .what = "no stroke was on the cloth",
+                 .what = "no stroke on the fabric",
                  .expected = "a level of at least 1 count in half of the channels",
                  .got = general(largest_level(fitted)),
                  .hint = level_advice(fitted)});

@@ -261,7 +261,7 @@ Result<ordered_json> calibrated_table(std::string_view text, const CalibrationRe
   if (!table.is_object() || !table.contains("fabrics"))
     return fail({.code = Errc::parse,
                  .where = "fabrics",
-                 .what = "not a table of fabrics",
+                 .what = "not a fabric table",
                  .expected = "weft-fabrics-1 or weft-fabrics-2"});
   const std::string key = next_calibration(table);
   table["format"] = std::string(table_format);

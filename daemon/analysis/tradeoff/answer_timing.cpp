@@ -132,9 +132,9 @@ Result<std::size_t> find_label(const std::vector<std::string>& labels, const std
     return static_cast<std::size_t>(known - labels.begin());
   return fail({.code = Errc::invalid_argument,
                .where = file,
-               .what = "test label was never trained",
+               .what = "test label without training trials",
                .got = label,
-               .hint = "Give every fabric trials on both sides or leave it out"});
+               .hint = "Give every fabric training and test trials, or remove the fabric"});
 }
 
 Result<WatchedSplit> watch_slides(const Dataset& dataset, const Material& material,

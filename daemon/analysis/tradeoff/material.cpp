@@ -35,7 +35,7 @@ Result<Rows> rows_of(const Dataset& dataset, const std::vector<std::string>& par
     if (trials.empty())
       return fail({.code = Errc::not_found,
                    .where = dataset.info.name,
-                   .what = "no complete trial has this exploration",
+                   .what = "exploration without complete trials",
                    .expected = joined(list_explorations(dataset)),
                    .got = part});
     std::map<RowKey, std::size_t> last;
@@ -52,7 +52,7 @@ Result<Rows> rows_of(const Dataset& dataset, const std::vector<std::string>& par
   if (out.empty())
     return fail({.code = Errc::not_found,
                  .where = dataset.info.name,
-                 .what = "no repetition has a trial of each exploration",
+                 .what = "no repetition with a trial of each exploration",
                  .got = joined(parts, "+")});
   return out;
 }
@@ -92,8 +92,7 @@ Result<Material> prepare(const Dataset& dataset, const MaterialOptions& options)
   if (!(dataset.info.taxel_rate_hz > 0))
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.name,
-                 .what = "the sample rate is not known, so neither is how long a "
-                         "slide lasts"});
+                 .what = "sample rate not known"});
   const auto sum = explorations_in(options.exploration);
   if (!sum) return pass(sum.error());
   const std::vector<std::string>& parts = *sum;

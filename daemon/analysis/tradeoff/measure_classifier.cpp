@@ -66,7 +66,7 @@ AnswerFunction answer_function(const StudyCondition& arm, const Training& traini
   return [learner, profile, vote](std::span<const double> features) -> Result<std::size_t> {
     const classifier::FabricModel* cores = learner->cores();
     if (cores == nullptr)
-      return fail({.code = Errc::invalid_argument, .what = "a learner without cores has no vote"});
+      return fail({.code = Errc::invalid_argument, .what = "learner without cores cannot vote"});
     const auto prepared = learner->prepared(features);
     if (!prepared) return pass(prepared.error());
     const auto ballot = classifier::vote(*cores, *prepared, vote);
@@ -90,13 +90,13 @@ class Measurement {
                    .got = std::to_string(options_->timings)});
     if (!*now_)
       return fail(
-          {.code = Errc::invalid_argument, .where = "timings", .what = "no clock to time with"});
+          {.code = Errc::invalid_argument, .where = "timings", .what = "no clock for timing"});
     if (Status ok = prepare_default(); !ok) return pass(ok.error());
     for (std::size_t i = 0; i < plan_.arms.size(); ++i) {
       on_progress(i, plan_.arms[i].name);
       if (Status ok = measure(plan_.arms[i]); !ok) return pass(ok.error(), plan_.arms[i].name);
     }
-    on_progress(plan_.arms.size(), "timing of answers");
+    on_progress(plan_.arms.size(), "timing of predictions");
     if (Status ok = add_timings(); !ok) return pass(ok.error());
     add_facts();
     return std::move(out_);
@@ -112,7 +112,7 @@ class Measurement {
     if (present.empty())
       return fail({.code = Errc::not_found,
                    .where = dataset_->info.name,
-                   .what = "no complete trial in the data set"});
+                   .what = "no complete trials in the data set"});
     const std::string exploration =
         options_->exploration.empty() ? present.front() : options_->exploration;
     auto bench = bench_for(exploration, 0);
@@ -122,7 +122,7 @@ class Measurement {
     if (labels < 2)
       return fail({.code = Errc::invalid_argument,
                    .where = "labels",
-                   .what = "nothing to tell apart",
+                   .what = "too few fabrics to compare",
                    .expected = "at least 2",
                    .got = std::to_string(labels)});
     plan_ = plan_tradeoff(*dataset_, base_.material, labels, exploration, *options_);
@@ -133,9 +133,9 @@ class Measurement {
     for (const auto& [family, reason] : plan_.left_out) why.push_back(family + ": " + reason);
     return fail({.code = Errc::invalid_argument,
                  .where = dataset_->info.name,
-                 .what = "nothing of what was asked for can be varied",
+                 .what = "no requested factor can be varied",
                  .got = joined(why, "; "),
-                 .hint = "Vary something else"});
+                 .hint = "Choose another factor to vary"});
   }
 
   Result<Workload> bench_for(const std::string& exploration, double slide_s) const {
@@ -314,7 +314,7 @@ class Measurement {
       out.push_back(*one);
     }
     if (std::ranges::none_of(out, [](const Count& c) { return c.tested > 0; }))
-      return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "nothing to test"});
+      return fail({.code = Errc::invalid_argument, .where = arm.name, .what = "no test trials"});
     return out;
   }
 
@@ -384,9 +384,9 @@ class Measurement {
 
 const std::vector<TradeoffCost>& classifier_costs() {
   static const std::vector<TradeoffCost> costs = {
-      {"answer_s", "time to compute one answer, features and vote, one thread", "compute time",
+      {"answer_s", "time of one prediction, features and vote, one thread", "compute time",
        &TradeoffPoint::answer_s},
-      {"contact_s", "seconds of sliding an answer needs", "contact", &TradeoffPoint::contact_s}};
+      {"contact_s", "sliding time of one prediction", "contact", &TradeoffPoint::contact_s}};
   return costs;
 }
 

@@ -236,16 +236,16 @@ TradeoffSet vibro_tradeoff_set(const VibroTradeoff& tradeoff, const RecordingSet
                                const std::string& file, vibro::Protocol protocol) {
   const bool random = protocol == vibro::Protocol::random;
   TradeoffSet out;
-  out.dataset = file + (random ? ", windows at random (the paper's protocol)"
-                               : ", " + protocol_name(protocol) + " left out in turn");
+  out.dataset = file + (random ? ", random windows (the paper's protocol)"
+                               : ", cross-validated by " + protocol_name(protocol));
   out.sha256 = recordings_sha256(set);
   out.bench = set.kind;
   const vibro::Leak& leak = random ? tradeoff.random_leak : tradeoff.honest_leak;
   out.facts = {{"recordings", static_cast<double>(set.recordings.size())},
-               {"leak", leak.largest == 0.0 ? "no sample of a test window is in a training window"
+               {"leak", leak.largest == 0.0 ? "test and training windows share no samples"
                                             : leak_sentence(leak)}};
   for (const std::string& name : tradeoff.left_out)
-    out.left_out.emplace_back(name, "this build of Weft has no library for it");
+    out.left_out.emplace_back(name, "library missing in this build of Weft");
   for (const VibroTooShort& one : tradeoff.too_short)
     if (one.protocol == protocol)
       out.left_out.emplace_back("recordings for windows of " + general(one.window_s) + " s",

@@ -43,7 +43,7 @@ bool votes(Learner learner) {
 
 std::string why_not(Learner learner, const std::string& reason) {
   const bool choice = learner == Learner::best || learner == Learner::cores_best;
-  return choice ? "what a choice comes to differs by split" : reason;
+  return choice ? "a choice of learners differs by split" : reason;
 }
 
 /// Adds the choices of one family after another. Each function returns the reason if there are
@@ -78,14 +78,14 @@ class Planner {
 
   std::string add_counts() {
     if (!has_count(standard_.learner))
-      return why_not(standard_.learner, "the default has no feature count");
+      return why_not(standard_.learner, "default learner without feature count");
     const std::size_t all = base_->features.names.size();
     std::set<std::size_t> counts{all};
     for (const std::size_t n : feature_counts)
       if (n < all) counts.insert(n);
     counts.erase(std::min(standard_.cap, all));
     for (const std::size_t n : counts) add("N " + std::to_string(n)).cap = n;
-    return "there is one feature";
+    return "only one feature";
   }
 
   std::string add_learners() {
@@ -97,15 +97,15 @@ class Planner {
   std::string add_slides() {
     for (const double s : slides_s)
       if (s < base_->longest_slide_s) add(general(s) + " s").slide_s = s;
-    return "no slide is longer than " + general(slides_s.front()) + " s";
+    return "no slide longer than " + general(slides_s.front()) + " s";
   }
 
   std::string add_speeds() {
     std::set<double> speeds;
     for (const auto& speed : base_->speed_mm_s)
       if (speed) speeds.insert(*speed);
-    if (speeds.empty()) return "no recording names its speed";
-    if (speeds.size() == 1) return "all recordings have one speed";
+    if (speeds.empty()) return "speeds not recorded";
+    if (speeds.size() == 1) return "only one speed recorded";
     for (const double speed : speeds) add(general(speed) + " mm/s").speed_mm_s = speed;
     return {};
   }
@@ -119,13 +119,13 @@ class Planner {
         const std::string both = present[a] + "+" + present[b];
         if (both != standard_.exploration) add(both).exploration = both;
       }
-    return "the data set has one exploration";
+    return "only one exploration in the data set";
   }
 
   std::string add_votes() {
     if (!votes(standard_.learner))
-      return why_not(standard_.learner, "the default has no cores that vote");
-    if (labels_ < 3) return "two labels have one core";
+      return why_not(standard_.learner, "default learner without voting cores");
+    if (labels_ < 3) return "only one core for two labels";
     add("soft vote").vote.kind = VoteKind::soft;
     add("DAG").vote.kind = VoteKind::dag;
     for (const std::size_t k : shortlists)
@@ -135,8 +135,8 @@ class Planner {
 
   std::string add_stops() {
     if (standard_.exploration.find('+') != std::string::npos)
-      return "two slides side by side have no common moment";
-    if (base_->longest_slide_s <= 2 * least_slide_s) return "no slide is longer than 1 s";
+      return "combined explorations have no common time";
+    if (base_->longest_slide_s <= 2 * least_slide_s) return "no slide longer than 1 s";
     for (const double sure : sure_at) add("sure " + general(sure)).sure = sure;
     return {};
   }
@@ -159,7 +159,7 @@ Result<TradeoffFamily> tradeoff_family_from(std::string_view word) {
   for (const TradeoffFamily family : all_tradeoff_families())
     if (to_string(family) == word) return family;
   return fail({.code = Errc::invalid_argument,
-               .what = "no such thing to vary",
+               .what = "unknown factor to vary",
                .expected = joined(family_names),
                .got = std::string(word),
                .hint = did_you_mean(word, std::vector(family_names.begin(), family_names.end()))});

@@ -16,21 +16,22 @@ Status check(const TradeoffSet& set, const TradeoffPoint& point, double cost_s) 
   if (point.bench != set.bench)
     return fail({.code = Errc::invalid_argument,
                  .where = point.name,
-                 .what = "a point of another bench than its data set",
+                 .what = "bench kinds of point and data set differ",
                  .expected = std::string(to_string(set.bench)),
                  .got = std::string(to_string(point.bench)),
-                 .hint = "Real and simulated data have pictures of their own"});
+                 .hint = "Draw real and simulated data in separate figures"});
   for (const double value : {point.accuracy, point.ci95.low, point.ci95.high})
     if (!(value >= 0 && value <= 1))
       return fail({.code = Errc::range,
                    .where = point.name,
-                   .what = "an accuracy must be a share",
+                   .what = "accuracy out of range",
                    .expected = "0 to 1",
                    .got = std::to_string(value)});
   if (!(cost_s > 0) || !std::isfinite(cost_s))
     return fail({.code = Errc::range,
                  .where = point.name,
-                 .what = "a time must be positive and finite",
+                 .what = "time out of range",
+                 .expected = "above 0 s, finite",
                  .got = std::to_string(cost_s) + " s"});
   return {};
 }
@@ -61,7 +62,7 @@ chart::Plot plot_of(const TradeoffReport& report, const TradeoffSet& set, const 
   out.width = report.costs.size() > 1 ? 1100 : 760;
   out.panel_height = 300;
   out.shared_y = true;
-  out.front_name = "on the front: none is as accurate in less time";
+  out.front_name = "Pareto front";
   for (std::size_t k = 0; k < report.costs.size(); ++k) {
     const TradeoffCost& cost = report.costs[k];
     std::vector<chart::FamilySample> points;
@@ -99,8 +100,8 @@ std::string settings_text(const TradeoffPoint& p) {
 
 Blocks table(const TradeoffSet& set, const std::vector<TradeoffCost>& costs, const Fronts& fronts,
              const std::string& measure) {
-  HtmlTable out({"choice", "differs in", "on the front of", escape(measure) + " %", "tested",
-                 "answer", "feature time", "vote time", "sliding", "training"},
+  HtmlTable out({"choice", "differs in", "Pareto front", escape(measure) + " [%]", "tested",
+                 "prediction time", "feature time", "vote time", "sliding time", "training time"},
                 3);
   for (std::size_t i = 0; i < set.points.size(); ++i) {
     const TradeoffPoint& p = set.points[i];
@@ -122,14 +123,14 @@ Blocks facts(const TradeoffSet& set) {
       {"SHA-256", set.sha256},
       {"bench", std::string(to_string(set.bench))}};
   for (const Setting& fact : set.facts) out.emplace_back(fact.first, format_text(fact));
-  for (const auto& [family, why] : set.left_out) out.emplace_back("left out: " + family, why);
-  return details("Settings and what is left out", definitions(out));
+  for (const auto& [family, why] : set.left_out) out.emplace_back("skipped: " + family, why);
+  return details("Settings and skipped factors", definitions(out));
 }
 
 Blocks simulated_note() {
   return paragraph(
-      "<b>SIMULATED.</b> Every figure here comes from the plant model; no cloth was touched. It "
-      "says how the choices compare on this model, not how they would on cloth.");
+      "<b>SIMULATED.</b> All values come from the plant model; no fabric was touched. They "
+      "compare the choices on this model, not on real fabric.");
 }
 
 std::string methods_of(const TradeoffSet& set) {
@@ -145,13 +146,13 @@ Result<Blocks> set_section(const TradeoffReport& report, const TradeoffSet& set)
   const Fronts& fronts = *found;
   Blocks out =
       figure(picture(plot_of(report, set, fronts)),
-             "Every mark is one choice; bars are 95 % intervals (" + escape(methods_of(set)) +
-                 "). The front is of the measured values: where intervals overlap, the order "
-                 "may be chance.",
+             "Each mark is one choice; bars are 95 % intervals (" + escape(methods_of(set)) +
+                 "). The Pareto front uses the measured values. Where intervals overlap, the "
+                 "order may be chance.",
              bench_badge(set.bench));
   out += details("All choices as a table",
                  figure(table(set, report.costs, fronts, report.measure),
-                        "Settings of a choice: rest the pointer on its name, or see the JSON file.",
+                        "Point at the name of a choice to see its settings, or read the JSON file.",
                         bench_badge(set.bench)));
   if (set.bench == BenchKind::simulated) out += simulated_note();
   return section(set.dataset + ", " + std::string(bench_text(set.bench)), out + facts(set));
@@ -174,8 +175,9 @@ Blocks best_choices(const TradeoffReport& report) {
     out += paragraph("<b>" + escape(set.dataset) + ": " + escape(report.measure) + " " +
                      percent(best->accuracy) + " %</b> (95 %: " + percent(best->ci95.low) + " to " +
                      percent(best->ci95.high) + ") with " + escape(best->name) + ", in " +
-                     duration(best->answer_s) + " an answer; chosen after the fact among " +
-                     std::to_string(set.points.size()) + ". " + bench_badge(set.bench));
+                     duration(best->answer_s) + " per prediction; best of " +
+                     std::to_string(set.points.size()) + " measured choices. " +
+                     bench_badge(set.bench));
   }
   return section("Result", std::move(out));
 }
@@ -248,7 +250,7 @@ Result<ordered_json> set_json(const TradeoffSet& set, const std::vector<Tradeoff
 Result<std::vector<std::size_t>> find_front(const TradeoffSet& set, const TradeoffCost& cost) {
   if (set.points.empty())
     return fail(
-        {.code = Errc::invalid_argument, .where = set.dataset, .what = "no point to compare"});
+        {.code = Errc::invalid_argument, .where = set.dataset, .what = "no points to compare"});
   std::vector<TradeoffChoice> choices;
   for (const TradeoffPoint& point : set.points) {
     if (Status ok = check(set, point, point.*cost.seconds); !ok) return pass(ok.error());
@@ -283,7 +285,7 @@ Result<std::vector<std::size_t>> pareto_front(std::span<const TradeoffChoice> ch
       return fail(
           {.code = Errc::invalid_argument,
            .where = "choice " + std::to_string(i),
-           .what = "gain and cost must be finite",
+           .what = "gain or cost not finite",
            .got = std::to_string(choices[i].gain) + " for " + std::to_string(choices[i].cost)});
   std::vector<std::size_t> order(choices.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -17,8 +17,8 @@ namespace vibro = classifier::vibro;
 constexpr std::size_t max_listed_mistakes = 5;
 
 Blocks shares(const VibroEvaluation& evaluation) {
-  HtmlTable out({"learner", "windows right [%]", "95 % interval", "macro F-score",
-                 "recordings right [%]", "95 % interval", "recordings"},
+  HtmlTable out({"learner", "accuracy of windows [%]", "95 % interval", "macro F-score",
+                 "accuracy of recordings [%]", "95 % interval", "recordings"},
                 1);
   for (const WindowLearner& method : evaluation.learners) {
     const vibro::CrossValidation& r = method.result;
@@ -31,8 +31,8 @@ Blocks shares(const VibroEvaluation& evaluation) {
   const vibro::CrossValidation& first = evaluation.learners.front().result;
   return figure(out.finish(),
                 "Windows: " + escape(first.accuracy_ci95.method) +
-                    ". A recording (with blocks, a part of one) is answered by the most frequent "
-                    "answer of its windows: " +
+                    ". Recordings (with blocks, parts of one) are predicted by majority vote of "
+                    "their windows: " +
                     escape(first.voted_ci95.method) + ".",
                 bench_badge(evaluation.bench));
 }
@@ -44,7 +44,7 @@ Blocks confusions(const VibroEvaluation& evaluation) {
                   escape(method.name) + ". " +
                       escape(worst_confusions(method.result.confusion, max_listed_mistakes)),
                   bench_badge(evaluation.bench));
-  return section("Confusion by material", side_by_side(std::move(out)));
+  return section("Confusion matrix by material", side_by_side(std::move(out)));
 }
 
 using classifier::Learner;
@@ -117,7 +117,7 @@ Blocks table_1(const VibroTradeoff& tradeoff, const std::string& source, const s
     if (!measured(tradeoff, row)) continue;
     ++rows;
     for (const Protocol protocol : {Protocol::random, tradeoff.honest})
-      add_row(row, "ours, " + protocol_name(protocol), scores_of(tradeoff, row, source, protocol),
+      add_row(row, "Weft, " + protocol_name(protocol), scores_of(tradeoff, row, source, protocol),
               out);
     if (!tradeoff.papers_recipe) continue;
     std::vector<std::string> papers;
@@ -129,17 +129,18 @@ Blocks table_1(const VibroTradeoff& tradeoff, const std::string& source, const s
   return figure(out.finish(),
                 "Table 1: macro F-score, three components, source " + escape(source) +
                     (tradeoff.papers_recipe
-                         ? ". The paper had 20 s of twelve textures, S, X, Y and Z; its random "
-                           "windows leak as ours do."
+                         ? ". The paper had 20 s of twelve textures, S, X, Y and Z. Its random "
+                           "windows share samples between training and test, as here."
                          : "."),
                 badge);
 }
 
 // Figure 4 a to d: F-score and prediction time by learner, features (2 s) and source.
 Blocks figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
-  HtmlTable out({"learner", "features", "source", "F, " + protocol_name(Protocol::random),
-                 "F, " + protocol_name(tradeoff.honest), "features of a window", "an answer"},
-                3);
+  HtmlTable out(
+      {"learner", "features", "source", "F, " + protocol_name(Protocol::random),
+       "F, " + protocol_name(tradeoff.honest), "feature time of a window", "prediction time"},
+      3);
   std::size_t rows = 0;
   for (const VibroPoint& p : tradeoff.points) {
     if (p.window_s != 2.0 || p.protocol != Protocol::random) continue;
@@ -155,8 +156,8 @@ Blocks figure_4(const VibroTradeoff& tradeoff, const std::string& badge) {
       out.finish(),
       std::string("Figure 4: windows of 2 s.") +
           (tradeoff.papers_recipe
-               ? " The paper prints an average F-score of 0.91 for XGBRF with 4.69 ms, 0.35 ms for "
-                 "LG and Tree, and kNN 1 % better than XGBRF for 2.13 ms more."
+               ? " The paper gives an average F-score of 0.91 for XGBRF with 4.69 ms, 0.35 ms for "
+                 "LG and Tree, and kNN 1 % better than XGBRF with 2.13 ms more."
                : ""),
       badge);
 }
@@ -200,9 +201,9 @@ Blocks table_2(const VibroTradeoff& tradeoff, const std::string& source, const s
   auto random = materials(tradeoff, source, Protocol::random);
   auto honest = materials(tradeoff, source, tradeoff.honest);
   if (random.empty()) return {};
-  HtmlTable out(
-      {"material", "right, and predicted as [%], random windows", protocol_name(tradeoff.honest)},
-      1);
+  HtmlTable out({"material", "accuracy and wrong predictions [%], random windows",
+                 protocol_name(tradeoff.honest)},
+                1);
   for (auto& [name, material] : random)
     out.row({escape(name), material_cells(material), material_cells(honest[name])});
   std::string papers;
@@ -210,8 +211,8 @@ Blocks table_2(const VibroTradeoff& tradeoff, const std::string& source, const s
     papers += (papers.empty() ? "" : ", ") + std::string(m.name) + " " + fixed(m.right, 0);
   return figure(out.finish(),
                 std::string("Table 2: SMMRPFFT, 2 s, over all learners.") +
-                    (tradeoff.papers_recipe ? " The paper's materials, whose order in the "
-                                              "recordings it does not tell: " +
+                    (tradeoff.papers_recipe ? " The paper's materials; their order in the "
+                                              "recordings is not published: " +
                                                   escape(papers) + "."
                                             : ""),
                 badge);
@@ -223,7 +224,7 @@ Result<Document> vibro_document(const VibroEvaluation& evaluation) {
   if (evaluation.learners.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = evaluation.dataset,
-                 .what = "a page without a learner"});
+                 .what = "no learners for the page"});
   TradeoffSet set{evaluation.dataset, evaluation.sha256, evaluation.bench, {}, {}, {}};
   for (const auto& [name, value] : evaluation.facts) set.facts.emplace_back(name, value);
   Blocks lines;
@@ -251,7 +252,7 @@ Result<Document> vibro_document(const VibroEvaluation& evaluation) {
   if (!evaluation.importance.empty())
     out.tables += section("Importance of features",
                           figure(code_block(evaluation.importance),
-                                 "Accuracy that is lost when a feature's values are shuffled.",
+                                 "Loss of accuracy when the values of a feature are shuffled.",
                                  bench_badge(evaluation.bench)));
   out.alerts = warnings_of(evaluation.facts);
   out.method = definitions(evaluation.facts);

@@ -105,8 +105,8 @@ ordered_json average_json(const VibroAverage& a) {
 }
 
 Blocks table_of_averages(std::span<const VibroAverage> averages, const std::string& badge) {
-  HtmlTable out({"source", "window", "features", "split", "learners", "F-score", "the paper's",
-                 "windows right [%]", "variance explained [%]", "the paper's"},
+  HtmlTable out({"source", "window", "features", "split", "learners", "F-score", "paper",
+                 "accuracy of windows [%]", "variance explained [%]", "paper"},
                 4);
   for (const VibroAverage& a : averages)
     out.row({escape(a.source), general(a.window_s) + " s", std::string(vibro::to_string(a.family)),
@@ -115,16 +115,16 @@ Blocks table_of_averages(std::span<const VibroAverage> averages, const std::stri
              percent(a.accuracy, 2), percent(a.explained, 2),
              a.papers_explained ? percent(*a.papers_explained, 0) : std::string(no_value)});
   return figure(out.finish(),
-                "Averages over those of the paper's ten classifiers that were measured, and the "
-                "variance of the training windows that the components explain. The paper's average "
-                "is over the nine of its Table 1.",
+                "Averages over the measured ones of the paper's ten classifiers, and the variance "
+                "of the training windows explained by the components. The paper averages the nine "
+                "classifiers of its Table 1.",
                 badge);
 }
 
 Blocks table_of_gains(std::span<const VibroGain> gains, const std::string& badge) {
   if (gains.empty()) return {};
-  HtmlTable out({"source", "split", "F-score", "windows right", "an answer", "the learner alone",
-                 "the paper: F-score, time"},
+  HtmlTable out({"source", "split", "F-score", "accuracy of windows", "prediction time",
+                 "learner time", "paper: F-score, time"},
                 2);
   for (const VibroGain& g : gains)
     out.row({escape(g.source), protocol_name(g.protocol), signed_percent(g.f_score),
@@ -133,8 +133,8 @@ Blocks table_of_gains(std::span<const VibroGain> gains, const std::string& badge
                  ? signed_percent(papers_f_score_gain) + ", " + signed_percent(papers_time_gain)
                  : std::string(no_value)});
   return figure(out.finish(),
-                "What windows of 2 s gain over those of 1 s, in per cent of what 1 s has, in the "
-                "means over the paper's learners and all sets of features.",
+                "Gain of windows of 2 s over windows of 1 s, in percent of the value at 1 s. Means "
+                "over the paper's learners and all feature sets.",
                 badge);
 }
 

@@ -89,14 +89,14 @@ Blocks confusion_pictures(const Confusion& confusion, std::string_view title) {
   const std::vector<std::size_t> by_errors = order_by_errors(confusion);
   if (by_errors != order)
     out += details(
-        "Most errors first",
-        picture(confusion_cells(confusion, std::string(title) + ", most errors first", by_errors)));
+        "Sorted by errors",
+        picture(confusion_cells(confusion, std::string(title) + ", sorted by errors", by_errors)));
   return out;
 }
 
 std::string worst_confusions(const Confusion& confusion, std::size_t count) {
   const std::vector<Mistake> mistakes = list_mistakes(confusion);
-  if (mistakes.empty()) return "No answer was wrong.";
+  if (mistakes.empty()) return "No wrong predictions.";
   std::string out = "Most frequent errors: ";
   for (std::size_t i = 0; i < std::min(count, mistakes.size()); ++i) {
     const Mistake& m = mistakes[i];

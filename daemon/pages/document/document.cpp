@@ -157,8 +157,7 @@ std::string render(const Document& document) {
          style_sheet() + paper_style(document) + "</style>\n</head>\n<body>\n" +
          "<main class=\"weft-page\">\n" + heading + render_all(document.alerts.list) +
          render_all(document.result.list) + render_all(document.pictures.list) +
-         render_all(document.tables.list) +
-         folded("How it was measured", "method", document.method) +
+         render_all(document.tables.list) + folded("Method", "method", document.method) +
          folded("Provenance", "provenance", document.provenance) + "</main>\n</body>\n</html>\n";
 }
 

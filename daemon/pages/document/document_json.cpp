@@ -234,7 +234,8 @@ class Reader {
   Reader(const ordered_json& in, S& value, std::string where, std::optional<Error>& error)
       : in_(in), value_(value), where_(std::move(where)), error_(error) {
     if (!in_.is_object()) refuse(where_, "an object", in_);
-    if (std::ranges::count(where_, '.') > most_depth) refuse(where_, "less depth", ordered_json());
+    if (std::ranges::count(where_, '.') > most_depth)
+      refuse(where_, "fewer nested blocks", ordered_json());
   }
 
   template <class M>
@@ -254,7 +255,7 @@ class Reader {
 
   /// Refuses unknown keys, except for `more` of them.
   void finish(std::size_t more = 0) {
-    if (!error_ && in_.size() != known_ + more) refuse(where_, "known keys alone", in_);
+    if (!error_ && in_.size() != known_ + more) refuse(where_, "known keys only", in_);
   }
 
  private:
@@ -264,10 +265,10 @@ class Reader {
     if (text.size() > 80) text = text.substr(0, 77) + "...";
     error_ = Error{.code = Errc::parse,
                    .where = where,
-                   .what = "the page's record cannot be drawn",
+                   .what = "invalid record of the page",
                    .expected = expected,
                    .got = text,
-                   .hint = "Make the report again with weft report"};
+                   .hint = "Create the report again with `weft report`"};
   }
 
   void read(const ordered_json& in, const std::string& where, std::string& x) {
@@ -365,7 +366,7 @@ Status check_rows(const std::vector<Block>& blocks) {
           if (!is_inline_markup(cell))
             return fail({.code = Errc::parse,
                          .where = "page, a table",
-                         .what = "the page's record cannot be drawn",
+                         .what = "invalid record of the page",
                          .expected = "inline markup",
                          .got = cell.substr(0, 80)});
     if (Status ok = check_rows(block.blocks); !ok) return ok;
@@ -416,16 +417,16 @@ Result<std::string> page_of_record(std::string_view record) {
   const ordered_json json = ordered_json::parse(record, nullptr, false);
   if (!json.is_object())
     return fail({.code = Errc::parse,
-                 .what = "no record of a report",
+                 .what = "not a record of a report",
                  .expected = "a JSON object",
-                 .hint = "Give the JSON file that lies beside a report's page"});
+                 .hint = "Use the JSON file in the folder of the report"});
   const auto page = json.find("page");
   if (page == json.end())
     return fail({.code = Errc::not_found,
-                 .what = "the record holds no page",
+                 .what = "record without page",
                  .expected = "the key \"page\"",
-                 .hint = "Give the JSON file that lies beside a report's page; one of an older "
-                         "version is made again with weft report"});
+                 .hint = "Use the JSON file in the folder of the report; create reports of older "
+                         "versions again with `weft report`"});
   const auto document = document_from(*page);
   if (!document) return pass(document.error());
   return render(*document);

@@ -41,12 +41,10 @@ std::string format_too_short(const std::vector<classifier::vibro::TooShort>& rec
   for (const classifier::vibro::TooShort& one : recordings)
     names.push_back(one.file + " (" + one.label + ")");
   const bool one = names.size() == 1;
-  const std::string what = one ? "it" : "them";
-  return std::to_string(names.size()) + (one ? " recording is" : " recordings are") +
-         " left out, as no window fits into " +
-         (parts > 1 ? "one of the " + std::to_string(parts) + " parts of " + what +
-                          " (--blocks; fewer are longer)"
-                    : what) +
+  return std::to_string(names.size()) + (one ? " recording is" : " recordings are") + " skipped, " +
+         (parts > 1 ? "with a block shorter than a window (" + std::to_string(parts) +
+                          " blocks; use fewer --blocks)"
+                    : std::string("shorter than a window")) +
          ": " + joined(names);
 }
 

@@ -16,15 +16,15 @@
 
 namespace weft::daemon {
 
-/// "2 recordings are left out, as no window fits into them: a.wav (felt), b.wav (foil)".
+/// "2 recordings are skipped, shorter than a window: a.wav (felt), b.wav (foil)".
 std::string format_too_short(const std::vector<classifier::vibro::TooShort>& recordings,
                              std::size_t parts = 1);
 
 /// For a leak with a largest share above zero.
 inline std::string leak_sentence(const classifier::vibro::Leak& leak) {
   return percent(leak.windows, 0) +
-         " % of the test windows share samples with a training window, half of all at least " +
-         percent(leak.median, 0) + " % of theirs, one " + percent(leak.largest, 0) + " %";
+         " % of the test windows share samples with a training window (median share " +
+         percent(leak.median, 0) + " %, largest " + percent(leak.largest, 0) + " %)";
 }
 
 /// For splits that leave one group out in turn.

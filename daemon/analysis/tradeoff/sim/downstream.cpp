@@ -194,8 +194,8 @@ Status check(const DownstreamOptions& options) {
   if (options.seeds < 2 || options.campaign.trials < 4 || options.campaign.swatches < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "downstream",
-                 .what = "too little to compare levels",
-                 .expected = "2 seeds, 4 trials on each of 2 swatches",
+                 .what = "too few seeds, trials or swatches to compare levels",
+                 .expected = "at least 2 seeds, 4 trials on each of 2 swatches",
                  .got = std::to_string(options.seeds) + " seeds, " +
                         std::to_string(options.campaign.trials) + " trials on each of " +
                         std::to_string(options.campaign.swatches) + " swatches"});

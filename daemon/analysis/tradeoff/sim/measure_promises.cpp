@@ -133,7 +133,7 @@ class PromiseMeasurement {
                    .what = "too many trials of random recipes failed",
                    .expected = "at most a fifth",
                    .got = std::to_string(failed) + " of " + std::to_string(attempted_) +
-                          ", the first: " + first_failure_});
+                          ", first failure: " + first_failure_});
     if (Status ok = check_finite(); !ok) return pass(ok.error());
     sim::FidelityTable out =
         summarize_errors(options_.settings, trials_, scene_of_, options_.space_seed);
@@ -157,7 +157,7 @@ class PromiseMeasurement {
         if (!std::isfinite(trials_[i].error_n[k]))
           return fail({.code = Errc::unsupported,
                        .where = "recipe " + std::to_string(scene_of_[i] + 1) + " of the space",
-                       .what = "a force is no number",
+                       .what = "simulated force not finite",
                        .got = to_string(options_.settings[k]) + " on " + trials_[i].fabric});
     return {};
   }
@@ -165,7 +165,7 @@ class PromiseMeasurement {
   static std::string describe(const RecipeScene& scene, const Result<CampaignSummary>& summary) {
     const std::string why = !summary         ? to_string(summary.error())
                             : summary->error ? to_string(*summary->error)
-                                             : "no trial was kept";
+                                             : "no trials kept";
     return scene_recipe(scene, 1) + ": " + why;
   }
 
@@ -173,7 +173,7 @@ class PromiseMeasurement {
   Result<CampaignRequest> request_in(const fs::path& folder, const RecipeScene& scene,
                                      const std::string& recipe) const {
     if (folder.empty())
-      return fail({.code = Errc::io, .where = "/tmp", .what = "cannot make a folder"});
+      return fail({.code = Errc::io, .where = "/tmp", .what = "folder not created"});
     const auto rig = scene_rig(options_.rig_json, scene);
     if (!rig) return pass(rig.error());
     const auto fabrics = scene_fabrics(options_.fabrics_json, scene);

@@ -165,10 +165,10 @@ Status check_margins(const sim::FidelityTable& table) {
     return fail({.code = Errc::unsupported,
                  .where = "/settings/" + std::to_string(i) + (rows ? "" : "/any") + "/held_share",
                  .what = std::string("no margin up to ") + sim::printed("%g", margins.back()) +
-                         " holds for enough of the runs that were held back" +
-                         (rows ? "" : ", of cloths without a row") + ", at " +
+                         " covers enough of the held-out runs" +
+                         (rows ? "" : " of fabrics without a row") + ", at " +
                          to_string(row.setting),
-                 .expected = sim::printed("%g %% of them", 100 * table.conditions.share),
+                 .expected = sim::printed("%g %% of the runs", 100 * table.conditions.share),
                  .got = sim::printed("%.3g %%", 100 * worse.held_share),
                  .hint = "Measure more recipes and seeds (--table-recipes, --table-seeds)"});
   }

@@ -187,12 +187,12 @@ Result<std::string> scene_fabrics(std::string_view fabrics_json, const RecipeSce
   } catch (const nlohmann::json::exception& e) {
     return fail({.code = Errc::parse,
                  .where = "cloth table",
-                 .what = "not a cloth table",
+                 .what = "not a fabric table",
                  .got = e.what()});
   }
   return fail({.code = Errc::not_found,
                .where = "cloth table",
-               .what = "no such fabric",
+               .what = "unknown fabric",
                .got = scene.fabric});
 }
 

@@ -115,7 +115,7 @@ std::optional<SimDeviation> pads_of(const SimPoint& p) {
 chart::Plot two_panels(std::string words, const std::string& y_title, chart::Panel first,
                        chart::Panel second, const std::vector<chart::Limit>& limits) {
   chart::Plot out{std::move(words), std::string(page_stamp), 2, 1100, 300, false, true};
-  out.front_name = "on the front: none is as exact in less time";
+  out.front_name = "Pareto front";
   out.panels = {std::move(first), std::move(second)};
   for (chart::Panel& panel : out.panels) {
     panel.y.title = y_title;
@@ -138,10 +138,10 @@ chart::Plot force_plot(const SimSceneResult& scene, const std::vector<std::strin
 /// Empty for a scene without taxel counts.
 Blocks pads_picture(const SimSceneResult& scene, const std::vector<std::string>& families) {
   chart::Plot out = two_panels(
-      "Pads' error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
-      "error of the pads [LSB]",
-      panel_of(scene, families, "(c) root mean square of all pads", pads_of, &SimDeviation::rms),
-      panel_of(scene, families, "(d) largest error of any pad", pads_of, &SimDeviation::max),
+      "Taxel error against time, " + std::string(page_stamp) + ", scene " + scene.scene,
+      "error of the taxels [LSB]",
+      panel_of(scene, families, "(c) root mean square of all taxels", pads_of, &SimDeviation::rms),
+      panel_of(scene, families, "(d) largest error of any taxel", pads_of, &SimDeviation::max),
       {{1, "1 LSB"}});
   return out.panels.front().series.empty() ? Blocks{} : picture(std::move(out));
 }
@@ -152,9 +152,9 @@ std::string errors_cell(const std::optional<SimErrors>& errors) {
 
 Blocks table(const SimSceneResult& scene) {
   const bool cycles = scene.cycle.frequency_hz > 0, many = scene.cases > 1;
-  std::vector<std::string> head{"setting",      "force error", "normal part", "of the step",
-                                "of the model", "pads [LSB]",  "touch-down"};
-  if (many) head.insert(head.begin() + 2, "median cloth");
+  std::vector<std::string> head{"setting",     "force error",  "normal part", "step error",
+                                "model error", "taxels [LSB]", "touch-down"};
+  if (many) head.insert(head.begin() + 2, "median fabric");
   if (cycles) head.emplace_back("cycle");
   for (const char* name : {"times real time", "median", "set up"}) head.emplace_back(name);
   HtmlTable out(head, 1);
@@ -180,32 +180,33 @@ Blocks table(const SimSceneResult& scene) {
 
 Blocks facts(const SimSceneResult& scene) {
   std::vector<std::pair<std::string, std::string>> out{
-      {"what happens", scene.words},
-      {"runs", std::to_string(scene.cases) + ", together " + fixed(scene.simulated_s, 1) +
+      {"scene", scene.words},
+      {"runs", std::to_string(scene.cases) + ", in total " + fixed(scene.simulated_s, 1) +
                    " simulated seconds"},
       {"reference", scene.reference}};
   if (scene.agreement_n)
-    out.emplace_back("finest L2 against it", force_text(scene.agreement_n->max) + " largest, " +
-                                                 force_text(scene.agreement_n->rms) + " rms");
+    out.emplace_back("finest L2 against the reference",
+                     force_text(scene.agreement_n->max) + " largest, " +
+                         force_text(scene.agreement_n->rms) + " rms");
   if (scene.cycle.frequency_hz > 0)
-    out.emplace_back("its stick-slip cycle", fixed(scene.cycle.peak_to_peak_n, 4) + " N at " +
-                                                 fixed(scene.cycle.frequency_hz, 2) + " Hz");
-  return figure(definitions(out), "What was run, and how far its reference is known.",
-                simulated_badge());
+    out.emplace_back("stick-slip cycle of the reference",
+                     fixed(scene.cycle.peak_to_peak_n, 4) + " N at " +
+                         fixed(scene.cycle.frequency_hz, 2) + " Hz");
+  return figure(definitions(out), "Runs and the accuracy of their reference.", simulated_badge());
 }
 
 Blocks scene_pictures(const SimSceneResult& scene, const std::vector<std::string>& families) {
   Blocks out =
       figure(picture(force_plot(scene, families)),
-             "Every mark is one level, integrator and step; the front of (a) is the best "
-             "that a time buys; (b) shows how each level converges on itself. Below the dotted "
-             "lines the sensor cannot tell the runs apart. Failed runs "
-             "are not drawn but listed below.",
+             "Each mark is one level, integrator and step. The Pareto front of (a) has the "
+             "least error for the time; (b) shows the convergence of each level. Below the "
+             "dotted lines the sensor cannot resolve the differences. Failed runs are not "
+             "drawn; they are listed below.",
              simulated_badge());
   if (Blocks pads = pads_picture(scene, families); !pads.empty())
     out += figure(std::move(pads),
-                  "All 16 pads at every sample, without their noise. An error of nothing at all "
-                  "has no place on this axis.",
+                  "All 16 taxels at every sample, without noise. This axis cannot show an error "
+                  "of zero.",
                   simulated_badge());
   return section(scene.scene, std::move(out));
 }
@@ -216,15 +217,15 @@ Blocks scene_table(const SimSceneResult& scene) {
       facts(scene) +
           figure(
               table(scene),
-              "Largest error and root mean square over the samples, of the worst run. \u25C6 on "
-              "the front of (a), \u2717 failed. Of the step: against the finest run of the same "
-              "level; from L2 on that is the reference. Of the model: L0 against L1, L1's finest "
-              "run against the reference, L2's reference against what rubbing adds at L3.",
+              "Largest error and root mean square over the samples of the worst run. \u25C6 on "
+              "the Pareto front of (a), \u2717 failed. Step error: against the finest run of the "
+              "same level (from L2 on, the reference). Model error: L0 against L1, L1's finest "
+              "run against the reference, L2's reference against the rubbing of L3.",
               simulated_badge()));
 }
 
 Blocks failures(const std::vector<SimSceneResult>& scenes) {
-  HtmlTable out({"scene", "setting", "what went wrong"}, 3);
+  HtmlTable out({"scene", "setting", "failure"}, 3);
   bool any = false;
   for (const SimSceneResult& scene : scenes) {
     for (const SimPoint& p : scene.points) {
@@ -237,11 +238,11 @@ Blocks failures(const std::vector<SimSceneResult>& scenes) {
       any = true;
     }
   }
-  return section("Failures",
-                 any ? figure(out.finish(),
-                              "Settings that ran but lost what the scene is about, or did not run.",
-                              simulated_badge())
-                     : paragraph("None."));
+  return section(
+      "Failures",
+      any ? figure(out.finish(), "Settings that failed, or lost the effect that the scene tests.",
+                   simulated_badge())
+          : paragraph("None."));
 }
 
 /// The most accurate setting on the front, for each scene.
@@ -257,18 +258,18 @@ Blocks exact_settings(const std::vector<SimSceneResult>& scenes) {
                        thousands(static_cast<std::size_t>(1 / best->best_s)) +
                        " times real time. " + simulated_badge());
   }
-  return section("Most exact on each front", std::move(out));
+  return section("Least error on each Pareto front", std::move(out));
 }
 
 Blocks how_it_is_meant() {
   return paragraph(
-             "Every level of the plant, integrator and step on the same scenes. Everything "
-             "here is computed; no cloth was touched. An error is the distance of a run from "
-             "the equations of level L2, not from a real cloth.") +
+             "Every level of the plant, integrator and step on the same scenes. All values "
+             "are computed; no fabric was touched. An error is the difference of a run from "
+             "the equations of level L2, not from a real fabric.") +
          paragraph(
-             "The force is the vector that a force sensor under the plate measures, at its "
-             "37 Hz samples. Times are of the contact alone: pads, devices and the recorder "
-             "cost the same at every level and come on top.");
+             "The force is the vector measured by a force sensor under the plate, sampled at "
+             "37 Hz. Times are those of the contact only. Taxels, devices and the recorder "
+             "add the same time at every level.");
 }
 
 Blocks provenance(const SimTradeoffReport& report) {

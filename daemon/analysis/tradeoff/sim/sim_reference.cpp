@@ -114,12 +114,13 @@ SimTrace trace_from(const ordered_json& json) {
 Result<SimReference> reference_from(const ordered_json& json, const SimScene& scene,
                                     const std::string& made_by) {
   const auto refuse = [&](std::string expected, std::string got) {
-    return fail({.code = Errc::invalid_argument,
-                 .where = scene.name,
-                 .what = "the reference is of another scene",
-                 .expected = std::move(expected),
-                 .got = std::move(got),
-                 .hint = "Make it again with bench_sim_reference and the same cloth table"});
+    return fail(
+        {.code = Errc::invalid_argument,
+         .where = scene.name,
+         .what = "reference of another scene",
+         .expected = std::move(expected),
+         .got = std::move(got),
+         .hint = "Create the reference again with bench_sim_reference and the same fabric table"});
   };
   const std::string fingerprint = json.at("fingerprint").get<std::string>();
   if (fingerprint != sim_fingerprint(scene))
@@ -178,12 +179,11 @@ std::string find_failure(const SimCase& one, const SimTrace& run, const SimTrace
   for (std::size_t i = 0; i < run.samples.size(); ++i) {
     const sim::ContactState& a = run.samples[i];
     if (!std::isfinite(a.normal_n) || !std::isfinite(a.friction_n[1]))
-      return "a force that is no number at " + fixed(sim_sample_s * static_cast<double>(i + 1), 3) +
-             " s";
+      return "force not finite at " + fixed(sim_sample_s * static_cast<double>(i + 1), 3) + " s";
     largest_n = std::max(largest_n, reference.samples[i].normal_n);
     worst_n = std::max(worst_n, std::abs(a.normal_n - reference.samples[i].normal_n));
   }
-  if (worst_n > absurd_ratio * largest_n) return "diverged: " + newtons(worst_n) + " off";
+  if (worst_n > absurd_ratio * largest_n) return "diverged: " + newtons(worst_n) + " error";
   if (one.cycle_to_s > 0) return cycle_failure(run.cycle, reference.cycle);
   if (run.touch_s.size() < reference.touch_s.size())
     return "touch-downs: " + std::to_string(run.touch_s.size()) + " of " +
@@ -219,7 +219,7 @@ Result<std::map<std::string, SimReference>> read_references(std::string_view jso
     if (file.at("schema_version").get<int>() != reference_schema_version)
       return fail({.code = Errc::parse,
                    .where = "schema_version",
-                   .what = "a reference of another version",
+                   .what = "unsupported version of the reference",
                    .expected = std::to_string(reference_schema_version),
                    .got = file.at("schema_version").dump()});
     const std::string made_by = file.at("made_by").get<std::string>();

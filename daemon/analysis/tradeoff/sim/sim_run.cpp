@@ -221,8 +221,8 @@ Result<SimRunner> SimRunner::make(const SimCase& one, const SimSetting& setting)
       whole_ratio(sim_sample_s, sample_s) == 0)
     return fail({.code = Errc::invalid_argument,
                  .where = setting.name(),
-                 .what = "a step must divide the time between samples",
-                 .expected = general(sim_sample_s) + " s over a whole number",
+                 .what = "step does not divide the sample period",
+                 .expected = general(sim_sample_s) + " s divided by a whole number",
                  .got = general(setting.step_s) + " s"});
   if (setting.level < Level::dynamic) return out;
   if (Status ok = check(one.geometry, one.mount, one.patch.material, dynamics_of(one, setting));

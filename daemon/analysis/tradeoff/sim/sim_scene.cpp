@@ -39,7 +39,7 @@ Result<SimCase> make_case(const FabricLibrary& library, const std::string& fabri
   if (cloth == nullptr)
     return fail({.code = Errc::not_found,
                  .where = fabric,
-                 .what = "the table has no such cloth",
+                 .what = "unknown fabric",
                  .expected = joined(library.names())});
   auto patch = cut_patch(*cloth, library.params, library.spread, switches, patch_seed);
   if (!patch) return pass(patch.error(), fabric);
@@ -263,7 +263,7 @@ Result<SimScene> make_sim_scene(std::string_view name, const FabricLibrary& libr
   if (entry == std::end(entries))
     return fail({.code = Errc::invalid_argument,
                  .where = "--scenes",
-                 .what = "no such scene",
+                 .what = "unknown scene",
                  .expected = joined(sim_scene_names()),
                  .got = std::string(name)});
   SimScene out{std::string(entry->name), std::string(entry->words), {}};

@@ -51,8 +51,8 @@ chart::Plot plot_of(const std::vector<MeasuredRow>& rows, const std::vector<std:
   }
   chart::Plot out{"Error of the simulated force against processor time, SIMULATED", "SIMULATED"};
   out.panel_height = 300;
-  out.front_name = "on the front: none is as exact in less time";
-  out.panels = {{"plant fidelity, all cloths",
+  out.front_name = "Pareto front";
+  out.panels = {{"plant fidelity, all fabrics",
                  {.title = "processor seconds per simulated second", .logarithmic = true},
                  {.title = "largest error of the force [N]", .logarithmic = true}}};
   out.panels.front().series = chart::series_of(families, points);
@@ -66,7 +66,7 @@ Blocks front_table(const std::vector<MeasuredRow>& rows, const std::vector<std::
     const std::string name = to_string(rows[i].setting);
     const bool used = name == setting;
     if (!used && std::ranges::find(front, i) == front.end()) continue;
-    table.row({used ? "<b>" + escape(name) + ", this campaign\u2019s</b>" : escape(name),
+    table.row({used ? "<b>" + escape(name) + ", this campaign</b>" : escape(name),
                significant(rows[i].max_n * 1e3), significant(rows[i].q99_n * 1e3),
                thousands(static_cast<std::size_t>(std::lround(rows[i].times_real_time)))});
   }
@@ -81,7 +81,7 @@ std::string share_cell(const SeedMean& m) {
 }
 
 std::string number_cell(const SeedMean& m, int decimals) {
-  if (!std::isfinite(m.mean)) return "without bound";
+  if (!std::isfinite(m.mean)) return "unbounded";
   return fixed(m.mean, decimals) + "<span class=\"interval-text\">" + fixed(m.ci95.low, decimals) +
          " to " + fixed(m.ci95.high, decimals) + "</span>";
 }
@@ -113,7 +113,7 @@ Blocks transfer_table(const DownstreamResult& result, const std::string& tested,
 }
 
 Blocks shift_table(const DownstreamResult& result) {
-  HtmlTable out({"channels", "level", "largest shift of", "by, in deviations within a cloth",
+  HtmlTable out({"channels", "level", "most shifted feature", "shift [deviations within a fabric]",
                  "Spearman's rank correlation of F"},
                 3);
   for (const FeatureShift& s : result.shifts)
@@ -141,15 +141,15 @@ Result<Blocks> fidelity_section(const sim::FidelityTable& table, std::string_vie
   if (!front) return pass(front.error());
   const sim::TableConditions& conditions = table.conditions;
   return section(
-      "What the plant\u2019s fidelity costs",
+      "Cost of the plant\u2019s fidelity",
       figure(picture(plot_of(rows, *front)) + front_table(rows, *front, setting),
              "Recorded samples of " + std::to_string(conditions.scenes) + " random recipes on " +
                  std::to_string(conditions.seeds) + " benches each, against " +
                  escape(conditions.reference) +
-                 "; time of the contact alone; the front is of least error for the time. "
-                 "Measured by " +
+                 ". Times are those of the contact only. The Pareto front has the least error for "
+                 "the time. Measured by " +
                  escape(table.made_by) + " on " + escape(table.machine) +
-                 ", not by this campaign, whose own error is given above.",
+                 ", not by this campaign. The error of this campaign is given above.",
              bench_badge(BenchKind::simulated)),
       "fidelity");
 }
@@ -157,31 +157,33 @@ Result<Blocks> fidelity_section(const sim::FidelityTable& table, std::string_vie
 Blocks downstream_section(const DownstreamResult& result) {
   const std::string& yardstick = result.levels.back();
   Blocks out = paragraph(
-      std::to_string(result.fabrics) + " cloths, " + std::to_string(result.campaign.swatches) +
-      " swatches of each, " + std::to_string(result.campaign.trials) + " trials on a swatch, " +
+      std::to_string(result.fabrics) + " fabrics, " + std::to_string(result.campaign.swatches) +
+      " swatches of each, " + std::to_string(result.campaign.trials) + " trials per swatch, " +
       fixed(result.campaign.slide_s, 1) + " s of sliding, " + std::to_string(result.seeds) +
-      " seeds; the same cloths, places and noise at every level. Synthetic on synthetic: the "
-      "figures compare levels and say nothing of how well cloths are recognised.");
+      " seeds. Fabrics, places and noise are the same at every level. Training and test are "
+      "both simulated: the values compare levels and do not predict the accuracy on real fabrics.");
   for (const bool across : {true, false})
-    out += figure(transfer_table(result, yardstick, across),
-                  std::string(across ? "Across swatches: other swatches of the cloths train than "
-                                       "test. "
-                                     : "On the same swatches: every other trial trains. ") +
-                      "Tested at " + escape(yardstick) +
-                      "; accuracy in percent, 95 % intervals over seeds (Student's t; "
-                      "Wilson's of one seed where all agree).",
-                  simulated_badge());
+    out += figure(
+        transfer_table(result, yardstick, across),
+        std::string(across ? "Across swatches: training and test use different swatches of the "
+                             "fabrics. "
+                           : "On the same swatches: every second trial is used for training. ") +
+            "Tested at " + escape(yardstick) +
+            ". Accuracy in percent, 95 % intervals over seeds (Student's t; "
+            "Wilson's of one seed if all agree).",
+        simulated_badge());
   out += figure(transfer_table(result, "L1", true),
-                "Across swatches, tested at L1: what happens to a classifier that was trained on "
-                "a finer model.",
+                "Across swatches, tested at L1: accuracy of a classifier that was trained on a "
+                "finer model.",
                 simulated_badge());
-  out += figure(shift_table(result),
-                "Features of a level beside those at " + escape(yardstick) +
-                    ": a feature's shift is the mean over cloths of |difference of its means|, by "
-                    "its pooled deviation within a cloth; F is of an analysis of variance between "
-                    "cloths.",
-                simulated_badge());
-  return section("Downstream: what a classifier notices", std::move(out));
+  out += figure(
+      shift_table(result),
+      "Features of a level compared with those at " + escape(yardstick) +
+          ". The shift of a feature is the mean over fabrics of |difference of its means|, "
+          "divided by its pooled deviation within a fabric. F is from an analysis of variance "
+          "between fabrics.",
+      simulated_badge());
+  return section("Downstream: effect on a classifier", std::move(out));
 }
 
 ordered_json downstream_json(const DownstreamResult& result) {
