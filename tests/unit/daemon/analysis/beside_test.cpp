@@ -23,7 +23,7 @@ Dataset placed(std::uint32_t pieces) {
 
 }  // namespace
 
-TEST_CASE("a choice by cross-validation stands in every row, over fewer splits than the rest") {
+TEST_CASE("a choice by cross-validation is in every row, over fewer splits than the rest") {
   const Dataset set = placed(1);
   std::vector<std::string> steps;
   std::size_t expected = 0;

@@ -58,7 +58,7 @@ TEST_CASE("a mounting in both parts of a split confounds it with its label") {
   CHECK_FALSE(shares_mountings(set, files, std::vector<Split>{{{0, 9}, {1, 2}}}));
 }
 
-TEST_CASE("windows are of their trial's mounting, and one that is not known says nothing") {
+TEST_CASE("windows have their trial's mounting, and an unknown mounting is ignored") {
   Dataset set = levels_alone();
   std::vector<std::string> files = files_of(set);
   for (std::string& file : files) file += "#w1";
@@ -68,7 +68,7 @@ TEST_CASE("windows are of their trial's mounting, and one that is not known says
   CHECK_FALSE(shares_mountings(set, files, splits));
 }
 
-TEST_CASE("cloths that their level alone tells apart are not told apart without it") {
+TEST_CASE("fabrics that differ in level only are not separated without it") {
   const Dataset set = levels_alone();
   const auto results = report_test::results_of(set);
   CHECK(results[0].confounded);
@@ -85,14 +85,14 @@ TEST_CASE("cloths that their level alone tells apart are not told apart without 
   CHECK(report_test::count_of(summary_text(input), sentence) == 1);
 }
 
-TEST_CASE("mountings that are left out in turn are not confounded, and cost no second training") {
+TEST_CASE("cross-validated mountings are not confounded, and cost no second training") {
   const auto beside = evaluate_beside(two_mountings(), {.repeats = 2, .threads = 1});
   REQUIRE(beside);
   CHECK_FALSE(beside->results[0].confounded);
   CHECK(beside->results[0].level_removed.empty());
 }
 
-TEST_CASE("nothing is said of a data set that does not know its mountings") {
+TEST_CASE("a data set without known mountings gives no statement") {
   const auto& campaign = report_test::campaign();
   CHECK_FALSE(campaign.results[0].confounded);
   CHECK(report_test::count_of(report_test::report_html(campaign.input()), sentence) == 0);

@@ -45,10 +45,10 @@ TEST_CASE("An analysis finds the force that tells fabrics apart, and takes the q
   CHECK(a.choice.front == std::vector<std::size_t>{3});
   REQUIRE(a.surest.size() == 2);
   CHECK(a.surest[0].value == 5);
-  CHECK_THAT(recommendation(a), Catch::StartsWith("Recommended is 5 N, 4 mm/s: 100.0 %"));
+  CHECK_THAT(recommendation(a), Catch::Contains(": 5 N, 4 mm/s: 100.0 %"));
 }
 
-TEST_CASE("Where nothing differs the analysis says that the data do not support a choice") {
+TEST_CASE("Without differences the analysis reports that the data do not support a choice") {
   Dataset set = swept(BenchKind::real);
   // the labels in another order in every replicate
   for (std::size_t i = 0; i < set.trials.size(); ++i) {
@@ -65,13 +65,12 @@ TEST_CASE("Where nothing differs the analysis says that the data do not support 
   const SweepAnalysis& a = found->front();
   INFO(recommendation(a));
   REQUIRE_FALSE(a.choice.supported);
-  CHECK_THAT(recommendation(a), Catch::StartsWith("The data do not support a choice"));
-  CHECK_THAT(recommendation(a), Catch::Contains("interval that overlaps"));
+  CHECK_THAT(recommendation(a), Catch::Contains("do not support"));
+  CHECK_THAT(recommendation(a), Catch::Contains("overlapping"));
   CHECK_THAT(render(design_section(a)), !Catch::Contains("SIMULATED"));
 }
 
-TEST_CASE(
-    "Sweeps of another rate, rig or device are not taken together, nor those of who knows what") {
+TEST_CASE("Sweeps with another rate, rig, device or an unknown bench are not combined") {
   const auto refused = [](auto change, BenchKind kind = BenchKind::simulated) {
     std::vector<Dataset> sets{swept(kind, 1), swept(kind, 2)};
     change(sets[1].info);
@@ -80,23 +79,23 @@ TEST_CASE(
     return to_string(found.error());
   };
   CHECK_THAT(refused([](DatasetInfo& info) { info.taxel_rate_hz = 50; }),
-             Catch::Contains("different sample rates (expected 37 Hz, got 50 Hz)"));
+             Catch::Contains("sample rates: 50 Hz (expected 37 Hz)"));
   CHECK_THAT(refused([](DatasetInfo& info) {
                info.rig_json.replace(info.rig_json.find("bench17"), 7, "bench18");
              }),
-             Catch::Contains("different rigs") && Catch::Contains("got bench18"));
+             Catch::Contains("rigs: bench18"));
   CHECK_THAT(refused([](DatasetInfo& info) {
                info.devices.push_back({"taxels", "array", "{}"});
              }),
-             Catch::Contains("different devices"));
+             Catch::Contains("devices"));
   CHECK_THAT(refused([](DatasetInfo&) {}, BenchKind::unknown), Catch::Contains("unknown bench"));
 }
 
 TEST_CASE("The page of a sweep has a map of each figure, each labelled SIMULATED") {
   const SweepAnalysis a = analysed(swept(BenchKind::simulated));
   const std::string section = render(design_section(a));
-  for (const char* words : {"separability of the fabrics", "texture signal over noise",
-                            "end of the taxels", "seconds on record"})
+  for (const char* words : {"Heat map of the separability", "texture signal over noise",
+                            "taxel range", "recorded seconds"})
     CHECK_THAT(section, Catch::Contains(words));
   const auto figures = parts(section, "<figure", "</figure>");
   CHECK(figures.size() == 6);
@@ -119,17 +118,17 @@ TEST_CASE("A campaign's report has the learning curve where there are repetition
   CHECK(analyse_design(repeated(5, 30), tell).blocks.empty());
   const DesignParts parts = analyse_design(repeated(7, 30), tell);
   const std::string shown = render(parts.blocks);
-  CHECK_THAT(shown, Catch::Contains("How many repetitions") && Catch::Contains("SIMULATED"));
+  CHECK_THAT(shown, Catch::Contains("Number of repetitions") && Catch::Contains("SIMULATED"));
   const auto document = nlohmann::json::parse(parts.json);
   CHECK(document["repetitions"][0]["predicted"]["repetitions"] == 14);
   CHECK(document["repetitions"][0]["curve"].size() == 5);
   CHECK(document["repetitions"][0]["draws"] == 1);
-  CHECK_THAT(shown, Catch::Contains("each size drawn 1 time;"));
+  CHECK_THAT(shown, Catch::Contains("drawn 1 time."));
   CHECK_THAT(render(analyse_design(swept(BenchKind::simulated), tell).blocks),
-             Catch::Contains("Which setting: rub"));
+             Catch::Contains(": rub</h2>"));
 }
 
-TEST_CASE("Repetitions are the recorded ones by number, the first so many, or strokes as drawn") {
+TEST_CASE("Repetitions are the recorded ones by number, the first N, or strokes as drawn") {
   const Dataset set = repeated(11, 30);
   const auto features = classifier::build_feature_matrix(set.trials);
   REQUIRE(features);
@@ -151,7 +150,7 @@ TEST_CASE("Repetitions are the recorded ones by number, the first so many, or st
   CHECK(by_repetition(lacking, set, {.strokes = true, .first = 0, .seed = 1}).size() == 30);
 }
 
-TEST_CASE("One trial whose number is not on record makes the groups the repetitions of all") {
+TEST_CASE("One trial without a recorded number makes the groups the repetitions of all") {
   Dataset set = repeated(6, 30);
   for (std::size_t i = 0; i < set.trials.size(); ++i)
     set.trials[i].group = "day " + std::to_string(i / 6);

@@ -209,7 +209,7 @@ TEST_CASE("what is no record of a page is refused with its place") {
   refused("/pictures/0", nested);
 }
 
-TEST_CASE("what warns stands at the top of a page") {
+TEST_CASE("warnings are at the top of a page") {
   const Blocks warnings = warnings_of({{"data", "two.h5"},
                                        {"CONFOUNDED", "label and mounting are one"},
                                        {"leak", "LEAK: 3 % of the windows"},

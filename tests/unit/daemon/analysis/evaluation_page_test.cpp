@@ -42,7 +42,7 @@ std::size_t count_of(const std::string& text, const std::string& what) {
   return count;
 }
 
-TEST_CASE("every figure of an evaluation's page says which bench it is of") {
+TEST_CASE("every figure of an evaluation's page names its bench") {
   const std::string page = page_of(BenchKind::simulated, "pvalue");
   const std::size_t figures = count_of(page, "<figure");
   // accuracy, groups, curve, reliability of all and its tables, cores, timing, 2 confusions

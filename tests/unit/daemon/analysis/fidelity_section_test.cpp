@@ -27,7 +27,7 @@ TEST_CASE("the front of the table's settings and the setting in use are shown") 
   const auto section = fidelity_section(table, "L1 2 ms");
   REQUIRE(section);
   CHECK(render(*section).find("SIMULATED") != std::string::npos);
-  CHECK(render(*section).find("L1 2 ms, this campaign\u2019s") != std::string::npos);
+  CHECK(render(*section).find("L1 2 ms, this campaign") != std::string::npos);
   CHECK(render(*section).find("<th>L1 4 ms") != std::string::npos);
   const auto other = fidelity_section(table, "L1 4 ms");
   REQUIRE(other);

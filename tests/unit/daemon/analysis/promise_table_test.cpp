@@ -279,7 +279,7 @@ TEST_CASE("each setting has the margin that it needs itself") {
   CHECK(table.settings[1].any_margin.factor == any[1].factor);
 }
 
-TEST_CASE("a margin that does not hold is said, and its table is refused") {
+TEST_CASE("a margin that does not hold is reported, and its table is refused") {
   const sim::Margin none = denim_scenes(40).margin();
   CHECK(none.factor == 16);
   CHECK(none.held_share == Approx(2.0 / 3).margin(1e-3));

@@ -39,7 +39,7 @@ TEST_CASE("numbers are written for readers") {
   CHECK(thousands(999) == "999");
 }
 
-TEST_CASE("a percentage never says 100 of a share that is less") {
+TEST_CASE("a percentage never shows 100 for a share below 1") {
   CHECK(percent(1.0) == "100.0");
   CHECK(percent(0.9999) == "99.9");
   CHECK(percent(0.9887, 2) == "98.87");
@@ -158,7 +158,7 @@ TEST_CASE("a confusion map shows every count and names every fabric, and words n
   CHECK(report_test::count_of(map, "\"cell-hit\"") == 3);
   CHECK(worst_confusions(confusion, 3) ==
         "Most frequent errors: silk predicted as felt 3 times (7.5 %).");
-  CHECK(worst_confusions(weft::classifier::Confusion({"a", "b"}), 3) == "No answer was wrong.");
+  CHECK(worst_confusions(weft::classifier::Confusion({"a", "b"}), 3) == "No wrong predictions.");
 }
 
 TEST_CASE("a feature's name is set as the paper writes it") {

@@ -14,11 +14,12 @@ using namespace weft;
 using namespace weft::daemon;
 using namespace weft::daemon::test_sweep;
 
-TEST_CASE("Simulated and real sweeps are never mixed, and what is no sweep is refused") {
+TEST_CASE("Simulated and real sweeps are not mixed, and a data set without sweep is refused") {
   const std::vector<Dataset> mixed{swept(BenchKind::simulated), swept(BenchKind::real)};
   const auto refused = analyse_sweep(mixed, {});
   REQUIRE_FALSE(refused);
-  CHECK_THAT(to_string(refused.error()), Catch::Contains("never mixed"));
+  CHECK(refused.error().expected == "simulated");
+  CHECK(refused.error().got == "real");
   const std::vector<Dataset> alike{swept(BenchKind::simulated, 1), swept(BenchKind::simulated, 2)};
   SweepOptions options;
   options.resamples = 100;
@@ -27,11 +28,11 @@ TEST_CASE("Simulated and real sweeps are never mixed, and what is no sweep is re
   CHECK(together->front().replicates == 8);
   CHECK(together->front().datasets.size() == 2);
   const Dataset plain = repeated(6, 30);
-  CHECK_THAT(to_string(analyse_sweep(std::span(&plain, 1), {}).error()),
-             Catch::Contains("no sweep"));
+  CHECK_THAT(analyse_sweep(std::span(&plain, 1), {}).error().expected,
+             Catch::Contains("\"sweep\""));
   CHECK_FALSE(analyse_sweep({}, {}));
   const std::vector<Dataset> twice{swept(BenchKind::simulated, 1), swept(BenchKind::simulated, 1)};
-  CHECK_THAT(to_string(analyse_sweep(twice, {}).error()), Catch::Contains("same data set twice"));
+  CHECK_THAT(analyse_sweep(twice, {}).error().what, Catch::Contains("twice"));
 }
 
 TEST_CASE("A cell that holds other trials than most is named and left out") {
@@ -46,9 +47,8 @@ TEST_CASE("A cell that holds other trials than most is named and left out") {
   CHECK(a.cells.size() == 3);
   REQUIRE(a.left_out.size() == 1);
   CHECK(a.left_out[0].factors == std::vector<double>{5, 0.001});
-  CHECK(format_left_out(a) ==
-        "Left out, 5 N, 1 mm/s: it holds other trials than most cells: wool in 3 trials instead of "
-        "4\n");
+  CHECK_THAT(format_left_out(a), Catch::Contains(": 5 N, 1 mm/s: ") &&
+                                     Catch::EndsWith(": wool in 3 trials instead of 4\n"));
   CHECK_THAT(render(design_section(a)), Catch::Contains("wool in 3 trials"));
   CHECK(design_json(a)["left_out"][0]["factors"]["force_n"] == 5);
   // without one whole replicate
@@ -72,16 +72,16 @@ TEST_CASE("A cell that cannot be measured does not lose the others") {
   CHECK(a.cells.size() == 2);
   REQUIRE(a.left_out.size() == 2);
   CHECK_THAT(a.left_out[0].why, Catch::Contains("too few replicates"));
-  CHECK_THAT(a.left_out[1].why, Catch::Contains("no complete trial"));
+  CHECK_THAT(a.left_out[1].why, Catch::Contains("complete trials"));
   fail_from("rub-5N-1mm_s", 3);
   fail_from("rub-5N-4mm_s", 3);
   const auto none = analyse_sweep(std::span(&set, 1), {});
   REQUIRE_FALSE(none);
   CHECK_THAT(to_string(none.error()),
-             Catch::Contains("no cell can be analysed") && Catch::Contains("too few replicates"));
+             Catch::Contains("first cell") && Catch::Contains("too few replicates"));
 }
 
-TEST_CASE("The checker warns of what the analysis cannot do, and of no more") {
+TEST_CASE("The checker warns exactly of what the analysis refuses") {
   const auto answers = [](std::size_t press, std::size_t motion) {
     classifier::Trial trial;
     trial.taxels = 1;
@@ -103,7 +103,7 @@ TEST_CASE("The checker warns of what the analysis cannot do, and of no more") {
   CHECK_FALSE(keep(recipes::least_swept_replicates - 1));
 }
 
-TEST_CASE("An exploration none of whose cells is left is named, the others are analysed") {
+TEST_CASE("An exploration without usable cells is named, the others are analysed") {
   Dataset set = swept(BenchKind::simulated);
   std::string& recipe = set.info.recipe_json;
   const std::string rub = recipe.substr(recipe.find("{\"phases\""));
@@ -111,7 +111,7 @@ TEST_CASE("An exploration none of whose cells is left is named, the others are a
   const SweepAnalysis a = analysed(set);
   CHECK(a.exploration == "rub");
   REQUIRE(a.without.size() == 1);
-  CHECK_THAT(format_left_out(a), Catch::StartsWith("Left out, tap: no cell can be analysed"));
+  CHECK_THAT(format_left_out(a), Catch::Contains(": tap: "));
 }
 
 }  // namespace swept_cells_test

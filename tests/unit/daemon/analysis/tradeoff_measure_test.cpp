@@ -159,7 +159,7 @@ TEST_CASE("only Student's interval is renamed for groups left out") {
   CHECK(wilson.method == before);
 }
 
-TEST_CASE("intervals of sound and vibration say whether groups or parts were left out") {
+TEST_CASE("intervals of sound and vibration state whether groups or parts were left out") {
   namespace vibro = classifier::vibro;
   const auto named = [](vibro::Protocol protocol) {
     vibro::CrossValidation out{classifier::Confusion({"a"})};
@@ -292,22 +292,23 @@ TEST_CASE("the cores that a choice came to vote, on features as they take them")
   }
   CHECK(right_answers(named(tradeoff, "short-list of 2")) == Approx(right).epsilon(1e-12));
   REQUIRE(tradeoff.left_out.size() == 1);
-  CHECK(tradeoff.left_out[0].second == "what a choice comes to differs by split");
+  CHECK(tradeoff.left_out[0].second.find("choice") != std::string::npos);
 }
 
-TEST_CASE("what cannot be varied is told, and nothing left to vary is refused") {
+TEST_CASE("fixed factors are reported, and a study without factors is refused") {
   Dataset set = campaign_set();
   const TradeoffSet tradeoff = measured(
       set, options_for({TradeoffFamily::speed, TradeoffFamily::exploration, TradeoffFamily::vote},
                        random_splits));
   REQUIRE(tradeoff.left_out.size() == 2);
   CHECK(tradeoff.left_out[0].first == "speed");
-  CHECK(tradeoff.left_out[1].second == "the data set has one exploration");
+  CHECK(tradeoff.left_out[1].first == "exploration");
   const auto refused = measure_classifier_tradeoff(
       set, options_for({TradeoffFamily::speed, TradeoffFamily::exploration}, random_splits),
       ticking());
   REQUIRE_FALSE(refused.has_value());
-  CHECK(to_string(refused.error()).find("no recording names its speed") != std::string::npos);
+  CHECK(refused.error().got.find("speed: ") != std::string::npos);
+  CHECK(refused.error().got.find("exploration: ") != std::string::npos);
 }
 
 TEST_CASE("a default that is no cores has no feature count and no vote") {
@@ -336,7 +337,7 @@ TEST_CASE("one fabric, too few timings, no clock and a label that never trained 
   });
   const auto refused = measure_classifier_tradeoff(campaign_set(), unknown_label, ticking());
   REQUIRE_FALSE(refused.has_value());
-  CHECK(to_string(refused.error()).find("never trained") != std::string::npos);
+  CHECK(refused.error().got == "pile");
 }
 
 TEST_CASE("a family that does not exist is refused with the one that was meant") {

@@ -95,7 +95,7 @@ TEST_CASE("Every learner is shown under the paper's protocol and on whole slides
     CHECK(page.find(words) != std::string::npos);
 }
 
-TEST_CASE("A hand-over from vibration stops when it is told to, and needs slides for its windows") {
+TEST_CASE("A handover from vibration stops on request, and needs slides for its windows") {
   int requested = 0;
   const auto stopped = train_vibration(
       slides(true), wanted, {}, [&] { return ++requested > 2; }, [](const auto&) {});

@@ -84,7 +84,7 @@ TEST_CASE("Repetitions vary too: a cell's pairs are not always drawn") {
   CHECK(repetition.standard_error == Approx(0).margin(1e-12));  // one pair has one correlation
 }
 
-TEST_CASE("One stroke, or no draws: the value stands without error") {
+TEST_CASE("One stroke, or no draws: the value has no error") {
   for (const std::size_t draws : {std::size_t{0}, std::size_t{20}}) {
     const BootstrapSet set = bootstrap_statistics(drawn_cells(1, 1), draws, 1);
     const BootstrapStatistic& modulation = named(set, "modulation");

@@ -128,7 +128,7 @@ TEST_CASE("Each parameter is shown with its standing in words") {
   const std::string page = render(calibration_document(result_of(*model), real_source()));
   CHECK(count_of(page, "<td>calibrated</td>") == model->block(Block::cloth).size());
   CHECK(count_of(page, "<td>bounded</td>") == model->block(Block::common).size());
-  CHECK(count_of(page, "<td>not seen</td>") == model->block(Block::estimator).size());
+  CHECK(count_of(page, "<td>not determined</td>") == model->block(Block::estimator).size());
   CHECK(count_of(page, "<td>estimated</td>") == model->block(Block::fixed).size());
   CHECK(count_of(page, "not_seen") == 0);
 }

@@ -223,7 +223,7 @@ TEST_CASE("Held-out strokes of another number of channels are refused") {
   CHECK(result.error().got == "9");
 }
 
-TEST_CASE("A cloth whose strokes are all off the cloth is neither fitted nor checked") {
+TEST_CASE("A fabric with all strokes off the fabric is neither fitted nor checked") {
   if (lacks_nlopt()) return;
   const Recorded recorded = record(empty_strokes({"denim", "felt"}, 1));
   RecordingView lifted = recorded.view;

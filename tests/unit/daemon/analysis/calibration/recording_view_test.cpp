@@ -99,7 +99,7 @@ TEST_CASE("A stroke is phase M without its ends, above the median of phase S") {
   CHECK(view->remarks.empty());
 }
 
-TEST_CASE("Of a stroke that is hardly longer than its ends an eighth is cut") {
+TEST_CASE("A stroke that is hardly longer than its ends loses an eighth") {
   Dataset set = campaign(0);
   add_trial(set, "denim", "S" + std::string(32, 'M'));
   const auto view = viewed(set);
@@ -107,7 +107,7 @@ TEST_CASE("Of a stroke that is hardly longer than its ends an eighth is cut") {
   CHECK(view->strokes[0].samples() == 24);
 }
 
-TEST_CASE("Without phase S counts are above the unloaded level, and that is said") {
+TEST_CASE("Without phase S counts are above the unloaded level, with a remark") {
   Dataset set = campaign(0);
   add_trial(set, "denim", std::string(100, 'M'));
   const auto view = viewed(set);
@@ -136,7 +136,7 @@ TEST_CASE("The force is the mean of Fz during the stroke") {
   CHECK(view->remarks.empty());
 }
 
-TEST_CASE("A wrench that shows no load is none, and that is said") {
+TEST_CASE("A wrench that shows no load is ignored, with a remark") {
   Dataset set = campaign();
   WrenchStream& wrench = set.records[0].wrench;
   for (int i = 0; i < 240; ++i) {
@@ -197,7 +197,7 @@ TEST_CASE("Constant channels are left out; where all are, nothing can be calibra
   for (const std::size_t c : {0U, 1U, 3U}) set_channel(set, c, constant);
   const Error error = refused(set);
   CHECK(error.code == Errc::measurement);
-  CHECK(error.what == "no variation: channels 1 to 4 are constant");
+  CHECK(error.what.find("1 to 4") != std::string::npos);
 }
 
 TEST_CASE("Clipped channels are left out; more than half of them are refused") {
@@ -272,7 +272,7 @@ TEST_CASE("Pieces and files have mountings of their own, patches cells") {
   CHECK(cells.size() == 5);
 }
 
-TEST_CASE("Imported strokes count their repetitions, and say that mountings are unknown") {
+TEST_CASE("Imported strokes count their repetitions, with a remark on unknown mountings") {
   Dataset set = campaign(3);
   set.info.source = "manifest";
   for (TrialRecord& record : set.records) {

@@ -130,7 +130,7 @@ TEST_CASE("More channels than the simulated array has are refused") {
   CHECK(scene.error().code == Errc::unsupported);
 }
 
-TEST_CASE("A choice has every cloth and pairs, and no more windows than allowed") {
+TEST_CASE("A choice has every fabric and pairs, and at most the allowed windows") {
   const RecordingView view = empty_strokes({"denim", "felt", "silk"}, 3, 4);
   const RecordingView chosen = choose_strokes(view, 8);
   CHECK(chosen.strokes.size() == 8);

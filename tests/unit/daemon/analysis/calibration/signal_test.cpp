@@ -67,7 +67,7 @@ TEST_CASE("Jumps are counted, noise is not") {
   CHECK(jump_share(std::vector(10, 1.0)) == 0);
 }
 
-TEST_CASE("A wave stands in its band with its rms, and nowhere else") {
+TEST_CASE("A wave is in its band with its rms, and nowhere else") {
   const auto signal = made(2100, [](std::size_t i) { return 3 * test::wave(i, 5); });
   const auto rms = band_rms({signal}, test::pitch_mm).at(0);  // 0.2 /mm
   CHECK(*rms[2] == Approx(3 / std::sqrt(2.0)).epsilon(0.01));

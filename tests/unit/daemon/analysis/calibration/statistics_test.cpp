@@ -214,7 +214,7 @@ TEST_CASE("One channel is answered without what compares channels") {
   CHECK(shown(set, "repetition") == Approx(1));
 }
 
-TEST_CASE("Whatever the signals are, every value is a finite number and every name is there once") {
+TEST_CASE("For all signals every value is finite and every name is present once") {
   const std::vector<test::Signal> hostile{
       [](std::size_t, std::size_t) { return 0.0; }, [](std::size_t, std::size_t) { return 1e12; },
       [](std::size_t c, std::size_t i) { return -5 + draw(1, c, i); },

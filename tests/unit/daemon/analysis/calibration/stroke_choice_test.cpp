@@ -38,7 +38,7 @@ std::size_t samples_of(const RecordingView& view) {
 
 }  // namespace
 
-TEST_CASE("Of dense strokes every k-th sample is taken, up to 0.2 mm apart") {
+TEST_CASE("Every k-th sample of dense strokes is used, up to 0.2 mm apart") {
   const RecordingView slow =
       thin_dense_strokes(test::view_of({counting("denim", 0, 925, 0.002, 37)}));
   const Stroke& stroke = slow.strokes.front();
@@ -72,7 +72,7 @@ TEST_CASE("Strokes of the same conditions keep one pitch, and a stroke its least
   CHECK(brief.strokes[0].samples() == 20);
 }
 
-TEST_CASE("What is chosen is bounded in samples, not in length alone") {
+TEST_CASE("The choice is bounded in samples, not only in length") {
   constexpr std::size_t windows = 12, window_samples = 200;
   // 0.11 mm: too coarse for thinning, 455 samples in 50 mm
   CHECK(samples_of(choose_strokes(many(2, 1000, 0.00407, 37), windows)) <=
