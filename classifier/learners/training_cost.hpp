@@ -32,8 +32,8 @@ double training_cost(const Recipe& recipe, const TrainingShape& shape, const Tra
 std::vector<RecipeScore> within_budget(std::span<const Recipe> candidates,
                                        const TrainingShape& shape, const TrainOptions& options);
 
-/// "not tried: svc, WIDE, estimated 80 s (--time-budget allows 60 s in all)"; empty if nothing was
-/// skipped.
+/// "not tried: svc, WIDE, estimated 80 s (--time-budget allows 60 s in total)"; empty if nothing
+/// was skipped.
 std::string format_skipped(std::span<const RecipeScore> scores);
 
 }  // namespace weft::classifier

@@ -90,7 +90,7 @@ struct ImprintTables {
 /// wrong_state if stopped.
 Result<ImprintTables> measure_tables(const Dataset& dataset, TableOptions options);
 
-/// "2/N (no object was pressed twice)".
+/// "2/N (no object pressed twice)".
 std::string format_left_out(const ImprintTables& tables);
 /// "18 / 24 (75 %)"; the infinity sign if training did not converge.
 std::string cell_text(const classifier::imprint::ExperimentOutcome& outcome);

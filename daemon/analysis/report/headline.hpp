@@ -21,7 +21,7 @@ namespace weft::daemon {
 struct Headline {
   std::string exploration;
   std::string learner;     ///< "lda, ranks"
-  std::string protocol;    ///< "each of 5 groups of repetitions left out in turn"
+  std::string protocol;    ///< "cross-validated by group of repetitions"
   std::size_t tested = 0;  ///< predictions, each by a model trained without the trial
   std::string unit;        ///< what is counted: "trials", "slides", "imprints"
   HandoverShare accuracy;  ///< mean over the groups left out

@@ -134,7 +134,7 @@ Blocks repetition_section(const ReportInput& input);
 Blocks core_section(const ReportInput& input);
 Blocks audit_section(const ReportInput& input);
 Blocks force_section(const ReportInput& input);
-/// The two folded parts of "How long it takes".
+/// The two folded parts of "Timing".
 Blocks timing_details(const ReportInput& input);
 Blocks wall_time_details(const ReportInput& input);
 
