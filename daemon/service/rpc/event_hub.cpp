@@ -79,9 +79,10 @@ Status Subscription::grant(std::uint64_t events) {
   if (!request_.credit)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/sub",
-                 .what = "this subscription waits for no credit",
-                 .expected = "one that was opened with credit",
-                 .got = id_});
+                 .what = "subscription without credit",
+                 .expected = "a subscription opened with credit",
+                 .got = id_,
+                 .hint = "Pass credit to sub.open"});
   *request_.credit = std::min(*request_.credit, most_credit - events) + events;
   return {};
 }
@@ -199,10 +200,10 @@ tl::expected<Opened, rpc::RpcError> Hub::replay(const SubscriptionRequest& reque
     return rpc::refused(rpc::code::state + 40, "replay.gone",
                         {.code = Errc::range,
                          .where = "/params/from_seq",
-                         .what = "these events are not kept any more",
+                         .what = "events no longer kept",
                          .expected = std::to_string(forgotten_) + " to " + std::to_string(seq_),
                          .got = std::to_string(from_seq),
-                         .hint = "Leave from_seq out to get a snapshot"},
+                         .hint = "Omit from_seq to get a snapshot"},
                         true);
   }
   SubscriptionRequest every = request;

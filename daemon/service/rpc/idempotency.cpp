@@ -132,18 +132,17 @@ rpc::RpcError key_in_use(IdempotencyCache::Found found, const std::string& key) 
         rpc::code::request + 10, "idem.cut_short",
         {.code = Errc::wrong_state,
          .where = "/params/idem",
-         .what = "the daemon ended while the first request with this key was under way: "
-                 "whether it was done is not known",
+         .what = "result of the request with this key unknown after a daemon restart",
          .got = key,
-         .hint = "See run.list or log.tail; use a new key to ask again"});
+         .hint = "Check run.list or log.tail, then repeat the request with a new key"});
   const bool waits = found == Found::under_way;
   return rpc_error(rpc::code::request + 9, "idem.reused",
                    {.code = Errc::wrong_state,
                     .where = "/params/idem",
-                    .what = waits ? "the first request with this key is under way"
-                                  : "this key belongs to another request",
+                    .what = waits ? "request with this key still in progress"
+                                  : "idempotency key already used for another request",
                     .got = key,
-                    .hint = "Use a new key for a new change"},
+                    .hint = "Use a new key for each new change"},
                    waits);
 }
 

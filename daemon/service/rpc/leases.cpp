@@ -17,7 +17,7 @@ Status check_ttl(milliseconds ttl) {
                .expected = std::to_string(Leases::shortest.count()) + " to " +
                            std::to_string(Leases::longest.count()),
                .got = std::to_string(ttl.count()),
-               .hint = "Renew it as long as it is needed"});
+               .hint = "Renew the lease before it expires"});
 }
 
 bool is_over(const Lease& lease, Leases::Clock now) {
@@ -32,9 +32,9 @@ tl::unexpected<Error> held(const Lease& lease, Leases::Clock now) {
   return fail(
       {.code = Errc::wrong_state,
        .where = lease.scope,
-       .what = lease.scope + " is leased",
+       .what = lease.scope + " already leased",
        .got = lease.user + " " + until + (lease.note.empty() ? "" : " (" + lease.note + ")"),
-       .hint = "Wait, ask them, or lease.break with a reason"});
+       .hint = "Wait, ask that user to release it, or call lease.break with a reason"});
 }
 
 }  // namespace
@@ -65,15 +65,16 @@ Result<Lease> Leases::find(std::string_view id, std::string_view user, Clock now
   if (found == by_id_.end() || is_over(found->second, now))
     return fail({.code = Errc::not_found,
                  .where = "/params/lease",
-                 .what = "no such lease, or its time is over",
+                 .what = "lease unknown or expired",
                  .got = std::string(id),
-                 .hint = "lease.acquire gives a new one"});
+                 .hint = "Acquire a lease with lease.acquire"});
   if (found->second.user != user)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/lease",
-                 .what = "somebody else's lease",
+                 .what = "lease belongs to another user",
                  .expected = std::string(user),
-                 .got = found->second.user});
+                 .got = found->second.user,
+                 .hint = "Acquire your own lease"});
   return found->second;
 }
 
@@ -143,14 +144,14 @@ Result<Lease> Leases::break_lease(std::string_view id, std::string_view reason, 
   if (reason.size() < shortest_reason)
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/reason",
-                 .what = "a broken lease needs a reason",
-                 .expected = "a few words",
+                 .what = "reason missing or too short",
+                 .expected = "at least " + std::to_string(shortest_reason) + " characters",
                  .got = std::string(reason)});
   const auto found = by_id_.find(id);
   if (found == by_id_.end() || is_over(found->second, now))
     return fail({.code = Errc::not_found,
                  .where = "/params/lease",
-                 .what = "no such lease, or its time is over",
+                 .what = "lease unknown or expired",
                  .got = std::string(id)});
   Lease over = found->second;
   if (!over.kept_for.empty()) broken_for_ = over.kept_for;
@@ -164,7 +165,7 @@ Result<Lease> Leases::check(std::string_view id, std::string_view scope, std::st
   if (lease && lease->scope != scope)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/lease",
-                 .what = "a lease of something else",
+                 .what = "lease has another scope",
                  .expected = std::string(scope),
                  .got = lease->scope});
   return lease;

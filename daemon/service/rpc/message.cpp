@@ -41,8 +41,8 @@ tl::unexpected<Refused> unknown_member(std::string id_json, const std::string& n
   return refuse(std::move(id_json), code::invalid_request, "request.unknown_member",
                 {.code = Errc::invalid_argument,
                  .where = recipes::child("", name),
-                 .what = "unknown member of a request",
-                 .hint = did_you_mean(name, known, "Known: " + recipes::one_of(known))});
+                 .what = "unknown request member",
+                 .hint = did_you_mean(name, known, "Use " + recipes::one_of(known))});
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ RpcError error_from_json(std::string_view text) {
                      data.value("retryable", false));
   } catch (const json::exception&) {
     return rpc_error(code::internal, "internal",
-                     {.code = Errc::corrupt, .what = "this answer was not kept well"});
+                     {.code = Errc::corrupt, .what = "stored answer corrupt"});
   }
 }
 
@@ -111,10 +111,10 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
                   {.code = Errc::parse,
                    .where = "line",
                    .what = why->what,
-                   .expected = "one JSON object a line",
+                   .expected = "one JSON object per line",
                    .hint = "See rpc.discover"});
   if (!message.is_object())
-    return not_a_request("null", "not a request", "an object", message.type_name());
+    return not_a_request("null", "request is not a JSON object", "an object", message.type_name());
   Request request;
   std::optional<Refused> wrong;  // the first problem
   const auto but = [&wrong](const tl::unexpected<Refused>& found) {
@@ -124,16 +124,17 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
     if (usable_id(*id))
       request.id_json = format_text(*id);
     else
-      but(not_a_request("null", "unusable id", "a text or a whole number", id->type_name()));
+      but(not_a_request("null", "invalid request id", "a string or an integer", id->type_name()));
   }
   const std::string id_json = request.id_json.value_or("null");
   if (!findings.empty())
     but(refuse(id_json, code::invalid_request, "request.duplicate_key", findings.front()));
   if (message.value("jsonrpc", json()) != "2.0")
-    but(not_a_request(id_json, "not JSON-RPC 2.0", "\"jsonrpc\": \"2.0\"", {}));
+    but(not_a_request(id_json, "JSON-RPC version missing or unsupported", "\"jsonrpc\": \"2.0\"",
+                      {}));
   const auto method = message.find("method");
   if (method == message.end() || !method->is_string()) {
-    but(not_a_request(id_json, "no method", "\"method\": a text", {}));
+    but(not_a_request(id_json, "method missing", "\"method\": a string", {}));
     return tl::unexpected(std::move(*wrong));
   }
   request.method = method->get<std::string>();
@@ -145,7 +146,7 @@ tl::expected<Request, Refused> parse_request(std::string_view line) {
                {.code = Errc::invalid_argument,
                 .where = "/params",
                 .what = "parameters without names",
-                .expected = "an object",
+                .expected = "an object with named parameters",
                 .got = params.type_name()}));
     params = json::object();
   }

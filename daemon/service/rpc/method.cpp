@@ -13,7 +13,7 @@ namespace {
 using nlohmann::json;
 
 constexpr ParamSpec idempotency_key{"idem", ParamType::text, false,
-                                    "key of this change: asked again, the first answer comes"};
+                                    "idempotency key: a repeated request returns the first answer"};
 
 std::vector<ParamSpec> all_params(const MethodSpec& spec) {
   std::vector<ParamSpec> out = spec.params;
@@ -56,7 +56,8 @@ std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const 
   if (param == known.end()) {
     std::vector<std::string_view> names;
     for (const ParamSpec& one : known) names.push_back(one.name);
-    const std::string all = names.empty() ? "It takes none" : "Known: " + recipes::one_of(names);
+    const std::string all = names.empty() ? "Omit it: this method takes no parameters"
+                                          : "Use " + recipes::one_of(names);
     return wrong("param.unknown", {.code = Errc::invalid_argument,
                                    .where = where,
                                    .what = "unknown parameter",
@@ -65,7 +66,7 @@ std::optional<RpcError> find_problem(const std::vector<ParamSpec>& known, const 
   if (!row_of(param->type).matches(value))
     return wrong("param.type", {.code = Errc::invalid_argument,
                                 .where = where,
-                                .what = "parameter of another type",
+                                .what = "wrong parameter type",
                                 .expected = std::string(row_of(param->type).schema),
                                 .got = value.type_name()});
   if (value.is_string() && value.get_ref<const std::string&>().size() > param->longest)
@@ -133,9 +134,9 @@ tl::expected<const Methods::Entry*, RpcError> Methods::find(std::string_view nam
   return refused(code::method_not_found, "method.unknown",
                  {.code = Errc::not_found,
                   .where = "/method",
-                  .what = "no such method",
+                  .what = "unknown method",
                   .got = recipes::clipped(name),
-                  .hint = did_you_mean(name, known, "rpc.discover lists all")});
+                  .hint = did_you_mean(name, known, "List the methods with rpc.discover")});
 }
 
 std::string Methods::open_rpc(std::string_view version) const {

@@ -48,20 +48,20 @@ rpc::RpcError role_too_low(access::Role has, access::Role needs, std::string_vie
   return rpc_error(code::access + 3, "access.role",
                    {.code = Errc::wrong_state,
                     .where = std::string(method),
-                    .what = "your role may not do that",
+                    .what = "role not permitted to call this method",
                     .expected = std::string(access::to_string(needs)),
                     .got = std::string(access::to_string(has)),
-                    .hint = "Ask an admin for a token of that role"});
+                    .hint = "Ask an admin for a token with the expected role"});
 }
 
 rpc::RpcError answer_too_long(std::size_t bytes) {
   return rpc_error(code::request + 33, "answer.too_long",
                    {.code = Errc::range,
                     .where = "result",
-                    .what = "the answer is longer than one line may be",
+                    .what = "answer too long",
                     .expected = "at most " + std::to_string(Session::most_answer_bytes) + " bytes",
-                    .got = std::to_string(bytes),
-                    .hint = "Ask for less of it: most, from, or one run"});
+                    .got = std::to_string(bytes) + " bytes",
+                    .hint = "Request less: set most, from or one run"});
 }
 
 rpc::RpcError requests_too_fast(std::string_view user) {
@@ -69,9 +69,9 @@ rpc::RpcError requests_too_fast(std::string_view user) {
       code::request + 34, "request.too_fast",
       {.code = Errc::wrong_state,
        .where = std::string(user),
-       .what = "too many requests a second",
-       .expected = "at most " + std::to_string(access::RateLimits::per_second) + " a second",
-       .hint = "Ask again later; rig.halt is always heard"},
+       .what = "too many requests per second",
+       .expected = "at most " + std::to_string(access::RateLimits::per_second) + " per second",
+       .hint = "Retry later; rig.halt is never refused for this reason"},
       true);
 }
 
@@ -80,9 +80,9 @@ rpc::RpcError too_many_refused(const std::string& address) {
   return rpc_error(code::access + 8, "access.limited",
                    {.code = Errc::wrong_state,
                     .where = address,
-                    .what = most + " tokens of this address were refused within 10 s",
-                    .expected = "fewer",
-                    .hint = "Check the token and wait 10 s; a valid one may halt meanwhile"},
+                    .what = "too many refused tokens from this address",
+                    .expected = "fewer than " + most + " within 10 s",
+                    .hint = "Check the token and retry after 10 s; a valid token can still halt"},
                    true);
 }
 
@@ -91,16 +91,17 @@ rpc::RpcError too_many_refused(const std::string& address) {
 const rpc::MethodSpec& session_open() {
   static const rpc::MethodSpec spec{
       "session.open",
-      "introduces the client and settles protocol and role; the first request",
+      "open the session: identify the client, agree on protocol and role (first request)",
       access::Role::observer,
       rpc::Effect::read,
-      {{"client", rpc::ParamType::text, true, "name of the program"},
-       {"version", rpc::ParamType::text, false, "of the program"},
-       {"protocol", rpc::ParamType::text, false, "wanted, \"1.x\""},
-       {"token", rpc::ParamType::text, false, "where the peer's credentials do not do"},
+      {{"client", rpc::ParamType::text, true, "name of the client program"},
+       {"version", rpc::ParamType::text, false, "version of the client program"},
+       {"protocol", rpc::ParamType::text, false, "requested protocol version, \"1.x\""},
+       {"token", rpc::ParamType::text, false,
+        "token; needed unless the Unix socket identifies the user"},
        {"want", rpc::ParamType::list, false,
-        "features; those of them that there are come back, all where it is left out"}},
-      "session, user (with a token: as token.add says), role, protocol, features, epoch, seq, "
+        "requested features (default: all); the result lists the supported ones"}},
+      "session, user (of a token: see token.add), role, protocol, features, epoch, seq, "
       "ready"};
   return spec;
 }
@@ -110,30 +111,30 @@ void add_session_open(rpc::Methods& methods) {
     return rpc::refused(code::access + 7, "session.again",
                         {.code = Errc::wrong_state,
                          .where = "/method",
-                         .what = "introduced already",
+                         .what = "session already open",
                          .got = call.caller.session,
-                         .hint = "Open another connection for another role"});
+                         .hint = "Open another connection to use another role"});
   });
 }
 
 void add_cancel(rpc::Methods& methods) {
-  methods.add(
-      {"$/cancel",
-       "ends the wait for an answer on this connection: the call is answered with the error "
-       "request.cancelled",
-       access::Role::observer,
-       rpc::Effect::read,
-       {{"id", rpc::ParamType::id, true, "of the request that waits"}},
-       "cancelled"},
-      [](const rpc::Call& call) -> Outcome {
-        const std::string id = rpc::format_text(call.params.at("id"));
-        const Status done = call.client_session == nullptr
-                                ? fail({.code = Errc::unsupported,
-                                        .what = "a call by POST ends with its connection"})
-                                : call.client_session->cancel(id);
-        if (!done) return rpc::refused(done.error());
-        return R"({"cancelled":)" + id + "}";
-      });
+  methods.add({"$/cancel",
+               "cancel a pending call of this connection, which is answered with the error "
+               "request.cancelled",
+               access::Role::observer,
+               rpc::Effect::read,
+               {{"id", rpc::ParamType::id, true, "id of the pending request"}},
+               "cancelled"},
+              [](const rpc::Call& call) -> Outcome {
+                const std::string id = rpc::format_text(call.params.at("id"));
+                const Status done = call.client_session == nullptr
+                                        ? fail({.code = Errc::unsupported,
+                                                .what = "calls over POST /rpc cannot be cancelled",
+                                                .hint = "Close the connection"})
+                                        : call.client_session->cancel(id);
+                if (!done) return rpc::refused(done.error());
+                return R"({"cancelled":)" + id + "}";
+              });
 }
 
 Session::Session(Shared& shared, Peer peer, std::string session, Send send)
@@ -177,7 +178,7 @@ void Session::on_message(std::string_view line) {
     return send_(rpc::error_line(
         "null", rpc_error(code::access + 5, "access.local_only",
                           {.code = Errc::wrong_state,
-                           .what = std::string(word) + " is for the local socket",
+                           .what = std::string(word) + " accepted on the local socket only",
                            .hint = emergency ? "Call rig.estop" : "Call rig.halt"})));
   }
   const auto request = rpc::parse_request(line);
@@ -233,9 +234,10 @@ void Session::handle(const rpc::Request& request) {
       return answer(request.id_json, rpc::refused(code::access, "session.required",
                                                   {.code = Errc::wrong_state,
                                                    .where = "/method",
-                                                   .what = "not introduced yet",
+                                                   .what = "session not open",
                                                    .expected = "session.open",
-                                                   .got = recipes::clipped(request.method)}));
+                                                   .got = recipes::clipped(request.method),
+                                                   .hint = "Send session.open first"}));
     return answer(request.id_json, open_session(*request.params));
   }
   const auto entry = shared_->methods->find(request.method);
@@ -257,14 +259,14 @@ std::optional<rpc::RpcError> Session::refusal(const rpc::MethodSpec& spec) const
     return rpc_error(code::request + 32, "server.full",
                      {.code = Errc::wrong_state,
                       .where = std::string(spec.name),
-                      .what = "all places are taken, and this one is kept for stops",
-                      .expected = "rig.halt, rig.estop, run.abort and their like",
-                      .hint = "Ask again when somebody has gone"},
+                      .what = "too many clients; this connection is reserved for stops",
+                      .expected = "rig.halt, rig.estop, run.abort or another stop",
+                      .hint = "Retry when another client has disconnected"},
                      true);
   if (pending_.size() < most_pending) return std::nullopt;
   return rpc_error(code::request + 29, "request.too_many",
                    {.code = Errc::wrong_state,
-                    .what = "too many requests wait for their answers",
+                    .what = "too many pending requests",
                     .expected = "at most " + std::to_string(most_pending),
                     .got = std::to_string(pending_.size())},
                    true);
@@ -293,7 +295,7 @@ Outcome Session::open_session(const json& params) {
     return rpc::refused(code::request + 2, "protocol.version",
                         {.code = Errc::unsupported,
                          .where = "/params/protocol",
-                         .what = "another protocol",
+                         .what = "unsupported protocol version",
                          .expected = std::string(protocol_version) + " or 1.x",
                          .got = wanted});
   if (params.contains("token")) {
@@ -310,8 +312,8 @@ Outcome Session::open_session(const json& params) {
     return rpc::refused(code::access + 1, "access.token",
                         {.code = Errc::wrong_state,
                          .where = "/params/token",
-                         .what = "a token is needed here",
-                         .hint = "weft token add makes one"});
+                         .what = "token missing",
+                         .hint = "Create a token with weft token add"});
   }
   caller_.client = params.at("client").get<std::string>();
   is_open_ = true;
@@ -358,20 +360,20 @@ Status Session::cancel(const std::string& id_json) {
   if (found == pending_.end())
     return fail({.code = Errc::not_found,
                  .where = "/params/id",
-                 .what = "no call of this id waits for its answer",
+                 .what = "no pending call with this id",
                  .got = recipes::clipped(id_json),
-                 .hint = "It may have been answered meanwhile"});
+                 .hint = "Check whether it has been answered"});
   if (found->second.changes)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/id",
-                 .what = "a change is done all the same",
-                 .expected = "a call that changes nothing",
+                 .what = "call that changes state cannot be cancelled",
+                 .expected = "a call that only reads",
                  .got = recipes::clipped(id_json),
-                 .hint = "See what takes it back: queue.remove, run.abort, handover.cancel"});
+                 .hint = "Revert the change with queue.remove, run.abort or handover.cancel"});
   pending_.erase(found);
-  answer(id_json, tl::unexpected(
-                      rpc_error(code::request + 31, "request.cancelled",
-                                {.code = Errc::wrong_state, .what = "the caller waits no more"})));
+  answer(id_json, tl::unexpected(rpc_error(
+                      code::request + 31, "request.cancelled",
+                      {.code = Errc::wrong_state, .what = "call cancelled by the client"})));
   return {};
 }
 
@@ -390,8 +392,8 @@ std::optional<rpc::RpcError> Session::over() const {
   return rpc_error(code::access + 1, "access.token",
                    {.code = Errc::wrong_state,
                     .where = "/params/token",
-                    .what = "the time of this token is over, or it was removed",
-                    .hint = "weft token add makes one; what runs goes on"});
+                    .what = "token expired or removed",
+                    .hint = "Create a token with weft token add; runs are not affected"});
 }
 
 void Session::pump(const std::function<bool()>& has_space) {

@@ -30,7 +30,9 @@ constexpr std::array<std::string_view, 4> role_names{"observer", "operator", "en
 Result<std::string> random_token() {
   std::array<std::uint8_t, 32> bits{};
   if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
-    return fail({.code = Errc::io, .where = "token", .what = "the system gives no random numbers"});
+    return fail({.code = Errc::io,
+                 .where = "token",
+                 .what = "no random numbers available from the system"});
   Sha256Digest as_digest{};
   std::copy(bits.begin(), bits.end(), as_digest.begin());
   return std::string(prefix) + to_hex(as_digest);
@@ -42,9 +44,9 @@ Status check_private(const std::filesystem::path& file) {
   if (S_ISREG(found.st_mode) && (found.st_mode & 077) == 0) return {};
   return fail({.code = Errc::wrong_state,
                .where = file.string(),
-               .what = "others may read or change the tokens",
-               .expected = "a file with mode 0600",
-               .hint = "chmod 600 " + file.string()});
+               .what = "token file accessible to other users",
+               .expected = "mode 0600",
+               .hint = "Run chmod 600 " + file.string()});
 }
 
 constexpr const char* user_key = "acts_for";
@@ -54,7 +56,8 @@ Result<TokenEntry> parse_token_entry(const json& one) {
   if (!role || !one.contains("name") || !one.contains("sha256") || !one.contains("expires_us"))
     return fail({.code = Errc::parse,
                  .where = "tokens",
-                 .what = "a token without name, role, sha256 or expires_us"});
+                 .what = "incomplete token entry",
+                 .expected = "name, role, sha256 and expires_us"});
   return TokenEntry{one.at("name").get<std::string>(), *role, one.at("sha256").get<std::string>(),
                     one.at("expires_us").get<std::int64_t>(), one.value(user_key, "")};
 }
@@ -85,7 +88,7 @@ class TokenLock {
     if (lock.descriptor_ < 0)
       return fail({.code = Errc::io,
                    .where = file.string(),
-                   .what = "cannot make the lock of the tokens",
+                   .what = "lock of the token file not created",
                    .got = std::generic_category().message(errno)});
     const int how = wait == TokenFile::Wait::not_at_all ? LOCK_EX | LOCK_NB : LOCK_EX;
     while (flock(lock.descriptor_, how) != 0) {
@@ -93,11 +96,11 @@ class TokenLock {
       if (errno == EWOULDBLOCK)
         return fail({.code = Errc::wrong_state,
                      .where = file.string(),
-                     .what = "another program changes the tokens just now",
-                     .hint = "Ask again"});
+                     .what = "token file in use by another program",
+                     .hint = "Retry the request"});
       return fail({.code = Errc::io,
                    .where = file.string(),
-                   .what = "cannot lock the tokens",
+                   .what = "token file not locked",
                    .got = std::generic_category().message(errno)});
     }
     return lock;
@@ -147,7 +150,7 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
   if (!document.is_object() || !document.contains("tokens") || !document["tokens"].is_array())
     return fail({.code = Errc::parse,
                  .where = file.string(),
-                 .what = "not a file of tokens",
+                 .what = "invalid token file",
                  .expected = "{\"tokens\": [...]}"});
   try {
     for (const json& one : document["tokens"]) {
@@ -158,7 +161,7 @@ Result<TokenFile> TokenFile::load(const std::filesystem::path& file) {
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse,
                  .where = file.string(),
-                 .what = "not a file of tokens",
+                 .what = "invalid token file",
                  .got = e.what()});
   }
   return out;
@@ -177,15 +180,15 @@ Result<std::string> TokenFile::add(std::string name, Role role, std::int64_t exp
   if (taken)
     return fail({.code = Errc::invalid_argument,
                  .where = "token",
-                 .what = "there is one of this name",
+                 .what = "token name already in use",
                  .expected = "a new name",
                  .got = name,
-                 .hint = "weft token remove takes the old one away"});
+                 .hint = "Remove the old token with weft token remove"});
   if (!is_token_name(name))
     return fail({.code = Errc::invalid_argument,
                  .where = "name",
-                 .what = "unusable name of a token",
-                 .expected = "1 to 100 bytes without control characters, the first none of -.",
+                 .what = "invalid token name",
+                 .expected = "1 to 100 bytes without control characters, not starting with - or .",
                  .got = recipes::clipped(name)});
   auto token = random_token();
   if (!token) return pass(token.error());
@@ -205,7 +208,7 @@ Status TokenFile::remove(std::string_view name) {
   for (const TokenEntry& entry : entries_) known += (known.empty() ? "" : ", ") + entry.name;
   return fail({.code = Errc::not_found,
                .where = "token",
-               .what = "no token of this name",
+               .what = "unknown token",
                .expected = known,
                .got = std::string(name)});
 }

@@ -50,10 +50,10 @@ Status OperatorPrompts::check(std::int64_t run, std::string_view step) const {
   if (open == step) return {};
   return fail({.code = Errc::wrong_state,
                .where = "/params/step",
-               .what = "this is not what is asked for now",
+               .what = "operator step no longer pending",
                .expected = open,
                .got = std::string(step),
-               .hint = "run.get tells what is asked, under \"attention\""});
+               .hint = "Read the pending step with run.get (\"attention\")"});
 }
 
 }  // namespace weft::daemon::runs

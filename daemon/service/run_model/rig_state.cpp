@@ -56,10 +56,10 @@ Status RigState::lock(LockOut lock_out) {
   if (facts_.lock_out && facts_.lock_out->user != lock_out.user)
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "the rig is locked out by " + facts_.lock_out->user,
+                 .what = "rig already locked out by " + facts_.lock_out->user,
                  .expected = lock_out.user,
                  .got = facts_.lock_out->reason,
-                 .hint = "Ask that person, or an engineer, for weft unlock"});
+                 .hint = "Ask that user or an engineer to run weft unlock"});
   end_override();
   facts_.lock_out = std::move(lock_out);
   return {};
@@ -68,19 +68,19 @@ Status RigState::lock(LockOut lock_out) {
 Status RigState::unlock(std::string_view user, bool is_allowed_for_others,
                         std::string_view reason) {
   if (!facts_.lock_out)
-    return fail({.code = Errc::wrong_state, .where = "rig", .what = "the rig is not locked out"});
+    return fail({.code = Errc::wrong_state, .where = "rig", .what = "rig not locked out"});
   const bool is_own = facts_.lock_out->user == user;
   if (!is_own && !is_allowed_for_others)
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "the rig is locked out by another person",
+                 .what = "rig locked out by another user",
                  .expected = facts_.lock_out->user + ", or an engineer with a reason",
                  .got = std::string(user)});
   if (!is_own && reason.size() < 3)
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/reason",
-                 .what = "another person's lock-out is removed for a reason",
-                 .expected = "a few words",
+                 .what = "reason missing or too short to remove another user's lock-out",
+                 .expected = "at least 3 characters",
                  .got = std::string(reason)});
   end_override();
   facts_.lock_out.reset();

@@ -49,7 +49,7 @@ Status RunQueue::pause(std::string_view by) {
   if (is_paused())
     return fail({.code = Errc::wrong_state,
                  .where = "queue",
-                 .what = "the queue is paused already",
+                 .what = "queue already paused",
                  .got = paused_by_});
   paused_by_ = by;
   ++revision_;
@@ -58,7 +58,7 @@ Status RunQueue::pause(std::string_view by) {
 
 Status RunQueue::resume() {
   if (!is_paused())
-    return fail({.code = Errc::wrong_state, .where = "queue", .what = "the queue is not paused"});
+    return fail({.code = Errc::wrong_state, .where = "queue", .what = "queue not paused"});
   paused_by_.clear();
   ++revision_;
   return {};

@@ -112,8 +112,9 @@ Result<RunStep> on_order(const RunStateMachine& run, const Deadlines& limits, Or
   if (const auto next = after(run.state, order)) return enter(*next, limits, now, order);
   return fail({.code = Errc::wrong_state,
                .where = "run",
-               .what = "a run that is " + std::string(to_string(run.state)) + " takes no " +
-                       std::string(to_string(order)),
+               .what = run.state == RunState::ended ? std::string("run has already ended")
+                                                    : "order not possible while the run is " +
+                                                          std::string(to_string(run.state)),
                .expected = takes(run.state),
                .got = std::string(to_string(order))});
 }
@@ -151,7 +152,7 @@ RunStep on_time(const RunStateMachine& run, const Deadlines& limits, Clock now) 
 RunFacts facts_of_end(const RunFacts& former, const RunEnd& end) {
   RunFacts out = end.found;
   if (end.has_summary && end.was_closing && out.outcome == "aborted" && out.error.empty())
-    out.error = "aborted by the daemon, which was told to end";
+    out.error = "aborted because the daemon was stopped";
   if (ends_as_before(former, end.acquired_rig)) {
     out.cleanup = former.cleanup;
     if (!end.has_summary) out.dataset_error = former.dataset_error;
@@ -173,7 +174,7 @@ RunFacts facts_without_answer(RunFacts former, bool has_rig, std::string certifi
     former.dataset_error.clear();
     former.dataset_sha256 = std::move(certified);
   }
-  former.error = "the run does not answer";
+  former.error = "run unresponsive";
   return former;
 }
 
