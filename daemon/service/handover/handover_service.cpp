@@ -37,11 +37,12 @@ HandoverStatus status_of(HandoverState state, std::string_view by, std::size_t a
 }
 
 tl::unexpected<Error> no_handover(std::string_view run) {
-  return fail({.code = Errc::not_found,
-               .where = "/params/run",
-               .what = "no hand-over of such a run",
-               .got = std::string(run),
-               .hint = "A recipe with hand_over has one, once its campaign is complete"});
+  return fail(
+      {.code = Errc::not_found,
+       .where = "/params/run",
+       .what = "run without handover",
+       .got = std::string(run),
+       .hint = "Put hand_over into the recipe; the handover starts when the campaign is complete"});
 }
 
 }  // namespace
@@ -57,7 +58,7 @@ Result<std::optional<HandoverStatus>> HandoverStore::find(std::int64_t run) {
   if (!state)
     return fail({.code = Errc::corrupt,
                  .where = "hand_over",
-                 .what = "a hand-over in no state that there is",
+                 .what = "unknown handover state",
                  .got = row->text(0)});
   HandoverStatus fact = status_of(*state, row->text(1), static_cast<std::size_t>(row->integer(4)));
   fact.error = row->text(2);
@@ -166,7 +167,7 @@ HandoverStatus HandoverService::initial_status(const runs::StoredRun& run,
 
 void HandoverService::give_up(Item& item) {
   HandoverStatus fact = status_of(HandoverState::failed, runs::after_restart);
-  fact.error = "the daemon ended twice under it; handover.start tries once more";
+  fact.error = "the daemon ended twice during this handover; retry it with handover.start";
   enter(item, std::move(fact));
 }
 
@@ -254,7 +255,7 @@ Status HandoverService::again(std::string_view run, std::string_view by) {
   if (!is_over(known->state))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "the hand-over is under way",
+                 .what = "handover in progress",
                  .expected = "done, failed or cancelled",
                  .got = std::string(to_string(known->state))});
   const auto stored = journal_.run(runs::run_number(run).value_or(0));
@@ -270,7 +271,7 @@ Status HandoverService::cancel(std::string_view run, std::string_view by) {
   if (is_over(known->state))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "the hand-over is over",
+                 .what = "handover has ended",
                  .expected = "waiting or running",
                  .got = std::string(to_string(known->state))});
   Item* const item = find(run);

@@ -105,7 +105,7 @@ Status enter(Known& known, const fs::path& data, StoredRun& run) {
   if (const auto found = known.folders.find(folder); found != known.folders.end())
     return fail({.code = Errc::wrong_state,
                  .where = run.folder,
-                 .what = "the catalogue has this folder already",
+                 .what = "folder already in the catalogue",
                  .got = run_id(found->second)});
   const bool is_free = wanted > 0 && !known.numbers.contains(wanted);
   run.number = is_free ? wanted : known.next_number++;
@@ -139,11 +139,12 @@ void find_campaigns(const fs::path& folder, std::vector<fs::path>& out,
       find_campaigns(entry->path(), out, left_out);
   }
   if (!unreadable) return;
-  left_out.push_back({.code = Errc::io,
-                      .where = folder.string(),
-                      .what = "cannot read this folder",
-                      .got = unreadable.message(),
-                      .hint = "Runs in it are not listed: make it readable, then do this again"});
+  left_out.push_back(
+      {.code = Errc::io,
+       .where = folder.string(),
+       .what = "folder not readable",
+       .got = unreadable.message(),
+       .hint = "Make it readable and repeat the command; runs in it are not listed"});
 }
 
 /// Reads one number of the damaged file, if possible. SQLite reads a truncated file only with a
@@ -185,7 +186,7 @@ Result<fs::path> keep_aside(const fs::path& file, std::int64_t utc_us) {
     if (error)
       return fail({.code = Errc::io,
                    .where = file.string() + part,
-                   .what = "cannot rename the damaged file",
+                   .what = "damaged file not renamed",
                    .got = error.message()});
   }
   return fs::path(aside);
@@ -237,7 +238,7 @@ Result<FoundRun> load_found_run(const fs::path& folder, const CataloguePaths& pa
   if (const std::string sha256 = sha256_hex(info.recipe_json); sha256 != info.recipe_sha256)
     return fail({.code = Errc::corrupt,
                  .where = campaign.string(),
-                 .what = "the recipe is not that of its digest",
+                 .what = "recipe does not match its digest",
                  .expected = info.recipe_sha256,
                  .got = sha256});
   FoundRun found;

@@ -158,10 +158,8 @@ struct RowReader {
     if (found != all_run_states.end())
       to = *found;
     else
-      done = fail({.code = Errc::corrupt,
-                   .where = "run",
-                   .what = "a run in no state that there is",
-                   .got = name});
+      done =
+          fail({.code = Errc::corrupt, .where = "run", .what = "unknown run state", .got = name});
   }
   /// Empty: the recipe's seed is used.
   void read(std::optional<std::uint64_t>& to) {
@@ -172,7 +170,7 @@ struct RowReader {
     if (read.ec == std::errc() && read.ptr == end) return;
     done = fail({.code = Errc::corrupt,
                  .where = "run",
-                 .what = "a run with a seed that is none",
+                 .what = "invalid run seed",
                  .expected = "0 to 2^64 - 1",
                  .got = text});
   }
@@ -366,10 +364,8 @@ Result<RigState> RunStore::rig_state() {
         const std::string name = row.text(0), why = row.text(1), latch = row.text(4);
         const bool is_old_latch = name == old_halt_name || name == emergency_name;
         if (!is_old_latch && name != to_string(rig_fact_of(name)))
-          valid = fail({.code = Errc::corrupt,
-                        .where = "rig",
-                        .what = "a rig in no state that there is",
-                        .got = name});
+          valid = fail(
+              {.code = Errc::corrupt, .where = "rig", .what = "unknown rig state", .got = name});
         out = {
             .fact = rig_fact_of(name), .left_by = row.text(2), .acknowledged = row.integer(3) != 0};
         if (is_old_latch || !latch.empty())

@@ -27,16 +27,16 @@ Status check_folder(const std::filesystem::path& folder) {
   const std::error_code why(errno, std::generic_category());
   return fail({.code = Errc::io,
                .where = folder.string(),
-               .what = "the folder cannot be written to",
+               .what = "folder not writable",
                .got = why.message(),
-               .hint = "Give the daemon a folder of its own that it may write to"});
+               .hint = "Give the daemon a folder of its own that it can write to"});
 }
 
 /// A damaged file is never replaced without a person's order.
 Error with_way_out(Error error) {
   if (is_damage(error.code))
     error.hint =
-        "Start weftd once with the same options and --rebuild-catalogue: it keeps this file aside "
+        "Start weftd once with the same options and --rebuild-catalogue: it renames this file "
         "and reads the runs from their folders";
   return error;
 }
@@ -146,8 +146,8 @@ Result<RunStore> RunStore::open(const std::filesystem::path& file, JournalObserv
     if (alone.error().code != Errc::busy) return pass(with_way_out(alone.error()), file.string());
     return fail({.code = Errc::busy,
                  .where = file.string(),
-                 .what = "another weftd works in this folder",
-                 .hint = "Stop it, or give this one a folder of its own"});
+                 .what = "folder in use by another weftd",
+                 .hint = "Stop it, or choose another folder"});
   }
   RunStore store(std::move(*database),
                  file == ":memory:" ? std::filesystem::path() : make_absolute(folder),
@@ -172,7 +172,7 @@ Status RunStore::check_pages() {
   Status read =
       database_.each("PRAGMA quick_check(1)", [&](const auto& row) { found = row.text(0); });
   if (!read || found == "ok") return read;
-  return fail({.code = Errc::corrupt, .what = "the catalogue of runs is damaged", .got = found});
+  return fail({.code = Errc::corrupt, .what = "catalogue of runs damaged", .got = found});
 }
 
 // Folders of runs beside an empty catalogue: the catalogue was lost, and with it the rig's state.
@@ -222,13 +222,12 @@ Status RunStore::recover_after_restart() {
 
 Status RunStore::in_place() const {
   if (!database_.has_moved()) return {};
-  return fail(
-      {.code = Errc::io,
-       .where = (home_ / store_file_name).string(),
-       .what = "the daemon's memory is not in its folder any more",
-       .expected = "as it was opened",
-       .got = "moved or removed",
-       .hint = "Put it back, or start weftd anew: what it did from here on would be forgotten"});
+  return fail({.code = Errc::io,
+               .where = (home_ / store_file_name).string(),
+               .what = "database of the daemon no longer in its folder",
+               .expected = "the file that was opened",
+               .got = "moved or removed",
+               .hint = "Put it back, or restart weftd: further changes would be lost"});
 }
 
 Status RunStore::commit(const RunChange& change) {
@@ -343,7 +342,7 @@ Result<std::string> RunStore::recipe_text(std::string_view sha256) {
   if (text) return *std::move(text);
   return fail({.code = Errc::corrupt,
                .where = "recipe",
-               .what = "a run whose recipe is not there",
+               .what = "recipe of the run missing",
                .expected = std::string(sha256)});
 }
 

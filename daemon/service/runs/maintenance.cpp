@@ -88,30 +88,30 @@ Status RunManager::require_movable() const {
   if (context_.one_run)
     return fail({.code = Errc::wrong_state,
                  .where = "daemon",
-                 .what = "the daemon of a weft run carries out that run alone",
-                 .hint = "Wait until the run has ended, then start a weftd of its own"});
+                 .what = "motion not available in the daemon of a weft run",
+                 .hint = "Wait until the run has ended, then start weftd"});
   if (const auto run = active())
     return fail({.code = Errc::wrong_state,
                  .where = *run,
-                 .what = "a run is under way",
+                 .what = "run in progress",
                  .expected = "no run",
-                 .hint = "Stop or abort the run first: an abort lifts the probe"});
+                 .hint = "Stop or abort the run first; an abort lifts the probe"});
   if (const auto& order = maintenance_.order())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "another motion is under way",
+                 .what = "another motion in progress",
                  .got = std::string(to_string(order->kind)),
-                 .hint = "Wait until it has ended; rig.halt stops it"});
+                 .hint = "Wait until it ends, or stop it with rig.halt"});
   if (rig_.can_move()) return {};
   const RigFacts& facts = rig_.facts();
   return fail({.code = Errc::wrong_state,
                .where = "rig",
-               .what = "the rig may not move",
-               .expected = "no latch and no lock-out, and a reset where the rig is not safe",
+               .what = "motion not allowed",
+               .expected = "a safe rig without latch and lock-out",
                .got = facts.latch      ? "latched by " + facts.latch->why
                       : facts.lock_out ? "locked out by " + facts.lock_out->user
                                        : std::string(to_string(facts.fact)),
-               .hint = "Look at the rig, then reset it with a reason"});
+               .hint = "Inspect the rig, then reset it with a reason"});
 }
 
 // A driver that hangs blocks its thread; after this time the daemon ends without it.

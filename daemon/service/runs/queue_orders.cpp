@@ -61,7 +61,8 @@ StoredRun RunManager::withdrawn(const Run& run) const {
 }
 
 Status RunManager::remove(std::string_view id, std::string_view by) {
-  const auto found = find_queued(id, "the run has begun", "run.stop or run.abort ends it");
+  const auto found =
+      find_queued(id, "run has already started", "End it with run.stop or run.abort");
   if (!found) return pass(found.error());
   Run& run = **found;
   StoredRun stored = withdrawn(run);
@@ -108,8 +109,8 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
   if ((*found)->is_over() && !has_ended_complete(**found) && !is_recoverable(**found))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/after",
-                 .what = "that run has not ended complete, and never will",
-                 .expected = "a run that waits, is under way, is complete or can be recovered",
+                 .what = "run to follow can no longer become complete",
+                 .expected = "a queued, active, complete or recoverable run",
                  .got = after + ", " + (*found)->stored.outcome});
   // Each run follows at most one, so a chain that leads back to this run is a cycle. A complete run
   // no longer waits for another.
@@ -118,8 +119,8 @@ Result<std::int64_t> RunManager::followed(std::int64_t run, const std::string& a
     if (next->number() == run)
       return fail({.code = Errc::wrong_state,
                    .where = "/params/after",
-                   .what = "the run would follow itself",
-                   .expected = "a run that does not follow this one",
+                   .what = "run would wait for itself",
+                   .expected = "a run that does not wait for this one",
                    .got = after});
   return (*found)->number();
 }
@@ -138,15 +139,15 @@ bool RunManager::is_ready(std::int64_t run) const {
 }
 
 Status RunManager::edit(std::string_view id, const QueueEdit& wanted, std::string_view by) {
-  const auto found = find_queued(id, "the run does not wait in the queue", "");
+  const auto found = find_queued(id, "run not in the queue", "");
   if (!found) return pass(found.error());
   Run& run = **found;
   StoredRun stored = run.stored;
   if (stored.resume && (wanted.name || wanted.seed))
     return fail({.code = Errc::wrong_state,
                  .where = wanted.seed ? "/params/seed" : "/params/name",
-                 .what = "the run goes on with a campaign that has them already",
-                 .expected = "a run that has not begun",
+                 .what = "name and seed of a resumed campaign cannot be changed",
+                 .expected = "a run that resumes no campaign",
                  .got = run.stored.id()});
   if (wanted.name) {
     if (Status ok = check_name(*wanted.name); !ok) return ok;

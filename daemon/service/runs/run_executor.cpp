@@ -110,11 +110,11 @@ Status RunExecutor::acquire_rig() {
   if (orders_->ends_run())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "the run was told to end before it had the rig"});
+                 .what = "run ended before it acquired the rig"});
   return fail({.code = Errc::io,
                .where = context_.data.string(),
-               .what = "that the run takes the rig could not be written down, so it did not",
-               .hint = "weft status says what keeps the daemon from it"});
+               .what = "cannot record that the run acquired the rig; the run was not started",
+               .hint = "See weft status for the cause"});
 }
 
 void RunExecutor::set_grant(bool given) {
@@ -130,9 +130,9 @@ void RunExecutor::inject(FaultOrder order, FaultCallback on_done) {
   const std::shared_ptr<Status> reply(
       new Status(fail({.code = Errc::wrong_state,
                        .where = "/rig",
-                       .what = "the run has ended",
-                       .hint = "Start another; faults for all of a run are in the rig file, under "
-                               "simulation.faults"})),
+                       .what = "run has ended",
+                       .hint = "Start another run, or put faults for a whole run into the rig file "
+                               "under simulation.faults"})),
       send);
   order.callback = [reply](const Status& done) { *reply = done; };
   orders_->give(std::move(order));

@@ -27,11 +27,12 @@ std::filesystem::path free_folder(const std::filesystem::path& wanted) {
 Status check_name(const std::string& name) {
   constexpr std::size_t longest = 100;
   if (name.empty() || recipes::is_name(name, longest)) return {};
-  return fail({.code = Errc::invalid_argument,
-               .where = "/params/name",
-               .what = "unusable name",
-               .expected = "at most 100 letters, digits, '-', '_' and '.', the first none of -.",
-               .got = recipes::clipped(name)});
+  return fail(
+      {.code = Errc::invalid_argument,
+       .where = "/params/name",
+       .what = "invalid name",
+       .expected = "at most 100 letters, digits, '-', '_' and '.', not starting with - or .",
+       .got = recipes::clipped(name)});
 }
 
 nlohmann::json submission_of(const StoredRun& run) {
@@ -144,27 +145,26 @@ Status RunManager::require_accepting() const {
   if (!closing_) return {};
   return fail({.code = Errc::wrong_state,
                .where = "daemon",
-               .what = "this weftd has been told to end, and begins nothing any more",
-               .hint = "Ask again once it has been started anew"});
+               .what = "daemon is shutting down and starts nothing new",
+               .hint = "Retry after weftd has been restarted"});
 }
 
 Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) const {
   if (Status more = require_accepting(); !more) return more;
   if (context_.one_run && !runs_.empty())
     return fail({.code = Errc::wrong_state,
-                 .what = "this daemon is there for one run alone, that of a weft run",
-                 .expected = "no further run",
-                 .hint = "A weftd of its own takes more: weftd --rig ..."});
+                 .what = "daemon of a weft run accepts no further run",
+                 .hint = "Start weftd --rig ... to queue more runs"});
   if (Status ok = check_name(wanted.name); !ok) return ok;
   if (!checked) return pass(checked.error());
   if (Status here = store_.in_place(); !here) return here;
   if (queue_.runs().size() + wanted.copies > most_queued)
     return fail({.code = Errc::wrong_state,
                  .where = "queue",
-                 .what = "the queue is full",
+                 .what = "queue full",
                  .expected = "at most " + std::to_string(most_queued) + " runs",
-                 .got = std::to_string(queue_.runs().size()) + " and " +
-                        std::to_string(wanted.copies) + " more",
+                 .got = std::to_string(queue_.runs().size()) + " queued, " +
+                        std::to_string(wanted.copies) + " new",
                  .hint = "Put repetitions into the recipe"});
   if (wanted.copies == 0 || wanted.copies > most_copies)
     return fail({.code = Errc::range,
@@ -175,8 +175,8 @@ Status RunManager::can_submit(const RunRequest& wanted, const Checked& checked) 
   if (wanted.seed && *wanted.seed > std::numeric_limits<std::uint64_t>::max() - wanted.copies)
     return fail({.code = Errc::range,
                  .where = "/params/seed",
-                 .what = "no seeds are left for so many copies",
-                 .expected = "a seed below 2^64 less the copies",
+                 .what = "seed too large for the number of copies",
+                 .expected = "a seed below 2^64 minus the copies",
                  .got = std::to_string(*wanted.seed)});
   return context_.check_space(context_.data, wanted.copies * disk_forecast(checked->plan));
 }
@@ -187,10 +187,10 @@ Result<RunView> RunManager::submit(const RunRequest& wanted, const Checked& chec
   if (!wanted.digest.empty() && wanted.digest != "sha256:" + sha256)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/digest",
-                 .what = "the recipe is another one by now",
+                 .what = "recipe has changed since it was checked",
                  .expected = "sha256:" + sha256,
                  .got = wanted.digest,
-                 .hint = "recipe.diff and recipe.check tell what it is"});
+                 .hint = "Review the change with recipe.diff or recipe.check"});
   const auto first = store_.next_number();
   if (!first) return pass(first.error());
   const auto after = followed(*first, wanted.after);

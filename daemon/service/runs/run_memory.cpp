@@ -39,7 +39,7 @@ Result<RunManager::Run*> RunManager::find(std::string_view id) const {
   if (*stored) return &insert(make_run(**stored));
   return fail({.code = Errc::not_found,
                .where = "/params/run",
-               .what = "no such run",
+               .what = "unknown run",
                .got = std::string(id)});
 }
 

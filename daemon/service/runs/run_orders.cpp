@@ -28,8 +28,7 @@ Result<RunView> RunManager::order(std::string_view id, Order order, std::string_
   if (!step) {
     Error refused = step.error();
     if (order == Order::resume && is_recoverable(run))
-      refused.hint =
-          "run.recover resumes it where it was: weft recover " + run.stored.id() + " resume";
+      refused.hint = "Resume it with run.recover: weft recover " + run.stored.id() + " resume";
     if (run.is_over() || run.state() >= RunState::finishing)
       refused = refuse_late(run, order, by, std::move(refused));
     return pass(std::move(refused), run.stored.id());
@@ -65,8 +64,9 @@ Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, 
   const json why{{"run", run.stored.id()}, {"late", to_string(order)}};
   if (Status held = change_queue(std::move(next), line("", "queue_paused", by, why), by); !held)
     return held.error();
-  refused.hint = std::string("The run ") + (run.is_over() ? "is over" : "ends") +
-                 ", so the queue is paused instead; weft queue start resumes it";
+  refused.hint =
+      std::string("Continue with weft queue start: the queue was paused because the run ") +
+      (run.is_over() ? "has ended" : "is ending");
   return refused;
 }
 
@@ -114,14 +114,14 @@ Status RunManager::reset(std::string_view reason, std::string_view by) {
   if (!rig_.needs_reset())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "the rig needs no reset",
-                 .expected = "latched, or not safe since the newest run",
+                 .what = "rig needs no reset",
+                 .expected = "a rig that is latched or not safe",
                  .got = std::string(to_string(rig_.facts().fact))});
   if (reason.size() < 3)
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/reason",
-                 .what = "a reset needs a reason",
-                 .expected = "a few words",
+                 .what = "reason missing or too short",
+                 .expected = "at least 3 characters",
                  .got = std::string(reason)});
   if (Status idle = require_idle(); !idle) return idle;
   journal_repeated(repeated_stops_.take());
@@ -134,15 +134,15 @@ Status RunManager::require_idle() const {
   if (maintenance_.order())
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "a motion has not ended yet",
-                 .hint = "Wait for it; rig.halt stops it"});
+                 .what = "motion in progress",
+                 .hint = "Wait until it ends, or stop it with rig.halt"});
   const auto run = active();
   if (!run) return {};
   return fail({.code = Errc::wrong_state,
                .where = *run,
-               .what = "a run has not ended yet",
+               .what = "run in progress",
                .expected = "ended",
-               .hint = "Wait for it; one that does not answer ends with the daemon"});
+               .hint = "Wait until it ends; restart the daemon if it is unresponsive"});
 }
 
 // A change that lets the rig move again starts no run: a person resumes the queue.
@@ -177,9 +177,9 @@ void RunManager::inject_fault(FaultOrder order, FaultCallback on_done) {
   if (!executor_.run())
     return on_done(fail({.code = Errc::wrong_state,
                          .where = "/rig",
-                         .what = "no run is under way, and the bench is there with one only",
-                         .hint = "Start one; faults for all of a run are in the rig file, under "
-                                 "simulation.faults"}));
+                         .what = "no run in progress to inject a fault into",
+                         .hint = "Start a run, or put faults for a whole run into the rig file "
+                                 "under simulation.faults"}));
   const json payload{{"fault", json::parse(order.json)}, {"ends", order.ends}};
   auto journalled = [this, id = run_id(*executor_.run()), by = order.by, payload,
                      on_done = std::move(on_done)](const Status& done) {
@@ -196,16 +196,15 @@ Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const
   if (!is_recoverable(run))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = run.is_over() ? "nothing is left of this run to be recovered"
-                                       : "the run is not over",
+                 .what = run.is_over() ? "run has nothing left to recover" : "run has not ended",
                  .expected = "interrupted, or ended with trials left",
                  .got = std::string(to_string(run.state())) +
                         (run.is_over() ? ", " + run.stored.outcome : std::string())});
   if (executor_.run() == run.number())
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "the run does not answer, and its thread has not ended yet",
-                 .hint = "It ends with the daemon; recover the run after that"});
+                 .what = "run unresponsive, its thread has not ended",
+                 .hint = "Restart the daemon, then recover the run"});
   std::error_code unseen;  // a missing folder is refused later, by its name
   const std::filesystem::path parent = run.stored.folder.parent_path();
   const bool is_ours =
@@ -213,15 +212,15 @@ Result<RunManager::Run*> RunManager::find_recoverable(std::string_view id) const
   if (!is_ours)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "the campaign of an imported run is not of this daemon",
+                 .what = "campaign of an imported run belongs to another daemon",
                  .expected = "a folder in " + context_.data.string(),
                  .got = run.stored.folder.string(),
                  .hint = "Recover it with its own daemon, or with weft run --resume"});
   if (recovery_.is_settling(run.number()))
     return fail({.code = Errc::wrong_state,
                  .where = "/params/run",
-                 .what = "another request is about to end this run",
-                 .hint = "run.wait answers when it has ended"});
+                 .what = "another request is recovering this run",
+                 .hint = "Wait for its end with run.wait"});
   return found;
 }
 
@@ -275,7 +274,7 @@ void RunManager::settle(std::string_view id, Recovery choice, std::string_view b
   if (choice == Recovery::keep_partial && !run.stored.dataset_sha256.empty())
     return on_done(fail({.code = Errc::wrong_state,
                          .where = "/params/choice",
-                         .what = "the complete trials of this run are a data set already",
+                         .what = "complete trials of this run already saved as a data set",
                          .expected = "resume or discard",
                          .got = std::string(to_string(choice))}));
   recovery_.settle(run.stored, choice, by,

@@ -22,7 +22,7 @@ Result<ResumePreview> make_preview(Recovery choice, CampaignRequest request,
     case Recovery::keep_partial:
       return preview_keep_partial(request.out, stop_requested);
   }
-  return fail({.code = Errc::invalid_argument, .what = "no such choice"});
+  return fail({.code = Errc::invalid_argument, .what = "unknown recovery choice"});
 }
 
 /// A damaged file cannot be marked, but no data set can be made of it either. Any other error,
@@ -78,8 +78,8 @@ Status is_where_it_was(const StoredRun& run) {
   if (run.trials_done == 0 || std::filesystem::exists(campaign, unseen)) return {};
   return fail({.code = Errc::not_found,
                .where = campaign.string(),
-               .what = "the campaign of this run is not there any more",
-               .hint = "Put its folder back, or discard the run"});
+               .what = "campaign file of this run missing",
+               .hint = "Restore its folder, or discard the run"});
 }
 
 bool is_recoverable(const RunView& run) {

@@ -81,8 +81,8 @@ Status RunManager::check_storage() const {
   if (!store_.is_persisted())
     return fail({.code = Errc::no_space,
                  .where = context_.data.string(),
-                 .what = "earlier changes are not written to the disk yet",
-                 .hint = "Free disk space, then weft queue start"});
+                 .what = "earlier changes not yet written to the disk",
+                 .hint = "Free disk space, then run weft queue start"});
   return context_.check_space(context_.data, status().bytes_awaited);
 }
 
