@@ -23,7 +23,7 @@ using Unix = asio::local::stream_protocol;
 tl::unexpected<Error> gone(std::string got, std::string advice = {}) {
   return fail({.code = Errc::io,
                .where = "weftd",
-               .what = "the daemon closed the connection",
+               .what = "connection closed by the daemon",
                .got = std::move(got),
                .hint = std::move(advice)});
 }
@@ -46,7 +46,7 @@ constexpr const char* hint = "Start weftd, or name its socket with --socket or W
 tl::unexpected<Error> unreachable_error(const std::string& at, const std::string& why) {
   return fail({.code = Errc::not_found,
                .where = at,
-               .what = "no daemon answers",
+               .what = "daemon not reachable",
                .got = why,
                .hint = hint});
 }
@@ -83,7 +83,7 @@ class StreamChannel final : public Channel {
 
 Result<std::unique_ptr<Channel>> open_unix(const std::string& path) {
   if (path.size() >= sizeof(sockaddr_un::sun_path))
-    return fail({.code = Errc::range, .where = path, .what = "the socket's path is too long"});
+    return fail({.code = Errc::range, .where = path, .what = "socket path too long"});
   auto context = std::make_unique<asio::io_context>(1);
   auto socket = std::make_unique<Unix::socket>(*context);
   asio::error_code error;
@@ -91,15 +91,15 @@ Result<std::unique_ptr<Channel>> open_unix(const std::string& path) {
   if (error == asio::error::access_denied || error == asio::error::no_permission)
     return fail({.code = Errc::io,
                  .where = path,
-                 .what = "the daemon's socket is not for this user",
+                 .what = "no permission for the daemon's socket",
                  .got = error.message(),
-                 .hint = "Be of the socket's group, or come with a token to the daemon's port"});
+                 .hint = "Join the socket's group, or connect to the daemon's port with a token"});
   if (error && path.find('/') == std::string::npos && path.find(':') != std::string::npos)
     return fail({.code = Errc::not_found,
                  .where = path,
-                 .what = "there is no such socket",
+                 .what = "socket not found",
                  .expected = "tls://HOST:PORT or tcp://HOST:PORT",
-                 .hint = "A port is named with its protocol"});
+                 .hint = "Give the port with its protocol"});
   if (error) return unreachable_error(path, error.message());
   return std::make_unique<StreamChannel<Unix::socket>>(std::move(context), nullptr,
                                                        std::move(socket));
@@ -115,7 +115,7 @@ Result<HostPort> split(const std::string& at, std::string_view text) {
   if (colon == std::string_view::npos || colon == 0 || colon + 1 == text.size())
     return fail({.code = Errc::parse,
                  .where = at,
-                 .what = "not a daemon's address",
+                 .what = "invalid daemon address",
                  .expected = "tls://HOST:PORT",
                  .got = std::string(text)});
   std::string_view host = text.substr(0, colon);
@@ -140,7 +140,7 @@ Status connect(asio::io_context& context, tcp::socket& socket, const std::string
     if (only_here && !entry.endpoint().address().is_loopback())
       return fail({.code = Errc::invalid_argument,
                    .where = at,
-                   .what = "a token in the clear would be everybody's",
+                   .what = "token not sent without TLS",
                    .expected = "tls://HOST:PORT",
                    .got = "tcp:// to another machine"});
   std::optional<asio::error_code> done;
@@ -172,7 +172,7 @@ Result<std::unique_ptr<asio::ssl::context>> believing(const std::filesystem::pat
   if (error)
     return fail({.code = Errc::parse,
                  .where = ca.string(),
-                 .what = "unusable certificates",
+                 .what = "invalid CA certificates",
                  .expected = "PEM",
                  .got = error.message()});
   return tls;
@@ -199,8 +199,8 @@ Result<std::unique_ptr<Channel>> open_tls(const std::string& at, const HostPort&
   if (const asio::error_code outcome = finished(*context, done); outcome)
     return fail({.code = outcome == asio::error::timed_out ? Errc::timeout : Errc::wrong_state,
                  .where = at,
-                 .what = "no handshake with the daemon",
-                 .expected = "a certificate that --tls-ca vouches for",
+                 .what = "TLS handshake with the daemon failed",
+                 .expected = "a certificate signed by a CA of --tls-ca",
                  .got = outcome.message()});
   return std::make_unique<StreamChannel<Stream>>(std::move(context), std::move(*tls),
                                                  std::move(stream));
@@ -225,15 +225,15 @@ Result<Client> Client::open(const Where& where) {
   if (!greeting) {
     Error error = greeting.error();
     if (where.at.starts_with("tcp://"))
-      error.hint = "Where it serves TLS (--tls-cert) its port is tls://HOST:PORT";
+      error.hint = "Use tls://HOST:PORT if the daemon serves TLS (--tls-cert)";
     return pass(std::move(error));
   }
   const json hello = json::parse(*greeting, nullptr, false);
   if (!hello.is_object() || hello.value("method", "") != "hello")
     return fail({.code = Errc::parse,
                  .where = where.at,
-                 .what = "that is no weftd",
-                 .expected = "a greeting"});
+                 .what = "not a weftd daemon",
+                 .expected = "the greeting of weftd"});
   json introduction{{"client", "weft"}, {"protocol", "1.x"}};
   if (!where.token.empty()) introduction["token"] = where.token;
   const auto opened = client.call("session.open", introduction.dump());
@@ -257,7 +257,7 @@ Result<std::string> Client::read_line() {
     if (auto line = lines_.next()) return std::move(*line);
     const auto count = channel_->receive(bytes);
     if (!count) return pass(count.error());
-    if (*count == 0) return gone({}, "Look at its output, then start it again");
+    if (*count == 0) return gone({}, "Check the output of the daemon, then restart it");
     lines_.add({bytes.data(), *count});
   }
 }
@@ -273,7 +273,8 @@ Result<std::string> Client::call(std::string_view method, std::string_view param
     if (!line) return pass(line.error());
     const json message = json::parse(*line, nullptr, false);
     if (!message.is_object())
-      return fail({.code = Errc::parse, .where = "weftd", .what = "the daemon sent no JSON"});
+      return fail(
+          {.code = Errc::parse, .where = "weftd", .what = "answer of the daemon is not JSON"});
     if (message.value("method", "") == "event") {
       events_.push_back(message.at("params").dump());
     } else if (const json answers = message.value("id", json());

@@ -68,7 +68,7 @@ void add_daemon(const MetricsSources& sources, Exposition& out) {
   const auto disk = std::filesystem::space(services.data, error);
   if (!error) out.sample(number(disk.available));
   out.family("weft_sessions", MetricType::gauge,
-             "Clients that are connected, HTTP requests under way among them.");
+             "Connected clients, including active HTTP requests.");
   out.sample(number(shared.sessions.size()));
   out.family("weft_event_listeners", MetricType::gauge, "Open subscriptions to events.");
   out.sample(number(services.hub->listeners()));
@@ -84,7 +84,8 @@ void add_requests(const RequestCounts& counts, Exposition& out) {
   out.family("weft_requests_refused_total", MetricType::counter,
              "Requests answered with an error.");
   out.sample(number(counts.refused));
-  out.family("weft_tokens_refused_total", MetricType::counter, "Introductions with a wrong token.");
+  out.family("weft_tokens_refused_total", MetricType::counter,
+             "Sessions refused for a wrong token.");
   out.sample(number(counts.wrong_tokens));
 }
 
@@ -93,9 +94,9 @@ void add_rig(const api::Services& services, Exposition& out) {
   out.family("weft_rig_state", MetricType::gauge, "State of the rig: 1 for the current one.");
   out.states(rig_states, rig);
   const runs::RunQueue& queue = services.run_manager->queue();
-  out.family("weft_queue_length", MetricType::gauge, "Runs that wait.");
+  out.family("weft_queue_length", MetricType::gauge, "Queued runs.");
   out.sample(number(queue.runs().size()));
-  out.family("weft_queue_paused", MetricType::gauge, "1 while no queued run may begin.");
+  out.family("weft_queue_paused", MetricType::gauge, "1 while the queue is paused.");
   out.sample(queue.is_paused() ? 1 : 0);
 }
 
@@ -105,10 +106,10 @@ void add_run(const api::Services& services, Exposition& out) {
   std::optional<runs::RunView> run;
   if (active)
     if (auto found = services.run_manager->get(*active)) run = std::move(*found);
-  out.family("weft_run_active", MetricType::gauge, "1 while a run is under way.");
+  out.family("weft_run_active", MetricType::gauge, "1 while a run is active.");
   out.sample(run ? 1 : 0);
   out.family("weft_run_state", MetricType::gauge,
-             "State of the run under way: 1 for the current one.");
+             "State of the active run: 1 for the current one.");
   for (const runs::RunState state : runs::all_run_states)
     out.sample(run && run->state() == state ? 1 : 0, {{"state", std::string(to_string(state))}});
   const auto add = [&](std::string_view name, std::string_view help, const auto& value) {
@@ -117,23 +118,21 @@ void add_run(const api::Services& services, Exposition& out) {
   };
   using Value = std::optional<double>;
   using runs::RunView;
-  add("weft_run_number", "Number of the run under way.",
+  add("weft_run_number", "Number of the active run.",
       [](const RunView& r) -> Value { return number(r.stored.number); });
-  add("weft_run_trials_done", "Trials done of the run under way.",
+  add("weft_run_trials_done", "Trials done of the active run.",
       [](const RunView& r) -> Value { return number(r.trials_done); });
-  add("weft_run_trials_planned", "Trials planned of the run under way.",
+  add("weft_run_trials_planned", "Trials planned of the active run.",
       [](const RunView& r) -> Value { return number(r.trials_planned); });
-  add("weft_run_attempts_rejected", "Bad trials of the run under way that were repeated.",
+  add("weft_run_attempts_rejected", "Rejected attempts of the active run.",
       [](const RunView& r) -> Value { return number(r.attempts_rejected); });
-  add("weft_run_left_seconds", "Expected time until the run under way ends.",
+  add("weft_run_left_seconds", "Expected time until the active run ends.",
       [](const RunView& r) -> Value { return r.wall_left_s; });
-  add("weft_run_force_rms_error_newtons",
-      "RMS deviation from the held force in the newest trial of the run under way.",
+  add("weft_run_force_rms_error_newtons", "RMS force error in the newest trial of the active run.",
       [](const RunView& r) { return r.force_rms_error_n; });
-  add("weft_run_frames_lost", "Sensor frames lost until the newest trial of the run under way.",
+  add("weft_run_frames_lost", "Sensor frames lost in the active run up to its newest trial.",
       [](const RunView& r) -> Value { return number(r.frames_lost); });
-  add("weft_run_recorder_lag_seconds",
-      "Longest commit to the disk since the trial before the newest one.",
+  add("weft_run_recorder_lag_seconds", "Longest disk commit during the newest trial.",
       [](const RunView& r) { return r.recorder_lag_s; });
 }
 
@@ -152,11 +151,11 @@ void add_notifications(const notify::Notifier& notifier, Exposition& out) {
     for (const auto& [to, counts] : senders) out.sample(number(value(counts)), {{"to", to}});
   };
   using notify::DeliveryCounts;
-  add("weft_notifications_sent_total", MetricType::counter, "Events that a receiver took.",
+  add("weft_notifications_sent_total", MetricType::counter, "Events delivered.",
       [](const DeliveryCounts& c) { return c.sent; });
-  add("weft_notifications_lost_total", MetricType::counter, "Events that were given up.",
+  add("weft_notifications_lost_total", MetricType::counter, "Events dropped without delivery.",
       [](const DeliveryCounts& c) { return c.lost; });
-  add("weft_notifications_waiting", MetricType::gauge, "Events that wait for a receiver.",
+  add("weft_notifications_waiting", MetricType::gauge, "Events waiting for delivery.",
       [](const DeliveryCounts& c) { return c.waiting; });
 }
 

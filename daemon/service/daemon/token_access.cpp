@@ -11,8 +11,8 @@ Result<TokenOwner> TokenAccess::owner(std::string_view token, std::int64_t utc_u
     return TokenOwner{access::user_of(*entry), entry->role, *entry};
   return fail({.code = Errc::wrong_state,
                .where = "/params/token",
-               .what = "this token is not, or no more, good for anything",
-               .hint = "weft token add makes one"});
+               .what = "token invalid or expired",
+               .hint = "Create a token with weft token add"});
 }
 
 void TokenAccess::on_refused(std::string_view address, Clock now) {

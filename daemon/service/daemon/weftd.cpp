@@ -54,7 +54,7 @@ Status make_folder(const std::filesystem::path& folder) {
   if (error)
     return fail({.code = Errc::io,
                  .where = folder.string(),
-                 .what = "cannot make the folder",
+                 .what = "folder not created",
                  .got = error.message()});
   return {};
 }
@@ -177,8 +177,8 @@ api::Services Daemon::services_for(const DaemonOptions& options) {
                               std::string user) -> Result<std::string> {
             if (own_ != nullptr)
               return fail({.code = Errc::wrong_state,
-                           .what = "a daemon inside weft run has no tokens",
-                           .hint = "It is there for this machine's users alone"});
+                           .what = "tokens not available in the daemon of a weft run",
+                           .hint = "Connect through the Unix socket on this machine"});
             return tokens_.keeper().add(std::move(name), role, expires_us, std::move(user),
                                         utc_us());
           },
@@ -243,10 +243,10 @@ Status Daemon::begin(const DaemonOptions& options) {
   if (!is_pace(options.pace))
     return fail({.code = Errc::range,
                  .where = "--pace",
-                 .what = "no such pace",
+                 .what = "pace out of range",
                  .expected = "0, or 1 to 1 000 000",
                  .got = std::to_string(options.pace),
-                 .hint = "0 lets a simulated bench go as fast as it can"});
+                 .hint = "Use 0 to run a simulated bench as fast as possible"});
   wire(options);
   auto tls = load_tls(options.tls_certificate, options.tls_key);
   if (!tls) return pass(tls.error(), "TLS");
@@ -443,8 +443,8 @@ Status run_daemon(const DaemonOptions& options, const DaemonSignals& signals) {
   static_cast<void>(daemon->release());
   return fail({.code = Errc::timeout,
                .where = *lost,
-               .what = "a run does not answer, and the daemon ends without it",
-               .hint = "weft status says how the rig stands, once weftd is started again"});
+               .what = "run unresponsive, the daemon ended without it",
+               .hint = "Restart weftd, then check the rig with weft status"});
 }
 
 Status run_daemon_for(const DaemonOptions& options, const EmbeddedRun& own) {

@@ -73,7 +73,7 @@ class MqttPublisher::Connection {
 MqttPublisher::Connection::Connection(MqttPublisher& owner, bool only_ipv4)
     : owner_(owner), handle_(mosquitto_new(owner.client_.c_str(), true, this), &mosquitto_destroy) {
   if (!handle_) {
-    error_ = "no memory for a client";
+    error_ = "no memory for the MQTT client";
     return;
   }
   const MqttSettings& settings = owner.settings_;
@@ -110,7 +110,7 @@ void MqttPublisher::Connection::set_tls(const MqttSettings& settings) {
 void MqttPublisher::Connection::check_socket() {
   pollfd entry{.fd = mosquitto_socket(handle_.get()), .events = POLLOUT, .revents = 0};
   if (entry.fd >= 0 && ::poll(&entry, 1, 0) == 1 && (entry.revents & (POLLERR | POLLHUP)) != 0)
-    error_ = "the connection was refused";
+    error_ = "connection refused";
 }
 
 void MqttPublisher::Connection::on_connect(int code) {
@@ -161,8 +161,8 @@ void MqttPublisher::Connection::poll(const std::stop_token& stop) {
   if (!is_connected_) check_socket();
   if (!error_) check(mosquitto_loop(handle_.get(), poll_ms, 1));
   if (!is_connected_ && !error_ && steady_wall_now() - began_ > longest_connect)
-    error_ = "no connection in time";
-  if (is_gone_ && !error_) error_ = "the connection was closed";
+    error_ = "connection timed out";
+  if (is_gone_ && !error_) error_ = "connection closed";
 }
 
 bool MqttPublisher::Connection::is_idle() const {

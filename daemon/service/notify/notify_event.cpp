@@ -91,7 +91,7 @@ std::vector<Event> EventDetector::on_run(const runs::RunView& run, std::int64_t 
     ++ended_[events.front().outcome];
     if (open_.empty())
       events.push_back(make(EventKind::queue_empty, utc_us, usual, "queue empty",
-                            run.stored.id() + " was the last run that waited."));
+                            run.stored.id() + " was the last queued run."));
     return events;
   }
   OpenRun& open = open_[run.stored.number];
@@ -114,7 +114,7 @@ std::optional<Event> EventDetector::on_rig(const runs::RigState& rig, std::int64
   if (!was || !rig.is_latched()) return std::nullopt;
   if (was->is_latched() && was->is_emergency() == rig.is_emergency()) return std::nullopt;
   Event event =
-      make(EventKind::rig_latched, utc_us, urgent, rig.is_emergency() ? "emergency stop" : "halted",
+      make(EventKind::rig_latched, utc_us, urgent, rig.is_emergency() ? "e-stop" : "halted",
            "Latched by " + rig.facts().latch->why + ".");
   event.rig = "latched";
   return event;
@@ -123,9 +123,8 @@ std::optional<Event> EventDetector::on_rig(const runs::RigState& rig, std::int64
 std::optional<Event> EventDetector::on_disk(std::uint64_t free_bytes, std::int64_t utc_us) {
   if (free_bytes >= disk_low_bytes_ + disk_low_bytes_ / 10) disk_is_low_ = false;
   if (free_bytes >= disk_low_bytes_ || std::exchange(disk_is_low_, true)) return std::nullopt;
-  return make(
-      EventKind::disk_low, utc_us, high, "disk low",
-      gigabytes(free_bytes) + " GB free, the limit is " + gigabytes(disk_low_bytes_) + " GB.");
+  return make(EventKind::disk_low, utc_us, high, "disk low",
+              gigabytes(free_bytes) + " GB free, limit " + gigabytes(disk_low_bytes_) + " GB.");
 }
 
 }  // namespace weft::daemon::notify

@@ -20,7 +20,7 @@ using recipes::ObjectReader;
 using recipes::Problems;
 
 constexpr std::uintmax_t longest_secret = 4096;  // [bytes]
-constexpr const char* secret_hint = "secrets are read from files that others may not read";
+constexpr const char* secret_hint = "secret not allowed in this file";
 
 const json& placeholder_example() {
   static const json example = to_json(Event{});
@@ -38,15 +38,17 @@ Result<std::string> read_private_text(const std::filesystem::path& file) {
   if (stat(file.c_str(), &found) == 0 && (found.st_mode & for_others) != 0)
     return fail({.code = Errc::wrong_state,
                  .where = file.string(),
-                 .what = "others may read or change the secret",
-                 .expected = "a file with mode 0600 or 0640",
-                 .hint = "chmod 600 " + file.string()});
+                 .what = "secret file accessible to other users",
+                 .expected = "mode 0600 or 0640",
+                 .hint = "Run chmod 600 " + file.string()});
   auto text = read_text_file(file, longest_secret);
   if (!text) return text;
   const std::string_view line = trimmed(*text, " \t\r\n");
   if (line.empty() || has_control(line))
-    return fail(
-        {.code = Errc::parse, .where = file.string(), .what = "not one line with a secret"});
+    return fail({.code = Errc::parse,
+                 .where = file.string(),
+                 .what = "invalid secret file",
+                 .expected = "one line with the secret"});
   return std::string(line);
 }
 
@@ -105,7 +107,7 @@ NotifySettings SettingsReader::read(const json& document, const std::string& ben
     settings.mqtt = read_mqtt(*mqtt, reader.at("mqtt"), bench);
   reader.finish();
   if (!reader.has("webhook") && !reader.has("mqtt"))
-    problems_.add({"", "no channel to send events to", "webhook or mqtt", "", ""});
+    problems_.add({"", "channel missing", "webhook or mqtt", "", ""});
   return settings;
 }
 
@@ -120,7 +122,7 @@ std::vector<EventKind> SettingsReader::read_events(ObjectReader& reader) {
       events.push_back(*kind);
       continue;
     }
-    problems_.add({recipes::child(reader.at("events"), i), "no such event", recipes::one_of(known),
+    problems_.add({recipes::child(reader.at("events"), i), "unknown event", recipes::one_of(known),
                    recipes::brief(wanted[i]), did_you_mean(name, known)});
   }
   return events;
@@ -132,9 +134,10 @@ WebhookSettings SettingsReader::read_webhook(const json& value, const std::strin
   for (const char* const key : {"token", "password", "user"}) reader.explain(key, secret_hint);
   const auto url = reader.text("url", Need::optional);
   webhook.url = url ? *url : read_secret(reader, "url_file");
-  if (url && reader.has("url_file")) reader.explain("url_file", "the URL is given twice");
+  if (url && reader.has("url_file"))
+    reader.explain("url_file", "URL given twice: url and url_file");
   if (!url && !reader.has("url_file"))
-    problems_.add({pointer, "no URL to post to", "url or url_file", "", ""});
+    problems_.add({pointer, "URL missing", "url or url_file", "", ""});
   webhook.token = read_secret(reader, "token_file");
   webhook.ca_file = read_ca(reader);
   webhook.tls = static_cast<TlsUse>(
@@ -161,7 +164,8 @@ void SettingsReader::read_headers(ObjectReader& reader, WebhookSettings& webhook
     if (std::regex_match(name, secret))
       problems_.add({place, secret_hint, "token_file", "", ""});
     else if (!std::regex_match(name, field) || has_control(text))
-      problems_.add({place, "not a header", "a name of letters and a text of one line",
+      problems_.add({place, "invalid header",
+                     "a name of letters, digits and -, and a value of one line",
                      recipes::brief(value), ""});
     check_template(place, value);
     webhook.headers.emplace_back(name, text);
@@ -174,16 +178,16 @@ void SettingsReader::check_url(const std::string& place, const WebhookSettings& 
   static const std::regex form("(https?)://([^/?#\\s]+)([/?#]\\S*)?");
   const bool is_secret = place.ends_with("_file");
   if (!std::regex_match(webhook.url, found, form))
-    return problems_.add({place, "not a URL of HTTP", "https://...",
-                          is_secret ? "" : recipes::clipped(webhook.url), ""});
+    return problems_.add(
+        {place, "invalid URL", "https://...", is_secret ? "" : recipes::clipped(webhook.url), ""});
   const std::string authority = found[2];
   if (authority.find('@') != std::string::npos)
-    return problems_.add({place, "a user and a password in the URL", "token_file", "", ""});
+    return problems_.add({place, "user and password in the URL", "token_file", "", ""});
   static const std::regex here("(localhost|127\\.0\\.0\\.1|\\[::1\\])(:\\d+)?");
   const bool is_plain = found[1] == "http" && !std::regex_match(authority, here);
   if (is_plain && (is_secret || !webhook.token.empty()))
-    problems_.add({place, "a token or a secret URL is sent under TLS only", "https://...",
-                   is_secret ? "" : authority, ""});
+    problems_.add(
+        {place, "token or secret URL without TLS", "https://...", is_secret ? "" : authority, ""});
 }
 
 MqttSettings SettingsReader::read_mqtt(const json& value, const std::string& pointer,
@@ -204,11 +208,11 @@ MqttSettings SettingsReader::read_mqtt(const json& value, const std::string& poi
   constexpr std::size_t longest_topic = 200;
   if (mqtt.topic.empty() || mqtt.topic.size() > longest_topic || mqtt.topic.front() == '$' ||
       mqtt.topic.find_first_of("+#") != std::string::npos || has_control(mqtt.topic))
-    problems_.add({reader.at("topic"), "not a topic to publish under",
-                   "at most 200 bytes, without + and #, no $ first", recipes::clipped(mqtt.topic),
-                   ""});
+    problems_.add({reader.at("topic"), "invalid topic",
+                   "at most 200 bytes, without + and #, not starting with $",
+                   recipes::clipped(mqtt.topic), ""});
   if (mqtt.user.empty() && !mqtt.password.empty())
-    problems_.add({pointer, "a password without a user", "user", "", ""});
+    problems_.add({pointer, "password without a user", "user", "", ""});
   return mqtt;
 }
 
@@ -226,7 +230,8 @@ std::string SettingsReader::read_ca(ObjectReader& reader) {
   const std::filesystem::path path = folder_ / *file;
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none))
-    problems_.add({reader.at("ca_file"), "no such file", "certificates (PEM)", path.string(), ""});
+    problems_.add(
+        {reader.at("ca_file"), "file not found", "CA certificates (PEM)", path.string(), ""});
   return path.string();
 }
 
@@ -244,7 +249,7 @@ void SettingsReader::check_template(const std::string& place, const json& value)
   const auto check = [&](const std::string& name) {
     if (placeholder_example().contains(name)) return;
     const std::string_view meant = closest(name, known);
-    problems_.add({place, "no such placeholder", recipes::one_of(known), "{" + name + "}",
+    problems_.add({place, "unknown placeholder", recipes::one_of(known), "{" + name + "}",
                    meant.empty() ? "" : "Did you mean {" + std::string(meant) + "}?"});
   };
   for_parts(

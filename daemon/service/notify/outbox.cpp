@@ -10,7 +10,7 @@ void Outbox::put(Event event, Clock now) {
   if (waiting_.size() == most_waiting) {
     waiting_.pop_front();
     ++counts_.lost;
-    error_ = "too many events wait";
+    error_ = "too many waiting events";
   }
   waiting_.push_back({++numbers_, std::move(event), now});
   arrived_.notify_all();

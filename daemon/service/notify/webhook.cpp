@@ -117,7 +117,7 @@ Answer Poster::post(const Event& event) {
   long status = 0;
   curl_easy_getinfo(handle_.get(), CURLINFO_RESPONSE_CODE, &status);
   if (status >= 200 && status < 300) return Answer::taken;
-  error_ = "the server answered HTTP " + std::to_string(status);
+  error_ = "server answered HTTP " + std::to_string(status);
   constexpr long timeout = 408, too_many = 429, server_error = 500;
   const bool is_passing = status >= server_error || status == timeout || status == too_many;
   return is_passing ? Answer::failed : Answer::refused;

@@ -149,14 +149,14 @@ std::string refusal_text(int status) {
   switch (status) {
     case 408:
       return refused(408, "request.slow",
-                     {.code = Errc::timeout, .what = "the request did not come in time"});
+                     {.code = Errc::timeout, .what = "request not received in time"});
     case 411:
       return refused(411, "request.length",
                      {.code = Errc::unsupported,
                       .where = "Content-Length",
-                      .what = "the request's length is not known",
+                      .what = "request length missing",
                       .expected = "a number of bytes",
-                      .hint = "Chunked requests are not taken"});
+                      .hint = "Send Content-Length; chunked requests are not supported"});
     case 413:
       return refused(413, "request.too_long",
                      {.code = Errc::range,
@@ -167,11 +167,10 @@ std::string refusal_text(int status) {
       return refused(431, "request.too_long",
                      {.code = Errc::range,
                       .where = "headers",
-                      .what = "head too long",
+                      .what = "request head too long",
                       .expected = bytes(bounds.head_bytes)});
     default:
-      return refused(400, "request.http",
-                     {.code = Errc::parse, .what = "not a request of HTTP/1.1"});
+      return refused(400, "request.http", {.code = Errc::parse, .what = "not an HTTP/1.1 request"});
   }
 }
 
@@ -181,7 +180,7 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, std::stri
     return refused(403, "access.host",
                    {.code = Errc::wrong_state,
                     .where = "Host",
-                    .what = "this daemon has no such name",
+                    .what = "host name not accepted",
                     .expected = "localhost or " + std::string(address),
                     .got = text("Host")});
   const bool rpc = request.path() == "/rpc", data = request.path().starts_with(data_path);
@@ -190,20 +189,21 @@ std::optional<std::string> refusal_of_head(const HttpRequest& request, std::stri
   if (!rpc && !data && !page && !other)
     return refused(404, "request.path",
                    {.code = Errc::not_found,
-                    .what = "nothing there",
+                    .what = "unknown path",
                     .expected = "/, /rpc, /events, /metrics or /data/..."});
   const std::string_view method = rpc ? "POST" : "GET";
   if (request.method() != method && !(page && request.method() == "HEAD"))
-    return refused(
-        405, "request.method",
-        {.code = Errc::invalid_argument, .what = "another method", .expected = std::string(method)},
-        rpc ? "Allow: POST\r\n" : "Allow: GET\r\n");
+    return refused(405, "request.method",
+                   {.code = Errc::invalid_argument,
+                    .what = "wrong HTTP method",
+                    .expected = std::string(method)},
+                   rpc ? "Allow: POST\r\n" : "Allow: GET\r\n");
   // Forms of other pages can send text, but not this type.
   if (rpc && !request.header("Content-Type").starts_with("application/json"))
     return refused(415, "request.type",
                    {.code = Errc::invalid_argument,
                     .where = "Content-Type",
-                    .what = "another content type",
+                    .what = "wrong content type",
                     .expected = "application/json",
                     .got = text("Content-Type")});
   return std::nullopt;
@@ -226,15 +226,15 @@ std::string no_file_text(const Error& error, bool wants_known_content) {
 }
 
 std::string daemon_stops_text() {
-  return refused(503, "daemon.stops", {.code = Errc::wrong_state, .what = "the daemon stops"},
-                 come_back);
+  return refused(503, "daemon.stops",
+                 {.code = Errc::wrong_state, .what = "daemon is shutting down"}, come_back);
 }
 
 std::string no_answer_text(std::int64_t timeout_s) {
   return refused(504, "request.no_answer",
                  {.code = Errc::timeout,
                   .what = "no answer in time",
-                  .expected = std::to_string(timeout_s) + " s"});
+                  .expected = "within " + std::to_string(timeout_s) + " s"});
 }
 
 std::string open_line(const HttpRequest& request) {
@@ -346,7 +346,7 @@ FileAnswer file_answer(const HttpRequest& request, const ServedFile& file) {
     return {refused(412, "data.other",
                     {.code = Errc::wrong_state,
                      .where = "sha256",
-                     .what = "the file has another content",
+                     .what = "file content has changed",
                      .got = file.sha256}),
             {}};
   if (const auto known = request.header("If-None-Match"); names_tag(known, tag))

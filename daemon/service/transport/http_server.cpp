@@ -200,8 +200,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
     const auto method = server_->shared->methods->find(parsed->method);
     const HttpLimits& most = server_->limits;
     if (method && (*method)->answers_later && !has_slot({Stage::waiting}, most.waiting))
-      return leave(too_many_text("calls wait for their answers", most.waiting,
-                                 "Ask again later, or use the socket"));
+      return leave(too_many_text("waiting calls", most.waiting, "Retry later, or use the socket"));
     const std::string answer = submit(request_.body());
     if (!parsed->id_json) return leave(answer_text(204, {}));
     if (!answer.empty()) return leave(answer_text(200, answer));
@@ -218,8 +217,8 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   void stream() {
     const HttpLimits& most = server_->limits;
     if (!has_slot({Stage::streaming}, most.streams))
-      return leave(too_many_text("streams of events", most.streams,
-                                 "Close one, or use the socket, which has no such bound"));
+      return leave(too_many_text("event streams", most.streams,
+                                 "Close one, or use the socket, which has no such limit"));
     auto from_seq = seen_last(request_, server_->shared->epoch);
     std::string first = submit(subscribe_line(request_, from_seq));
     if (from_seq && is_error(first)) {  // too old: a snapshot instead
@@ -235,7 +234,7 @@ class HttpServer::Parts::Connection : public std::enable_shared_from_this<Connec
   void send_file() {
     const HttpLimits& most = server_->limits;
     if (!has_slot({Stage::opening, Stage::sending}, most.files))
-      return leave(too_many_text("files are on their way", most.files, "Ask again later"));
+      return leave(too_many_text("file downloads", most.files, "Retry later"));
     stage_ = Stage::opening;
     give_up_waiting();
     server_->shared->file(request_.path().substr(data_path.size()),

@@ -43,8 +43,8 @@ Status clear_the_way(const std::filesystem::path& path) {
   if (!S_ISSOCK(found.st_mode))
     return fail({.code = Errc::invalid_argument,
                  .where = path.string(),
-                 .what = "something else is in the way of the socket",
-                 .expected = "nothing, or an old socket",
+                 .what = "socket path in use by another file",
+                 .expected = "no file, or an old socket",
                  .got = S_ISLNK(found.st_mode) ? "a symbolic link" : "a file or folder",
                  .hint = "Move it away"});
   asio::io_context context;
@@ -54,14 +54,14 @@ Status clear_the_way(const std::filesystem::path& path) {
   if (!error)
     return fail({.code = Errc::wrong_state,
                  .where = path.string(),
-                 .what = "another daemon listens there",
+                 .what = "socket in use by another daemon",
                  .hint = "Stop it, or choose another --socket"});
   std::error_code removed;
   std::filesystem::remove(path, removed);
   if (removed)
     return fail({.code = Errc::io,
                  .where = path.string(),
-                 .what = "cannot remove the old socket",
+                 .what = "old socket not removed",
                  .got = removed.message()});
   return {};
 }
@@ -74,9 +74,9 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   if (path.string().size() > longest)
     return fail({.code = Errc::range,
                  .where = path.string(),
-                 .what = "the socket's path is too long",
-                 .expected = "107 bytes",
-                 .got = std::to_string(path.string().size())});
+                 .what = "socket path too long",
+                 .expected = "at most 107 bytes",
+                 .got = std::to_string(path.string().size()) + " bytes"});
   if (Status clear = clear_the_way(path); !clear) return clear;
   asio::error_code error;
   acceptor.open(Unix(), error);
@@ -87,7 +87,7 @@ Status open_unix(Unix::acceptor& acceptor, const std::filesystem::path& path) {
   if (error)
     return fail({.code = Errc::io,
                  .where = path.string(),
-                 .what = "cannot listen",
+                 .what = "listening failed",
                  .got = error.message()});
   return {};
 }

@@ -157,12 +157,12 @@ class SocketServer::Parts::Connection : public std::enable_shared_from_this<Conn
       return asio::post(server_->context, [self = shared_from_this()] { self->work_off(); });
     }
     if (lines_.overflows()) {
-      return end_with(
-          rpc::rpc_error(rpc::code::request + 30, "request.too_long",
-                         {.code = Errc::range,
-                          .where = "line",
-                          .what = "line too long",
-                          .expected = std::to_string(server_->limits.line_bytes) + " bytes"}));
+      return end_with(rpc::rpc_error(
+          rpc::code::request + 30, "request.too_long",
+          {.code = Errc::range,
+           .where = "line",
+           .what = "line too long",
+           .expected = "at most " + std::to_string(server_->limits.line_bytes) + " bytes"}));
     }
     pump();
     read();

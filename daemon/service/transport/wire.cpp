@@ -79,7 +79,7 @@ Status readable(const std::filesystem::path& file, const char* what) {
   if (std::filesystem::is_regular_file(file, none)) return {};
   return fail({.code = Errc::not_found,
                .where = file.string(),
-               .what = std::string("no ") + what + " there",
+               .what = std::string(what) + " file not found",
                .expected = "a PEM file"});
 }
 
@@ -88,16 +88,16 @@ Status check_private_key(const std::filesystem::path& key) {
   if (stat(key.c_str(), &found) != 0 || (found.st_mode & 07) == 0) return {};
   return fail({.code = Errc::wrong_state,
                .where = key.string(),
-               .what = "everybody may read the key",
-               .expected = "a file that is the daemon's and its group's",
-               .hint = "chmod 640 " + key.string()});
+               .what = "key readable by all users",
+               .expected = "a file readable by the daemon and its group only",
+               .hint = "Run chmod 640 " + key.string()});
 }
 
 tl::unexpected<Error> unusable(const char* what, const std::filesystem::path& file,
                                const asio::error_code& error) {
   return fail({.code = Errc::parse,
                .where = file.string(),
-               .what = std::string("unusable ") + what,
+               .what = std::string("invalid ") + what,
                .expected = "PEM",
                .got = error.message()});
 }
@@ -110,16 +110,16 @@ Result<asio::ip::address> address_to_listen_on(const std::string& text, bool wit
   if (error)
     return fail({.code = Errc::parse,
                  .where = "--listen",
-                 .what = "not an address",
-                 .expected = "127.0.0.1, ::1 or one of this machine",
+                 .what = "invalid address",
+                 .expected = "127.0.0.1, ::1 or an address of this machine",
                  .got = text});
   if (address.is_loopback() || with_tls) return address;
   return fail({.code = Errc::invalid_argument,
                .where = "--listen",
-               .what = "an address that other machines reach is refused without TLS",
+               .what = "address that other machines can reach needs TLS",
                .expected = "127.0.0.1, or --tls-cert and --tls-key",
                .got = text,
-               .hint = "Tokens would go over the network for everybody to read"});
+               .hint = "Enable TLS: without it, others on the network can read the tokens"});
 }
 
 Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std::uint16_t port) {
@@ -133,9 +133,9 @@ Status listen_on(tcp::acceptor& acceptor, const asio::ip::address& address, std:
   if (error)
     return fail({.code = Errc::io,
                  .where = address.to_string() + ":" + std::to_string(port),
-                 .what = "cannot listen",
+                 .what = "listening failed",
                  .got = error.message(),
-                 .hint = "Another program may hold the port"});
+                 .hint = "Check whether another program uses the port"});
   return {};
 }
 
@@ -162,7 +162,7 @@ Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path
   if (certificate.empty() || key.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "--tls-cert",
-                 .what = "a certificate and its key go together",
+                 .what = "certificate or key missing",
                  .expected = "--tls-cert and --tls-key"});
   if (Status ok = readable(certificate, "certificate"); !ok) return pass(ok.error());
   if (Status ok = readable(key, "key"); !ok) return pass(ok.error());
@@ -178,7 +178,7 @@ Result<std::shared_ptr<asio::ssl::context>> load_tls(const std::filesystem::path
   if (error) return unusable("key", key, error);
   if (SSL_CTX_check_private_key(context->native_handle()) != 1)
     return fail(
-        {.code = Errc::parse, .where = key.string(), .what = "the key is not the certificate's"});
+        {.code = Errc::parse, .where = key.string(), .what = "key does not match the certificate"});
   return context;
 }
 
