@@ -13,9 +13,10 @@ namespace {
 using access::Lease;
 using std::chrono::milliseconds;
 
-constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true, "its name, \"L-9c1d40b2-7\""};
+constexpr rpc::ParamSpec lease_param{"lease", ParamType::text, true,
+                                     "id of the lease, \"L-9c1d40b2-7\""};
 constexpr rpc::ParamSpec ttl_param{"ttl_ms", ParamType::integer, false,
-                                   "how long it lasts without renewal [ms], 15000"};
+                                   "time until it expires unless renewed [ms] (default: 15000)"};
 
 json lease_json(const Services& services, const Lease& lease) {
   const auto left = lease.expires - services.now();
@@ -92,10 +93,10 @@ Outcome acquire(const Services& services, const Call& call) {
   if (const std::string scope = call.params.value("scope", rig); scope != rig)
     return refused({.code = Errc::not_found,
                     .where = "/params/scope",
-                    .what = "nothing of that name is leased here",
+                    .what = "unknown lease scope",
                     .expected = rig,
                     .got = scope,
-                    .hint = "Leave it out for this rig"});
+                    .hint = "Omit it for this rig"});
   return changed(services, call, "acquired", [&](access::Leases& leases) {
     return leases.acquire(
         {rig, call.caller.user, call.caller.session, call.params.value("note", ""), read_ttl(call)},
@@ -145,11 +146,12 @@ Outcome list_sessions(const Services& services, const Call&) {
 }
 
 rpc::RpcError closed_by(const std::string& by, const std::string& reason) {
-  return rpc::rpc_error(rpc::code::access + 8, "session.closed",
-                        {.code = Errc::wrong_state,
-                         .what = "this session was closed by " + by,
-                         .got = reason,
-                         .hint = "What it has started goes on; session.open begins another"});
+  return rpc::rpc_error(
+      rpc::code::access + 8, "session.closed",
+      {.code = Errc::wrong_state,
+       .what = "session closed by " + by,
+       .got = reason,
+       .hint = "Open another session with session.open; started runs are not affected"});
 }
 
 /// A caller may close its own session; closing another user's requires the role admin.
@@ -160,21 +162,21 @@ Outcome close_session(const Services& services, const Call& call) {
     return refused(rpc::code::access + 3, "access.role",
                    {.code = Errc::wrong_state,
                     .where = "/params/session",
-                    .what = "another's session",
+                    .what = "session of another user",
                     .expected = "admin",
                     .got = std::string(access::to_string(call.caller.role)),
-                    .hint = "Leave it out to close your own"});
+                    .hint = "Omit it to close your own session"});
   const auto found = services.sessions->find(name);
   if (found == services.sessions->end() || !found->second->is_open())
     return refused({.code = Errc::not_found,
                     .where = "/params/session",
-                    .what = "no such session",
+                    .what = "unknown session",
                     .got = name,
-                    .hint = "session.list tells who is there"});
+                    .hint = "List the sessions with session.list"});
   const std::string reason = call.params.value("reason", "");
   if (!own && reason.size() < 3)
     return refused(
-        bad_param("reason", "another's session is closed for a reason", "a few words", reason));
+        bad_param("reason", "reason missing or too short", "at least 3 characters", reason));
   server::Session& session = *found->second;
   const json payload{{"session", name}, {"user", session.caller().user}, {"reason", reason}};
   if (const Status ok = append_journal(services, "session.closed", by(call.caller), payload); !ok)
@@ -192,18 +194,18 @@ Outcome add_token(const Services& services, const Call& call) {
   const auto role = access::role_from(wanted);
   if (!role)
     return refused(
-        bad_param("role", "no such role", "observer, operator, engineer or admin", wanted));
-  const auto days = read_whole_number(call, {"days", 30, 1, most_days, "how long it is good for"});
+        bad_param("role", "unknown role", "observer, operator, engineer or admin", wanted));
+  const auto days = read_whole_number(call, {"days", 30, 1, most_days, "days out of range"});
   if (!days) return refused(days.error());
   const std::int64_t expires_us = services.utc_us() + static_cast<std::int64_t>(*days) * day_us;
   const bool own = call.params.value("own", false);
   if (own && !call.caller.token.empty())  // it would outlive the caller's own token
     return refused({.code = Errc::wrong_state,
                     .where = "/params/own",
-                    .what = "who came with a token makes none for himself",
-                    .expected = "a user of the machine, by the Unix socket",
+                    .what = "own token not available to a user of a token",
+                    .expected = "a user of the machine, through the Unix socket",
                     .got = "the token " + call.caller.token,
-                    .hint = "Leave it out: who comes with it is token:NAME then"});
+                    .hint = "Omit it; the user of the new token is then token:NAME"});
   const std::string user = own ? call.caller.user : "";
   const auto token = services.add_token(name, *role, expires_us, user);
   if (!token && token.error().code == Errc::invalid_argument && token.error().where == "token")
@@ -238,7 +240,7 @@ tl::expected<void, rpc::RpcError> can_order(const Services& services, const Call
     return refused(rpc::code::access + 3, "access.role",
                    {.code = Errc::wrong_state,
                     .where = "/params/break_lease",
-                    .what = "this role breaks no lease for this order",
+                    .what = "role not permitted to break the lease for this order",
                     .expected = std::string(access::to_string(least_to_break)),
                     .got = std::string(access::to_string(call.caller.role))});
   const std::string step = call.params.value("step", "");
@@ -279,55 +281,59 @@ void notify_lease_expired(const Services& services, const Lease& lease) {
 void add_lease_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group
-      .change("lease.acquire", "takes the rig for yourself, for a while", Role::operator_,
-              {{"scope", ParamType::text, false, "this rig, where it is left out"},
+      .change("lease.acquire", "acquire the lease of the rig for a limited time", Role::operator_,
+              {{"scope", ParamType::text, false, "what to lease (default: this rig)"},
                ttl_param,
-               {"note", ParamType::text, false, "for the others, what for"}},
+               {"note", ParamType::text, false, "purpose, shown to other users"}},
               "lease, expires_us", acquire)
       .memory = rpc::Memory::while_running;
   group
-      .change("lease.renew", "for longer", Role::operator_, {lease_param, ttl_param},
-              "lease, expires_us", renew)
+      .change("lease.renew", "extend a lease before it expires", Role::operator_,
+              {lease_param, ttl_param}, "lease, expires_us", renew)
       .memory = rpc::Memory::while_running;
   group
-      .change("lease.release", "done with it", Role::operator_, {lease_param},
-              "the lease that is over", release)
+      .change("lease.release", "release a lease", Role::operator_, {lease_param}, "the ended lease",
+              release)
       .memory = rpc::Memory::while_running;
   group
-      .change("lease.break", "takes it away from whoever holds it; told to all", Role::admin,
-              {lease_param, {"reason", ParamType::text, true, "a few words"}},
-              "the lease that is over, reason", break_lease)
+      .change("lease.break", "break the lease of another user; all users are notified", Role::admin,
+              {lease_param, {"reason", ParamType::text, true, "reason, at least 3 characters"}},
+              "the ended lease, reason", break_lease)
       .memory = rpc::Memory::while_running;
-  group.read("lease.list", "who holds what", {}, "leases", list_leases);
+  group.read("lease.list", "list the leases and their users", {}, "leases", list_leases);
 }
 
 void add_session_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("session.list", "who is connected and has introduced himself", {},
+  group.read("session.list", "list the connected clients with an open session", {},
              "sessions: session, user, client, role, local (through the Unix socket), "
              "subscriptions, waiting_calls",
              list_sessions);
-  group.change("session.close",
-               "ends a session once its answer is sent: your own, or an admin another's with a "
-               "reason; what it has started goes on, and its leases until their time is over",
-               Role::observer,
-               {{"session", ParamType::text, false, "its name, \"s-41\"; yours"},
-                {"reason", ParamType::text, false, "for who is there and for the journal"}},
-               "closed", close_session);
+  group.change(
+      "session.close",
+      "close a session after its answer is sent: your own, or as an admin another one with a "
+      "reason. Started runs continue, and its leases last until they expire",
+      Role::observer,
+      {{"session", ParamType::text, false, "name of the session, \"s-41\" (default: your own)"},
+       {"reason", ParamType::text, false,
+        "reason, for the client and the journal; needed for the session of another user"}},
+      "closed", close_session);
 }
 
 void add_token_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group
-      .change("token.add", "makes a token for TCP and HTTP; it is told once, here", Role::admin,
-              {{"name", ParamType::text, true, "whom it is for, a new name"},
-               {"role", ParamType::text, false, "observer, operator (default), engineer or admin"},
-               {"days", ParamType::integer, false, "how long it is good for [days], 30"},
-               {"own", ParamType::flag, false,
-                "it is for yourself, a user of the machine, who came without a token: who comes "
-                "with it is you, as far as its role goes, and has your leases and keys; else "
-                "token:NAME"}},
-              "name, role, expires_us, user (who comes with it), token", add_token)
+      .change(
+          "token.add", "create a token for TCP and HTTP; only this answer contains it", Role::admin,
+          {{"name", ParamType::text, true, "name of the token, not yet in use"},
+           {"role", ParamType::text, false,
+            "role (default: operator; observer, operator, engineer, admin)"},
+           {"days", ParamType::integer, false, "time until it expires [days] (default: 30)"},
+           {"own", ParamType::flag, false,
+            "create it for yourself, a user of the machine without a token: its client acts as you "
+            "within its role, with your leases and idempotency keys. Otherwise its user is "
+            "token:NAME"}},
+          "name, role, expires_us, user (of the token), token", add_token)
       .memory = rpc::Memory::while_running;
 }
 

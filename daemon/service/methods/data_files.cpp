@@ -80,8 +80,9 @@ Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
     return fail(
         {.code = Errc::not_found,
          .where = folder.string(),
-         .what = "this run has no certificate",
-         .hint = "It is written when a campaign ends; data.export makes a file of what there is"});
+         .what = "run without certificate",
+         .hint =
+             "Wait until the campaign has ended, or export the complete trials with data.export"});
   std::vector<DataFile> out;
   if (*certificate)
     if (Status ok = add_certified(folder, **certificate, out); !ok) return pass(ok.error());
@@ -96,10 +97,10 @@ Result<std::vector<DataFile>> read_lists(const fs::path& folder) {
 tl::unexpected<Error> not_as_listed(const DataFile& listed, std::string expected, std::string got) {
   return fail({.code = Errc::wrong_state,
                .where = listed.name,
-               .what = "the file is not what its list says",
+               .what = "file differs from its entry in the list",
                .expected = std::move(expected),
                .got = std::move(got),
-               .hint = "weft verify tells what differs"});
+               .hint = "Find the differences with weft verify"});
 }
 
 }  // namespace
@@ -155,9 +156,9 @@ Result<server::ServedFile> DataFiles::open(const fs::path& folder, const std::st
   if (listed == files->end())
     return fail({.code = Errc::not_found,
                  .where = folder.filename().string(),
-                 .what = "no such file of that run",
+                 .what = "run has no such file",
                  .got = name.substr(0, 100),
-                 .hint = "data.get lists them"});
+                 .hint = "List its files with data.get"});
   auto file = opened(folder, name);
   if (!file) return not_as_listed(*listed, {}, to_string(file.error()));
   const auto as_of = file->stamp();

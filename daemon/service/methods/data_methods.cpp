@@ -92,17 +92,17 @@ Result<ExportRequest> read_export_request(const Call& call) {
   const std::string wanted = call.params.value("format", "hdf5");
   const auto format = export_format_from(wanted);
   if (!format)
-    return pass(bad_param("format", "no such format", "hdf5, features-csv or samples-csv",
+    return pass(bad_param("format", "unknown format", "hdf5, features-csv or samples-csv",
                           wanted.substr(0, 100)));
   ExportRequest out{.format = *format, .exploration = call.params.value("exploration", "")};
   if (*format != ExportFormat::features_csv && !out.exploration.empty())
-    return pass(bad_param("exploration", "the file has all explorations",
-                          "with format features-csv", out.exploration.substr(0, 100)));
+    return pass(bad_param("exploration", "exploration not selectable in this format",
+                          "format features-csv", out.exploration.substr(0, 100)));
   const std::string name = call.params.value("stream", "");
   const auto stream = sample_stream_from(name);
   if (stream) out.stream = *stream;
   if (stream.has_value() != (*format == ExportFormat::samples_csv))
-    return pass(bad_param("stream", "a stream goes with format samples-csv, and that needs one",
+    return pass(bad_param("stream", "stream missing, or given without format samples-csv",
                           joined(sample_stream_names()), name.substr(0, 100)));
   return out;
 }
@@ -149,8 +149,8 @@ Outcome certified(const runs::StoredRun& run, std::size_t from, std::size_t most
   if (!*read)
     return refused({.code = Errc::not_found,
                     .where = run.id(),
-                    .what = "this run has no certificate",
-                    .hint = "It is written when a campaign ends"});
+                    .what = "run without certificate",
+                    .hint = "Wait until the campaign has ended"});
   const Certificate& c = **read;
   json files = json::array(), early = json::array();
   for (const FileChecksums& file : c.files)
@@ -185,9 +185,10 @@ void certificate_of_run(const Services& services, const Call& call, const Respon
   constexpr std::int64_t most_trials = 1000;
   const auto run = services.run_manager->get(run_of(call));
   if (!run) return respond(refused(run.error()));
-  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "which trials"});
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "trial number out of range"});
   if (!from) return respond(refused(from.error()));
-  const auto most = read_whole_number(call, {"most", 100, 1, most_trials, "which trials"});
+  const auto most =
+      read_whole_number(call, {"most", 100, 1, most_trials, "number of trials out of range"});
   if (!most) return respond(refused(most.error()));
   answer_in_background(
       services.file_background, respond,
@@ -209,7 +210,7 @@ void import_folder(const Services& services, const Call& call, const Responder& 
   const runs::CataloguePaths paths{services.data, services.rig, services.recipes};
   const std::string name = call.params.at("folder").get<std::string>();
   if (name.find('\0') != std::string::npos)
-    return respond(refused(bad_param("folder", "not a path", "without a zero byte", {})));
+    return respond(refused(bad_param("folder", "invalid path", "a path without zero byte", {})));
   const std::filesystem::path folder = services.data / name;
   const bool is_taken = services.file_background(
       [s = &services, paths, folder, respond, caller = call.caller]() -> Services::Report {
@@ -220,17 +221,18 @@ void import_folder(const Services& services, const Call& call, const Responder& 
       [respond](const Error& escaped) { respond(refused(escaped)); });
   if (!is_taken)
     respond(refused({.code = Errc::timeout,
-                     .what = "too many requests for files wait",
-                     .hint = "Ask again later"}));
+                     .what = "too many pending requests for files",
+                     .hint = "Retry later"}));
 }
 
 /// Methods for the certificate and the exports of a data set.
 void add_export_methods(MethodGroup& group) {
   group.read("data.certificate",
-             "what a run's data set was recorded with, and the digests that data.verify goes by",
+             "get the certificate of a run: devices, files and the digests that data.verify checks",
              {run_param,
-              {"from", ParamType::integer, false, "the first attempt at a trial that is told, 0"},
-              {"most", ParamType::integer, false, "attempts, 100; at most 1000"}},
+              {"from", ParamType::integer, false, "index of the first attempt (default: 0)"},
+              {"most", ParamType::integer, false,
+               "largest number of attempts, up to 1000 (default: 100)"}},
              "run, bench, name, seed, software_version, recipe_sha256, rig_sha256, "
              "dataset_sha256, trials_planned, attempts, ended_early, devices: name, driver, "
              "identity; files: name, bytes, sha256, path; path of the whole certificate; trials: "
@@ -238,16 +240,17 @@ void add_export_methods(MethodGroup& group) {
              certificate_of_run);
   group.change(
       "data.export",
-      "makes a file of the complete trials of a run that is over, also of one that was "
-      "interrupted; it is had by GET of `path` over HTTP",
+      "export the complete trials of an ended or interrupted run to a file; fetch it with GET "
+      "`path` over HTTP",
       Role::operator_,
       {run_param,
        {"format", ParamType::text, false,
-        "hdf5, a data set (default), features-csv, the table of its features, or samples-csv, a "
-        "table of the samples of one stream"},
+        "file format (default: hdf5; hdf5: data set, features-csv: table of features, samples-csv: "
+        "table of the samples of one stream)"},
        {"stream", ParamType::text, false,
-        "of samples: taxels, wrench, stages, acceleration or sound"},
-       {"exploration", ParamType::text, false, "whose features, where the campaign has several"}},
+        "stream of samples-csv (taxels, wrench, stages, acceleration, sound)"},
+       {"exploration", ParamType::text, false,
+        "exploration of features-csv; needed if the campaign has several"}},
       "run, format, name, bytes, sha256, path, dataset_sha256, bench, trials, "
       "trials_planned",
       export_run);
@@ -274,24 +277,22 @@ json text_or_null(const std::string& text) {
 
 void add_model_methods(MethodGroup& group) {
   group.read("classify.live",
-             "the newest vote of a run whose recipe has a live vote; each is an event of the "
-             "topic \"vote:R-000318\" too",
+             "get the newest live vote of a run; each vote is also an event of the topic "
+             "\"vote:R-000318\"",
              {run_param},
              "run, vote: trial, fabric, exploration, repetition, slide_s, winner, probability (by "
              "label), none_of_these, model_bench, ends_slide; null before the first",
              live);
   group.change(
       "handover.start",
-      "trains and evaluates once more what a run's recipe hands over, where that failed, "
-      "was cancelled or its files were damaged; by itself it is done once a campaign is "
-      "complete",
+      "repeat the handover of a run (training and evaluation) if it failed, was cancelled or its "
+      "files are damaged. A complete campaign starts its handover automatically",
       Role::operator_, {run_param}, "the run", [](const Services& services, const Call& call) {
         return run_after(services, call, services.handovers->again(run_of(call), by(call.caller)));
       });
   group.change(
-      "handover.cancel",
-      "ends a hand-over that waits or runs; the run and its data stay as they are", Role::operator_,
-      {run_param}, "the run", [](const Services& services, const Call& call) {
+      "handover.cancel", "cancel a waiting or running handover; the run and its data do not change",
+      Role::operator_, {run_param}, "the run", [](const Services& services, const Call& call) {
         return run_after(services, call, services.handovers->cancel(run_of(call), by(call.caller)));
       });
 }
@@ -305,7 +306,7 @@ Result<runs::StoredRun> run_at_rest(const Services& services, const Call& call) 
   if (state == runs::RunState::ended || state == runs::RunState::interrupted) return run->stored;
   return fail({.code = Errc::wrong_state,
                .where = "/params/run",
-               .what = "the run is not over",
+               .what = "run has not ended",
                .expected = "ended or interrupted",
                .got = std::string(to_string(state))});
 }
@@ -359,39 +360,40 @@ json result_json(const runs::RunView& run) {
 
 void add_data_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("data.list", "data sets of all runs, page by page, complete or not", page_params(),
+  group.read("data.list", "list the data sets of all runs, complete or not, in pages",
+             page_params(),
              "datasets: run, recipe, name, created_us, outcome (of the run), dataset_sha256 (of "
-             "the file that is there now), campaign_since (as run.get), handover, result (as "
-             "run.get); next, "
-             "null where there is no more",
+             "the present file), campaign_since (as run.get), handover, result (as run.get); next "
+             "(null: last page)",
              [](const Services& s, const Call& call) {
                return runs_page(s, call, "datasets", data_set_json);
              });
   group.read(
       "data.verify",
-      "whether a run's campaign file, data set and hand-over are what was recorded, byte by "
-      "byte",
+      "verify that the campaign file, data set and handover of a run match what was recorded, byte "
+      "by byte",
       {run_param},
       "run, holds, certified, finished, blank, trials_planned, trials_complete, attempts, "
       "lost_samples, dataset_sha256, software_version, exports: name, state, trials, trials_done, "
       "trials_done_now; findings: where, what, hint",
       verify_run);
-  group.read("data.get",
-             "the files of a run that has ended; bytes are had by GET of `path` over HTTP, with "
-             "Range, the digest as ETag",
-             {run_param},
-             "run, outcome, dataset_sha256, folder, exports: name, state (current, outdated "
-             "where the run "
-             "went on since, discarded or missing), trials, trials_done, trials_done_now; files: "
-             "name, bytes, sha256, path",
-             files_of_run);
-  group.change("data.import",
-               "add the campaign in a folder, made by weft run, to the catalogue as a run that has "
-               "ended. The folder stays where it is",
-               Role::operator_,
-               {{"folder", ParamType::text, true,
-                 "on the daemon's machine; a relative one lies in its data folder"}},
-               "the run", import_folder);
+  group.read(
+      "data.get",
+      "list the files of an ended run; fetch their bytes with GET `path` over HTTP, with Range and "
+      "the digest as ETag",
+      {run_param},
+      "run, outcome, dataset_sha256, folder, exports: name, state (current, outdated: the run was "
+      "resumed since, discarded or missing), trials, trials_done, trials_done_now; files: "
+      "name, bytes, sha256, path",
+      files_of_run);
+  group.change(
+      "data.import",
+      "add the campaign folder of a weft run to the catalogue as an ended run. The folder is not "
+      "moved",
+      Role::operator_,
+      {{"folder", ParamType::text, true,
+        "folder on the daemon's machine, absolute or relative to its data folder"}},
+      "the run", import_folder);
   add_export_methods(group);
   add_model_methods(group);
 }
@@ -409,8 +411,8 @@ void open_served_file(const Services& services, std::string_view path,
       [callback](const Error& escaped) { callback(pass(escaped)); });
   if (!taken)
     callback(fail({.code = Errc::timeout,
-                   .what = "too many files wait to be looked at",
-                   .hint = "Ask again later"}));
+                   .what = "too many files wait for verification",
+                   .hint = "Retry later"}));
 }
 
 }  // namespace weft::daemon::api

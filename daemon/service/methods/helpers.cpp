@@ -35,8 +35,8 @@ void answer_by(const Services::BackgroundTask& background, const Responder& resp
   if (!taken)
     respond(refused(rpc::code::request + 29, "request.too_many",
                     {.code = Errc::wrong_state,
-                     .what = "too much that takes long waits already",
-                     .hint = "Ask again later"},
+                     .what = "too many slow requests are waiting",
+                     .hint = "Retry later"},
                     true));
 }
 
@@ -72,11 +72,12 @@ tl::unexpected<rpc::RpcError> lease_held(const access::Lease& lease, const rpc::
   return refused(rpc::code::access + 10, "lease.held",
                  {.code = Errc::wrong_state,
                   .where = lease.scope,
-                  .what = "another user holds the rig",
+                  .what = "rig controlled by another user",
                   .expected = caller.user,
                   .got = lease.user + (note.empty() ? "" : " (" + note + ")"),
-                  .hint = "rig.halt, run.stop and run.pause need no lease; break_lease takes it "
-                          "away, with a reason"});
+                  .hint = "Use rig.halt, run.stop or run.pause without a lease, or break the lease "
+                          "with a reason in "
+                          "break_lease"});
 }
 
 tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,
@@ -102,10 +103,10 @@ tl::expected<void, rpc::RpcError> require_unlocked(const Services& services) {
   return refused(rpc::code::access + 12, "rig.locked",
                  {.code = Errc::wrong_state,
                   .where = "rig",
-                  .what = "the rig is locked out by " + lock->user,
+                  .what = "rig locked out by " + lock->user,
                   .expected = "no lock-out",
                   .got = lock->reason,
-                  .hint = "That person removes it, or an engineer with a reason: rig.unlock"});
+                  .hint = "Ask that user, or an engineer with a reason, to call rig.unlock"});
 }
 
 tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const Call& call) {
@@ -158,17 +159,18 @@ std::string read_parameters(const Call& call) {
 
 std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>& more) {
   std::vector<rpc::ParamSpec> params{
-      {"recipe", ParamType::text, true, "name of a recipe, see recipe.list"},
+      {"recipe", ParamType::text, true, "name of the recipe, see recipe.list"},
       {"lease", ParamType::text, false,
-       "your lease of the rig; not needed while another user's is kept for a run under way"},
-      {"seed", ParamType::integer, false, "in place of the recipe's"},
-      {"name", ParamType::text, false, "added to the folder's name"},
+       "your lease of the rig; not needed while the lease of another user is kept for an active "
+       "run"},
+      {"seed", ParamType::integer, false, "seed (default: that of the recipe)"},
+      {"name", ParamType::text, false, "label, added to the folder name"},
       {"digest", ParamType::text, false,
-       "of the resolved recipe that is meant, as recipe.check has it; another one is refused"},
+       "expected digest of the resolved recipe, from recipe.check; a changed recipe is refused"},
       {"keep_going", ParamType::flag, false,
-       "let the next run begin also where this one is stopped, aborted or fails"},
+       "start the next run even if this one is stopped, aborted or fails"},
       {"repeat", ParamType::integer, false,
-       "as many runs of it, 1 to 100; a seed counts up from one to the next; 1"},
+       "number of runs, 1 to 100 (default: 1); a seed increases by 1 from run to run"},
       after_param,
       parameters_param};
   params.insert(params.end(), more.begin(), more.end());
@@ -198,10 +200,10 @@ Result<std::filesystem::path> recipe_file(const Services& services, const std::s
       name.starts_with('-'))
     return fail({.code = Errc::invalid_argument,
                  .where = "/params/recipe",
-                 .what = "not a recipe's name",
-                 .expected = "a file's name in the recipe folder",
+                 .what = "invalid recipe name",
+                 .expected = "the name of a file in the recipe folder",
                  .got = recipes::clipped(name),
-                 .hint = "See recipe.list"});
+                 .hint = "List the recipes with recipe.list"});
   std::vector<std::string> known;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(services.recipes, ignored))
@@ -210,9 +212,10 @@ Result<std::filesystem::path> recipe_file(const Services& services, const std::s
   if (std::ranges::find(known, stem) != known.end()) return services.recipes / (stem + ".json");
   return fail({.code = Errc::not_found,
                .where = "/params/recipe",
-               .what = "no such recipe",
+               .what = "unknown recipe",
                .got = recipes::clipped(name),
-               .hint = did_you_mean(stem, {known.begin(), known.end()}, "See recipe.list")});
+               .hint = did_you_mean(stem, {known.begin(), known.end()},
+                                    "List the recipes with recipe.list")});
 }
 
 namespace {
@@ -227,7 +230,7 @@ Result<std::optional<std::int64_t>> read_first(const Services& services, const C
   if (!run)
     return fail({.code = Errc::not_found,
                  .where = "/params/from",
-                 .what = "no such run",
+                 .what = "unknown run",
                  .got = from->dump()});
   return std::optional(run->stored.number);
 }
@@ -235,7 +238,7 @@ Result<std::optional<std::int64_t>> read_first(const Services& services, const C
 Result<bool> is_newest_first(const Call& call) {
   const std::string order = call.params.value("order", "oldest");
   if (order == "oldest" || order == "newest") return order == "newest";
-  return pass(bad_param("order", "no such order", "oldest or newest", order.substr(0, 100)));
+  return pass(bad_param("order", "unknown order", "oldest or newest", order.substr(0, 100)));
 }
 
 }  // namespace
@@ -261,9 +264,9 @@ std::string ListPage::text(Order order) const {
 
 const std::vector<rpc::ParamSpec>& page_params() {
   static const std::vector<rpc::ParamSpec> params{
-      {"from", ParamType::text, false, "this run on: next of the page before"},
-      {"most", ParamType::integer, false, "runs, 1000 at most, and no more than 1 MiB"},
-      {"order", ParamType::text, false, "oldest (default) or newest first"}};
+      {"from", ParamType::text, false, "first run of the page: next of the previous page"},
+      {"most", ParamType::integer, false, "largest number of runs, up to 1000 and 1 MiB"},
+      {"order", ParamType::text, false, "order of the runs (default: oldest; oldest, newest)"}};
   return params;
 }
 
@@ -272,7 +275,8 @@ Outcome runs_page(const Services& services, const Call& call, const char* name,
                   runs::RunFilter filter) {
   auto cursor = read_first(services, call);
   if (!cursor) return refused(cursor.error());
-  const auto most = read_whole_number(call, {"most", most_runs, 1, most_runs, "how many runs"});
+  const auto most =
+      read_whole_number(call, {"most", most_runs, 1, most_runs, "number of runs out of range"});
   if (!most) return refused(most.error());
   const auto newest_first = is_newest_first(call);
   if (!newest_first) return refused(newest_first.error());

@@ -112,12 +112,13 @@ tl::expected<void, rpc::RpcError> holds_lease(const Services& services, const Ca
 Status append_journal(const Services& services, std::string_view kind, std::string_view by,
                       const json& payload);
 
-inline constexpr rpc::ParamSpec run_param{"run", ParamType::text, true, "its name, \"R-000318\""};
+inline constexpr rpc::ParamSpec run_param{"run", ParamType::text, true,
+                                          "id of the run, \"R-000318\""};
 inline constexpr rpc::ParamSpec rig_lease_param{"lease", ParamType::text, true,
                                                 "your lease of the rig"};
 inline constexpr rpc::ParamSpec after_param{
     "after", ParamType::text, false,
-    "a run, \"R-000317\": begin once that one has ended complete; \"\" for none"};
+    "start only after this run, \"R-000317\", is complete (\"\": none)"};
 /// Value of the "run" parameter.
 std::string run_of(const Call& call);
 
@@ -139,7 +140,7 @@ inline Result<std::optional<std::uint64_t>> read_seed(const Call& call) {
 
 inline constexpr rpc::ParamSpec parameters_param{
     "parameters", ParamType::object, false,
-    "values of the recipe's parameters by name; defaults where left out"};
+    "values of the recipe's parameters by name; the others keep their defaults"};
 /// Value of the "parameters" parameter, as in CampaignRequest.
 std::string read_parameters(const Call& call);
 

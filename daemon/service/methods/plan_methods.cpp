@@ -128,9 +128,10 @@ Result<PlanQuestion> plan_question(const Services& services, const Call& call) {
   if (!recipe) return pass(recipe.error());
   const auto seed = read_seed(call);
   if (!seed) return pass(seed.error());
-  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "before the first trial"});
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "trial number out of range"});
   if (!from) return pass(from.error());
-  const auto most = read_whole_number(call, {"most", 100, 1, most_steps, "how many trials"});
+  const auto most =
+      read_whole_number(call, {"most", 100, 1, most_steps, "number of trials out of range"});
   if (!most) return pass(most.error());
   const auto planned_with = *seed ? *seed : recipe->seed;
   return PlanQuestion{std::move(*recipe),   services.rig, planned_with, *from, *most,
@@ -146,13 +147,13 @@ Outcome planned(const PlanQuestion& requested) {
       recipes::check_recipe(*text, rig->limits, requested.seed, requested.parameters_json);
   if (!report.plan) {
     const recipes::Diagnostic& first = report.problems.front();
-    return refused(
-        {.code = Errc::invalid_argument,
-         .where = first.pointer,
-         .what = first.message,
-         .expected = first.expected,
-         .got = first.got,
-         .hint = "recipe.check tells all " + std::to_string(report.problems.size()) + " problems"});
+    return refused({.code = Errc::invalid_argument,
+                    .where = first.pointer,
+                    .what = first.message,
+                    .expected = first.expected,
+                    .got = first.got,
+                    .hint = "List all " + std::to_string(report.problems.size()) +
+                            " problems with recipe.check"});
   }
   const recipes::Plan& found = *report.plan;
   json explorations = json::array();
@@ -203,10 +204,10 @@ Result<json> parse_document(const std::string& text, const char* param) {
   const recipes::Diagnostic first = problems.take().front();
   return fail({.code = Errc::parse,
                .where = std::string("/params/") + param,
-               .what = "that recipe cannot be read: " + first.message,
+               .what = "recipe not readable: " + first.message,
                .expected = first.expected,
                .got = first.got,
-               .hint = "recipe.check tells all that is wrong with it"});
+               .hint = "List all its problems with recipe.check"});
 }
 
 Outcome compared(const DiffQuestion& requested) {
@@ -305,26 +306,21 @@ json differences(const json& was, const json& is, std::size_t most, std::size_t&
 void add_plan_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group.read(
-      "recipe.plan",
-      "what a recipe will do on this rig: phases, and each trial with its expected time",
-      {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
-       {"seed", ParamType::integer, false, "in place of the recipe's, or of the run's"},
-       {"from", ParamType::integer, false, "the first trial that is told, 0"},
-       {"most", ParamType::integer, false, "trials, 100; at most 1000"},
+      "recipe.plan", "plan a recipe on this rig: phases, and each trial with its expected time",
+      {{"recipe", ParamType::text, true, "name of a recipe, or a run for the recipe it recorded"},
+       {"seed", ParamType::integer, false, "seed (default: that of the recipe or run)"},
+       {"from", ParamType::integer, false, "index of the first trial (default: 0)"},
+       {"most", ParamType::integer, false, "largest number of trials, up to 1000 (default: 100)"},
        parameters_param},
       "name, digest (of the resolved recipe), parameters (as declared), plan_digest, trials, "
-      "duration_s, people_s, bytes, hand_over, explorations, "
-      "steps, "
-      "next",
+      "duration_s, people_s, bytes, hand_over, explorations, steps, next",
       plan);
   group.read(
-      "recipe.diff", "what differs between two recipes, by JSON pointer",
-      {{"recipe", ParamType::text, true, "its name, or a run's: then as that has it on record"},
-       {"other", ParamType::text, true, "likewise"}},
-      "same (as written), same_campaign (planned on this rig, parameters by default; null where "
-      "that "
-      "cannot be said), "
-      "count, differences: where, change, was, is; the first 1000",
+      "recipe.diff", "compare two recipes; differences are named by JSON pointer",
+      {{"recipe", ParamType::text, true, "name of a recipe, or a run for the recipe it recorded"},
+       {"other", ParamType::text, true, "the other recipe, in the same form"}},
+      "same (as written), same_campaign (planned on this rig with default parameters; null: not "
+      "known), count, differences: where, change, was, is; the first 1000",
       compare);
 }
 

@@ -7,12 +7,12 @@ namespace {
 
 constexpr rpc::ParamSpec if_rev{
     "if_rev", ParamType::integer, false,
-    "rev of the queue as you know it: refused (rev.changed) where it is another by now"};
+    "expected rev of the queue; if it has changed, the request is refused (rev.changed)"};
 constexpr rpc::ParamSpec place{"place", ParamType::integer, false,
-                               "in line, from 0; the end where it is left out"};
+                               "place in the queue, from 0 (default: the end)"};
 constexpr const char* whole_queue =
-    "rev, paused_by (null where it is not), runs, next (the place of the page that follows; null: "
-    "none)";
+    "rev, paused_by (null: not paused), runs, next (first place of the next page; null: last "
+    "page)";
 
 /// Refuses the change if the queue is no longer at the revision that the client read.
 tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call& call) {
@@ -22,10 +22,10 @@ tl::expected<void, rpc::RpcError> as_known(const Services& services, const Call&
   return refused(rpc::code::state + 12, "rev.changed",
                  {.code = Errc::wrong_state,
                   .where = "/params/if_rev",
-                  .what = "the queue has changed meanwhile",
+                  .what = "queue has changed meanwhile",
                   .expected = std::to_string(now),
                   .got = known->dump(),
-                  .hint = "queue.list tells how it is now"});
+                  .hint = "Read the queue again with queue.list"});
 }
 
 /// For changes that cannot start a run.
@@ -61,10 +61,10 @@ Outcome list_queue(const Services& services, std::size_t from = 0,
 }
 
 Outcome list_page(const Services& services, const Call& call) {
-  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "no such place"});
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "place out of range"});
   if (!from) return refused(from.error());
-  const auto most =
-      read_whole_number(call, {"most", runs::most_queued, 1, runs::most_queued, "how many runs"});
+  const auto most = read_whole_number(
+      call, {"most", runs::most_queued, 1, runs::most_queued, "number of runs out of range"});
   if (!most) return refused(most.error());
   return list_queue(services, *from, *most);
 }
@@ -77,10 +77,10 @@ Outcome get_queued(const Services& services, const Call& call) {
   if (at == queue.runs().size())
     return refused({.code = Errc::wrong_state,
                     .where = "/params/run",
-                    .what = "the run does not wait in line",
+                    .what = "run not in the queue",
                     .expected = "queued",
                     .got = std::string(to_string(run->machine.state)),
-                    .hint = "run.get tells where it is"});
+                    .hint = "Read its state with run.get"});
   json out = entry_json(services, at);
   out["rev"] = queue.revision();
   return format_text(out);
@@ -89,7 +89,7 @@ Outcome get_queued(const Services& services, const Call& call) {
 tl::expected<runs::RunRequest, rpc::RpcError> request_for_place(const Services& services,
                                                                 const Call& call) {
   if (auto allowed = can_begin(services, call); !allowed) return tl::unexpected(allowed.error());
-  const auto at = read_unsigned(call, "place", "no place before the first");
+  const auto at = read_unsigned(call, "place", "place out of range");
   if (!at) return refused(at.error());
   auto run_request = request_for_run(services, call);
   if (!run_request) return refused(run_request.error());
@@ -126,7 +126,7 @@ void add_run(const Services& services, const Call& call, const Responder& respon
 
 Outcome move_run(const Services& services, const Call& call) {
   if (auto allowed = can_change(services, call); !allowed) return tl::unexpected(allowed.error());
-  const auto at = read_unsigned(call, "place", "no place before the first");
+  const auto at = read_unsigned(call, "place", "place out of range");
   if (!at) return refused(at.error());
   return changed(services, {}, [&] {
     const std::size_t end = services.run_manager->queue().runs().size();
@@ -139,7 +139,7 @@ Outcome edit_run(const Services& services, const Call& call) {
   if (auto allowed = can_begin_by_that ? can_begin(services, call) : can_change(services, call);
       !allowed)
     return tl::unexpected(allowed.error());
-  const auto at = read_unsigned(call, "place", "no place before the first");
+  const auto at = read_unsigned(call, "place", "place out of range");
   if (!at) return refused(at.error());
   const auto seed = read_seed(call);
   if (!seed) return refused(seed.error());
@@ -192,38 +192,42 @@ json queue_json(const runs::RunQueue& queue) {
 
 void add_queue_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("queue.list", "the runs that wait for the rig, the next first",
-             {{"from", ParamType::integer, false, "this place on: next of the page before; 0"},
-              {"most", ParamType::integer, false, "runs, 1000 at most"}},
+  group.read("queue.list", "list the queued runs in order",
+             {{"from", ParamType::integer, false,
+               "first place of the page: next of the previous page (default: 0)"},
+              {"most", ParamType::integer, false, "largest number of runs, up to 1000"}},
              whole_queue, list_page);
-  group.read("queue.get", "one that waits", {run_param}, "the run, place, rev", get_queued);
+  group.read("queue.get", "get a queued run", {run_param}, "the run, place, rev", get_queued);
   group.change("queue.add",
-               "puts a campaign in line, with its recipe as it is now; it begins when its turn "
-               "comes and the rig is free",
+               "add a run of a recipe, as it is now, to the queue; it starts when it is first and "
+               "the rig is "
+               "free",
                Role::operator_, run_request_params({place, if_rev}), "the run, rev", add_run);
-  group.change("queue.remove", "takes a run out of the queue", Role::operator_, {run_param, if_rev},
+  group.change("queue.remove", "remove a run from the queue", Role::operator_, {run_param, if_rev},
                whole_queue, remove_run);
-  group.change("queue.move", "another place in line", Role::operator_, {run_param, place, if_rev},
-               whole_queue, move_run);
-  group.change("queue.edit", "change a run that waits; what is left out stays", Role::operator_,
+  group.change("queue.move", "move a queued run to another place", Role::operator_,
+               {run_param, place, if_rev}, whole_queue, move_run);
+  group.change("queue.edit", "change a queued run; omitted parameters keep their values",
+               Role::operator_,
                {run_param,
                 place,
-                {"seed", ParamType::integer, false, "in place of the recipe's"},
-                {"name", ParamType::text, false, "added to the folder's name"},
+                {"seed", ParamType::integer, false, "seed (default: that of the recipe)"},
+                {"name", ParamType::text, false, "label, added to the folder name"},
                 after_param,
                 {"lease", ParamType::text, false, "your lease of the rig; needed with after"},
                 {"keep_going", ParamType::flag, false,
-                 "let the next run begin also where this one is stopped, aborted or fails"},
+                 "start the next run even if this one is stopped, aborted or fails"},
                 if_rev},
                whole_queue, edit_run);
-  group.change("queue.clear", "take all runs that wait out of the queue", Role::operator_, {if_rev},
+  group.change("queue.clear", "remove all runs from the queue", Role::operator_, {if_rev},
                whole_queue, clear);
-  group.change("queue.pause", "nothing more begins; the run under way goes on", Role::operator_,
-               {if_rev}, whole_queue, pause_queue);
-  group.change("queue.start",
-               "lets the next run begin when the rig is free. A queue in which runs wait is paused "
-               "after every end of a run but complete, after a restart and after a reset",
-               Role::operator_, {rig_lease_param, if_rev}, whole_queue, start_queue);
+  group.change("queue.pause", "pause the queue: no further run starts; the active run continues",
+               Role::operator_, {if_rev}, whole_queue, pause_queue);
+  group.change(
+      "queue.start",
+      "resume the queue: the next run starts when the rig is free. A queue with runs is paused "
+      "after a run that is not complete, after a restart and after a reset",
+      Role::operator_, {rig_lease_param, if_rev}, whole_queue, start_queue);
 }
 
 }  // namespace weft::daemon::api

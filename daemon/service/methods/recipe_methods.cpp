@@ -67,7 +67,7 @@ Outcome listed(const fs::path& folder) {
   if (error)
     return refused({.code = Errc::io,
                     .where = folder.string(),
-                    .what = "cannot read the recipe folder",
+                    .what = "recipe folder not readable",
                     .got = error.message()});
   std::sort(names.begin(), names.end());
   json parameters = json::object(), descriptions = json::object();
@@ -133,8 +133,8 @@ Result<std::string> plain_name(std::string name) {
   constexpr std::size_t longest = 100;
   if (name.ends_with(".json")) name.resize(name.size() - 5);
   if (recipes::is_name(name, longest)) return name;
-  return pass(bad_param("recipe", "not a recipe's name",
-                        "1 to 100 letters, digits, '-', '_' and '.', the first none of -.",
+  return pass(bad_param("recipe", "invalid recipe name",
+                        "1 to 100 letters, digits, '-', '_' and '.', not starting with - or .",
                         recipes::clipped(name)));
 }
 
@@ -173,7 +173,7 @@ struct Offered {
 Result<std::string> read_offered_text(const Call& call) {
   const bool is_text = call.params.contains("text");
   if (is_text == call.params.contains("content"))
-    return pass(bad_param("content", "a recipe is given once", "content or text",
+    return pass(bad_param("content", "recipe given twice or not at all", "content or text",
                           is_text ? "both" : "neither"));
   if (!is_text) return call.params.at("content").dump(2) + "\n";
   std::string text = call.params.at("text").get<std::string>();
@@ -209,11 +209,12 @@ Status require_unused(const Services& services, const fs::path& file) {
   std::error_code unseen;
   for (const runs::StoredRun& run : found->runs)
     if (run.recipe == file || fs::equivalent(run.recipe, file, unseen))
-      return fail({.code = Errc::wrong_state,
-                   .where = "/params/recipe",
-                   .what = "a run that is not over is of this recipe",
-                   .got = run.id(),
-                   .hint = "Wait until it is over, take it out, or use another name"});
+      return fail(
+          {.code = Errc::wrong_state,
+           .where = "/params/recipe",
+           .what = "recipe in use by a run that has not ended",
+           .got = run.id(),
+           .hint = "Wait until it has ended, remove it from the queue, or use another name"});
   return {};
 }
 
@@ -231,15 +232,15 @@ Status is_as_known(const std::string& found, const std::optional<std::string>& k
   if (!known)
     return fail({.code = Errc::wrong_state,
                  .where = "/params/recipe",
-                 .what = "there is a recipe of this name",
+                 .what = "recipe name already in use",
                  .got = found,
-                 .hint = "Give this digest as if_digest to replace it"});
+                 .hint = "Pass this digest as if_digest to replace the recipe"});
   return fail({.code = Errc::wrong_state,
                .where = "/params/if_digest",
-               .what = "another recipe is there by now",
-               .expected = found.empty() ? "none: there is no recipe of this name" : found,
+               .what = "recipe has changed meanwhile",
+               .expected = found.empty() ? "none: no recipe has this name" : found,
                .got = *known,
-               .hint = "recipe.check has the file_digest of what is there"});
+               .hint = "Read the present file_digest with recipe.check"});
 }
 
 /// Journals first, so that every stored recipe has a recorded author. If the file cannot be
@@ -269,8 +270,8 @@ Outcome written(const Services& services, const Offered& offered, std::size_t tr
 void put(const Services& services, const Call& call, const Responder& respond) {
   if (services.one_run)
     return respond(refused({.code = Errc::wrong_state,
-                            .what = "a daemon inside weft run changes no recipes",
-                            .hint = "Its folder is the recipe's own: write the file there"}));
+                            .what = "recipes cannot be changed by the daemon of a weft run",
+                            .hint = "Write the file into the recipe folder"}));
   auto name = plain_name(call.params.at("recipe").get<std::string>());
   if (!name) return respond(refused(name.error()));
   auto text = read_offered_text(call);
@@ -290,50 +291,48 @@ void put(const Services& services, const Call& call, const Responder& respond) {
       [respond](const Error& escaped) { respond(refused(escaped)); });
   if (!taken)
     respond(refused({.code = Errc::timeout,
-                     .what = "too much that takes long waits already",
-                     .hint = "Ask again later"}));
+                     .what = "too many slow requests are waiting",
+                     .hint = "Retry later"}));
 }
 
 }  // namespace
 
 void add_recipe_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("recipe.list", "list the recipes of the daemon's folder", {},
-             "recipes (names), parameters (by recipe, as it declares them; recipes with none are "
-             "left out), descriptions (by recipe, likewise)",
+  group.read("recipe.list", "list the recipes in the daemon's folder", {},
+             "recipes (names), parameters (by recipe, as declared; only recipes with parameters), "
+             "descriptions (by recipe; only recipes with a description)",
              list_recipes);
-  group.read("recipe.get", "a recipe of the daemon's folder as it is written",
-             {{"recipe", ParamType::text, true, "its name"}},
-             "recipe, text, content (the same as JSON; null where it is none), file_digest", get);
+  group.read("recipe.get", "get a recipe of the daemon's folder as written",
+             {{"recipe", ParamType::text, true, "name of the recipe"}},
+             "recipe, text, content (the text as JSON; null: not JSON), file_digest", get);
+  group.read("recipe.schema", "get the JSON Schema of a recipe", {},
+             "a JSON Schema of draft 2020-12 with x-unit", [](const Services&, const Call&) {
+               return format_text(json::parse(recipe_schema_json()));
+             });
   group.read(
-      "recipe.schema", "JSON Schema of a recipe", {}, "a JSON Schema of draft 2020-12 with x-unit",
-      [](const Services&, const Call&) { return format_text(json::parse(recipe_schema_json())); });
-  group.read(
-      "recipe.check", "everything that would be refused, before anything moves",
-      {{"recipe", ParamType::text, true, "its name"},
-       {"seed", ParamType::integer, false, "in place of the recipe's"},
+      "recipe.check", "check a recipe on this rig and list all problems; nothing moves",
+      {{"recipe", ParamType::text, true, "name of the recipe"},
+       {"seed", ParamType::integer, false, "seed (default: that of the recipe)"},
        parameters_param,
-       {"content", ParamType::object, false,
-        "a recipe that is in no file yet, in place of that of the folder"}},
+       {"content", ParamType::object, false, "recipe to check instead of the file in the folder"}},
       "ok, digest (of the resolved recipe), file_digest, parameters (as declared), plan "
-      "(eta_s with the people_s that people need, asks, next_attention, "
-      "envelope of each stage with its margin, data_bytes of the samples, bytes that must be "
-      "free on the disk for them with what is kept in reserve), problems of the recipe, the rig "
-      "file and "
-      "the bench put together dry: file, where, message, expected, got, hint; warnings, "
-      "disk_ok",
+      "(eta_s including people_s for operator steps, asks, next_attention, envelope of each stage "
+      "with its margin, data_bytes of the samples, bytes that must be free on the disk including "
+      "the reserve), problems of the recipe, the rig file and the bench built without devices: "
+      "file, where, message, expected, got, hint; warnings, disk_ok",
       check);
   group.change(
-      "recipe.put", "puts a recipe that recipe.check accepts into the daemon's folder",
+      "recipe.put", "write a recipe that recipe.check accepts to the daemon's folder",
       Role::engineer,
-      {{"recipe", ParamType::text, true, "its name"},
-       {"content", ParamType::object, false, "the recipe; see recipe.schema"},
-       {"text", ParamType::text, false,
-        "the recipe as text, written as it is; in the place of content", recipes::max_recipe_bytes},
+      {{"recipe", ParamType::text, true, "name of the recipe"},
+       {"content", ParamType::object, false, "the recipe as JSON; see recipe.schema"},
+       {"text", ParamType::text, false, "the recipe as text, written unchanged; instead of content",
+        recipes::max_recipe_bytes},
        {"if_digest", ParamType::text, false,
-        "file_digest of the one that it replaces; needed where there is one"},
+        "file_digest of the recipe to replace; needed if the name is in use"},
        {"parameters", ParamType::object, false,
-        "values to check it with, for parameters without default"}},
+        "values used in the check, for parameters without default"}},
       "recipe, digest, replaced (digest, or null), trials", put);
 }
 

@@ -171,9 +171,9 @@ Error no_such_device(const RigFile& rig, const std::string& name) {
   for (const DeviceEntry& device : rig.devices) known.push_back(device.name);
   return {.code = Errc::not_found,
           .where = "/params/device",
-          .what = "the rig has no such device",
+          .what = "unknown device",
           .got = recipes::clipped(name),
-          .hint = did_you_mean(name, known, "See device.list")};
+          .hint = did_you_mean(name, known, "List the devices with device.list")};
 }
 
 /// Loads the driver's plugin, if it is one, so it must not run on the server's thread.
@@ -212,9 +212,9 @@ void add_stop(MethodGroup& group, std::string_view name, std::string_view summar
               runs::RigState::Stop kind) {
   rpc::MethodSpec& spec = group.change(
       name, summary, Role::observer,
-      {{"reason", ParamType::text, false, "a few words, for whoever resets it"}},
-      "latched, latch, warnings (what was wrong with the request, which was heeded all "
-      "the same; only where there is some)",
+      {{"reason", ParamType::text, false, "reason, shown to the person who resets the rig"}},
+      "latched, latch, warnings (errors of the request, which was executed nevertheless; only "
+      "if there are any)",
       [kind](const Services& services, const Call& call) { return stop(services, call, kind); });
   spec.memory = rpc::Memory::while_running;
   spec.urgency = rpc::Urgency::stop;
@@ -228,10 +228,10 @@ Outcome reset(const Services& services, const Call& call) {
     return refused(rpc::code::access + 3, "access.role",
                    {.code = Errc::wrong_state,
                     .where = "rig.reset",
-                    .what = "an emergency stop is not released by an operator",
+                    .what = "role not permitted to reset an e-stop",
                     .expected = std::string(access::to_string(Role::engineer)),
                     .got = std::string(access::to_string(call.caller.role)),
-                    .hint = "An engineer looks at the rig, then resets it"});
+                    .hint = "Ask an engineer to inspect and reset the rig"});
   if (auto open = require_unlocked(services); !open) return tl::unexpected(open.error());
   const std::string reason = call.params.at("reason").get<std::string>();
   if (const Status ok = services.run_manager->reset(reason, by(call.caller)); !ok)
@@ -245,7 +245,8 @@ Outcome lock(const Services& services, const Call& call) {
   const runs::LockOut lock{call.caller.user, call.params.at("reason").get<std::string>(),
                            services.utc_us()};
   if (lock.reason.size() < 3)
-    return refused(bad_param("reason", "a lock-out needs a reason", "a few words", lock.reason));
+    return refused(
+        bad_param("reason", "reason missing or too short", "at least 3 characters", lock.reason));
   const auto& held = services.run_manager->rig_state().facts().lock_out;
   if (held && held->user != lock.user) return tl::unexpected(require_unlocked(services).error());
   if (const Status ok = services.run_manager->lock_out(lock, by(call.caller)); !ok)
@@ -280,21 +281,19 @@ void jog(const Services& services, const Call& call, const Responder& respond) {
   const auto axis = std::ranges::find(recipes::all_axes, name,
                                       [](recipes::Axis each) { return to_string(each); });
   if (axis == recipes::all_axes.end())
-    return respond(refused(bad_param("axis", "no such axis", "x, y, z, rx or ry", name)));
+    return respond(refused(bad_param("axis", "unknown axis", "x, y, z, rx or ry", name)));
   maintain(services, call, respond,
            {recipes::MaintenanceKind::jog, *axis, call.params.at("distance").get<double>()});
 }
 
 constexpr std::string_view maintenance_result =
-    "order, from, to (positions by axis), relative (z was not homed: it went up from where it "
-    "was), "
-    "outcome, rig (safe: the probe is up; holding; unknown), error";
+    "order, from, to (positions by axis), relative (z was not homed: it rose from its present "
+    "position), outcome, rig (safe: the probe is at the clear height; holding; unknown), error";
 
 void add_maintenance(MethodGroup& group) {
   group.change("rig.retract",
                "lift the probe to the clear height, outside a run and without homing; answers when "
-               "the motion has ended. Where z has not been homed it goes up by at most the "
-               "clearance from where it is",
+               "the motion has ended. If z is not homed, it rises by at most the clearance",
                Role::operator_, {rig_lease_param}, maintenance_result,
                [](const Services& services, const Call& call, const Responder& respond) {
                  maintain(services, call, respond, {recipes::MaintenanceKind::retract});
@@ -306,16 +305,16 @@ void add_maintenance(MethodGroup& group) {
                [](const Services& services, const Call& call, const Responder& respond) {
                  maintain(services, call, respond, {recipes::MaintenanceKind::park});
                });
-  group.change(
-      "rig.jog",
-      "move one axis by at most 5 mm or 1 degree, at a tenth of its speed, outside a run; "
-      "every motion but z up stops where the force changes by 1 N; answers when the "
-      "motion has ended",
-      Role::operator_,
-      {rig_lease_param,
-       {"axis", ParamType::text, true, "x, y, z, rx or ry"},
-       {"distance", ParamType::number, true, "[m], for rx and ry [rad]; z counts downwards"}},
-      maintenance_result, jog);
+  group.change("rig.jog",
+               "move one axis by at most 5 mm or 1 degree, at a tenth of its speed, outside a run; "
+               "every motion except z up stops when the force changes by 1 N; answers when the "
+               "motion has ended",
+               Role::operator_,
+               {rig_lease_param,
+                {"axis", ParamType::text, true, "axis (x, y, z, rx, ry)"},
+                {"distance", ParamType::number, true,
+                 "distance [m], for rx and ry [rad]; positive z is down"}},
+               maintenance_result, jog);
 }
 
 }  // namespace
@@ -338,54 +337,61 @@ json rig_delta(const runs::RunManager& manager, std::string_view by) {
 void add_rig_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group
-      .read("rig.state", "whether the rig moves, where it was left, and what keeps it from moving",
-            {},
-            "rig (moving, holding, safe, unknown or latched), run, maintenance (retract, park or "
-            "jog: what moves outside a run), fact (safe, holding or unknown: "
-            "how the newest run left it), left_by, acknowledged (a person has reset it since), "
-            "latch (halt or estop), latched_by (with the reason), locked: by, reason, since_us",
+      .read("rig.state",
+            "get the state of the rig: motion, how the last run left it, latch and lock-out", {},
+            "rig (moving, holding, safe, unknown or latched), run, maintenance (motion outside a "
+            "run: "
+            "retract, park or jog), fact (safe, holding or unknown: how the newest run left it), "
+            "left_by, acknowledged (a person has reset it since), latch (halt or estop), "
+            "latched_by (with the reason), locked: by, reason, since_us",
             [](const Services& s, const Call&) { return format_text(rig_json(*s.run_manager)); })
       .urgency = rpc::Urgency::urgent;
-  add_stop(group, "rig.halt",
-           "stops motion where it is and latches the rig, each time that it is asked for; needs no "
-           "lease and no role, on the local socket no session.open",
-           runs::RigState::Stop::halt);
+  add_stop(
+      group, "rig.halt",
+      "stop all motion in place and latch the rig; repeated calls do so again. Needs no lease and "
+      "no role, and on the local socket no session.open",
+      runs::RigState::Stop::halt);
   add_stop(group, "rig.estop",
-           "as rig.halt, and only an engineer resets it. It is a stop by software: no rig has a "
-           "power path that it could cut",
+           "stop as rig.halt does; only an engineer can reset it. This is a stop by software: it "
+           "cuts no "
+           "power",
            runs::RigState::Stop::emergency);
-  group.change("rig.reset",
-               "release the latch after looking at the rig; after an emergency stop an engineer "
-               "does it. Nothing moves by it: the fact remains, and a queue in which runs wait is "
-               "paused",
-               Role::operator_, {{"reason", ParamType::text, true, "what was looked at"}},
-               "latched, and as rig.state", reset);
-  group.change("rig.lock",
-               "lock the rig out in your name: nothing moves, over restarts too, before rig.unlock",
-               Role::operator_, {{"reason", ParamType::text, true, "what for, for the others"}},
-               "as rig.state", lock);
-  group.change("rig.unlock",
-               "remove your lock-out, or as an engineer another person's with a reason",
-               Role::operator_, {{"reason", ParamType::text, false, "for another person's"}},
-               "as rig.state", unlock);
+  group.change(
+      "rig.reset",
+      "clear the latch after inspecting the rig; an e-stop needs an engineer. Nothing moves, the "
+      "fact does not change, and a queue with runs is paused",
+      Role::operator_,
+      {{"reason", ParamType::text, true, "result of the inspection, at least 3 characters"}},
+      "latched, and as rig.state", reset);
+  group.change(
+      "rig.lock",
+      "lock the rig out in your name: until rig.unlock nothing moves, also after a restart",
+      Role::operator_, {{"reason", ParamType::text, true, "reason, shown to other users"}},
+      "as rig.state", lock);
+  group.change(
+      "rig.unlock", "remove your lock-out, or as an engineer that of another user with a reason",
+      Role::operator_,
+      {{"reason", ParamType::text, false, "reason; needed for the lock-out of another user"}},
+      "as rig.state", unlock);
   add_maintenance(group);
   group.read(
-      "rig.describe", "what the rig is and can do, as its file says", {},
+      "rig.describe", "describe the rig and its limits, from its rig file", {},
       "rig, bench (simulated, emulated, real), simulated, wrench (false: no force sensor, and "
-      "the caps are null), force_cap_n, torque_cap_nm, travel by axis, fixed: where axes "
-      "without a stage stand; plate: origin, size, surface_z_m; footprint of the probe, "
-      "clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated; of several "
-      "arrays: arrays, each with device, taxels and shape), taxel_span_counts (full colour of a "
-      "pad map; null: not stated), fabrics",
+      "the caps are null), force_cap_n, torque_cap_nm, travel by axis, fixed (positions of axes "
+      "without a stage), plate: origin, size, surface_z_m; footprint of the probe, "
+      "clearance_m, taxels, taxel_shape (rows and columns, or places; null: not stated; several "
+      "arrays: each with device, taxels and shape), taxel_span_counts (full colour range of a "
+      "taxel map; null: not stated), fabrics",
       describe_rig);
-  group.read("device.list", "the rig's devices, as its file has them", {},
+  group.read("device.list", "list the devices of the rig file", {},
              "rig, bench, devices: device, role, driver, link", list_devices);
   group.read("device.describe",
-             "what a device's driver may be told, and what the rig file tells it",
-             {{"device", ParamType::text, true, "its name, \"stage.z\""}},
+             "describe a device: its driver, its configuration and the schema of that",
+             {{"device", ParamType::text, true, "name of the device, \"stage.z\""}},
              "device, role, driver, link, summary, bench, plugin (its file, or null), config, "
-             "config_schema: JSON Schema, draft 2020-12, with x-unit, and x-safety where a value "
-             "guards somebody or something",
+             "config_schema: JSON Schema, draft 2020-12, with x-unit, and x-safety for values that "
+             "protect "
+             "people or equipment",
              describe_device);
 }
 

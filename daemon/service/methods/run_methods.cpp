@@ -105,8 +105,8 @@ void recover(const Services& services, const Call& call, const Responder& respon
   for (const Recovery each : {Recovery::resume, Recovery::discard, Recovery::keep_partial})
     if (wanted == to_string(each)) choice = each;
   if (!choice)
-    return respond(
-        refused(bad_param("choice", "no such choice", "resume, discard or keep-partial", wanted)));
+    return respond(refused(
+        bad_param("choice", "unknown recovery choice", "resume, discard or keep-partial", wanted)));
   if (call.params.value("preview", false)) return preview(services, call, *choice, respond);
   if (*choice == Recovery::resume) return resume_run(services, call, respond);
   if (auto held = holds_lease(services, call); !held) return respond(tl::unexpected(held.error()));
@@ -117,7 +117,7 @@ void recover(const Services& services, const Call& call, const Responder& respon
 Outcome pause(const Services& services, const Call& call) {
   const std::string at = call.params.value("at", "boundary");
   if (at != "boundary" && at != "now")
-    return refused(bad_param("at", "no such place to pause", "boundary or now", at));
+    return refused(bad_param("at", "unknown pause point", "boundary or now", at));
   return ordered(services, call, at == "now" ? Order::pause_now : Order::pause);
 }
 
@@ -128,9 +128,8 @@ Status check_text(std::string_view param, std::string_view text, std::size_t mos
   const auto characters = std::ranges::count_if(
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
   if (std::cmp_less_equal(characters, most)) return {};
-  return pass(bad_param(param, "the text is too long",
-                        "at most " + std::to_string(most) + " characters",
-                        std::to_string(characters)));
+  return pass(bad_param(param, "text too long", "at most " + std::to_string(most) + " characters",
+                        std::to_string(characters) + " characters"));
 }
 
 Result<std::vector<std::string>> read_tags(const json& list) {
@@ -140,7 +139,7 @@ Result<std::vector<std::string>> read_tags(const json& list) {
   std::vector<std::string> out;
   for (const json& tag : list) {
     if (!tag.is_string() || tag.get_ref<const std::string&>().empty())
-      return pass(bad_param("tags", "a tag is a short text", "a list of texts",
+      return pass(bad_param("tags", "invalid tag", "a list of non-empty strings",
                             format_text(tag).substr(0, 100)));
     out.push_back(tag.get<std::string>());
     if (Status ok = check_text("tags", out.back(), most_tag_characters); !ok)
@@ -162,7 +161,7 @@ Outcome annotate(const Services& services, const Call& call) {
       return refused(ok.error());
   }
   if (!wanted.tags && !wanted.note)
-    return refused(bad_param("note", "nothing is said", "tags, note or both", {}));
+    return refused(bad_param("note", "tags and note missing", "tags, note or both", {}));
   return run_outcome(services.run_manager->annotate(run_of(call), wanted, by(call.caller)));
 }
 
@@ -173,7 +172,7 @@ Outcome list_runs(const Services& services, const Call& call) {
     if (wanted == to_string(state)) states.push_back(state);
   if (!wanted.empty() && states.empty())
     return refused(
-        bad_param("state", "no such state", "queued, running, ended, ...", wanted.substr(0, 100)));
+        bad_param("state", "unknown state", "queued, running, ended, ...", wanted.substr(0, 100)));
   const std::string search = call.params.value("search", "");
   if (const Status ok = check_text("search", search, most_tag_characters); !ok)
     return refused(ok.error());
@@ -182,10 +181,10 @@ Outcome list_runs(const Services& services, const Call& call) {
 
 std::vector<rpc::ParamSpec> list_params() {
   std::vector<rpc::ParamSpec> params{
-      {"state", ParamType::text, false, "only those in this state"},
+      {"state", ParamType::text, false, "only runs in this state"},
       {"search", ParamType::text, false,
-       "only those in whose id, recipe, name, fabrics, tags, note or outcome it is, whatever the "
-       "case of its letters a to z; at most 40 characters"}};
+       "only runs with this text in id, recipe, name, fabrics, tags, note or outcome, ignoring the "
+       "case of a to z; at most 40 characters"}};
   params.insert(params.end(), page_params().begin(), page_params().end());
   return params;
 }
@@ -199,8 +198,8 @@ Outcome withdraw(const Services& services, const Call& call) {
 }
 
 constexpr rpc::ParamSpec break_lease_param{"break_lease", ParamType::text, false,
-                                           "a reason: break the lease that another user has for "
-                                           "this run (abort: operator, else engineer)"};
+                                           "reason to break the lease of another user for "
+                                           "this run (abort: as operator, else as engineer)"};
 
 void add_order(MethodGroup& group, std::string_view name, std::string_view summary, Order order,
                const std::vector<rpc::ParamSpec>& params = {run_param}) {
@@ -229,45 +228,48 @@ void wait(const Services& services, const Call& call, const Responder& respond) 
 
 // Methods that add runs to the queue and remove them.
 void add_run_queueing(MethodGroup& group) {
-  group.change("run.start",
-               "puts a campaign in line, with its recipe as it is now; it begins when the rig is "
-               "free",
-               Role::operator_, run_request_params(), "the run", start);
+  group.change(
+      "run.start",
+      "queue a run of a recipe, as it is now; it starts when it is first and the rig is free",
+      Role::operator_, run_request_params(), "the run", start);
   group.change("run.withdraw",
-               "takes a run out of the queue: the old name of queue.remove, kept for one version",
+               "remove a run from the queue: the old name of queue.remove, kept for one version",
                Role::operator_, {run_param}, "the run", withdraw);
 }
 
 // Orders to an active run.
 void add_run_orders(MethodGroup& group) {
   group
-      .change("run.pause",
-              "holds before the next repetition, or now: then that repetition is run again; where "
-              "no repetition is left, the queue is paused instead (pause_carried_over)",
-              Role::operator_,
-              {run_param, {"at", ParamType::text, false, "boundary (default) or now"}}, "the run",
-              pause)
+      .change(
+          "run.pause",
+          "pause the run before the next repetition, or now and repeat the interrupted one. If no "
+          "repetition is left, the queue is paused instead (pause_carried_over)",
+          Role::operator_,
+          {run_param,
+           {"at", ParamType::text, false, "pause point (default: boundary; boundary, now)"}},
+          "the run", pause)
       .urgency = rpc::Urgency::urgent;
   group.change(
       "run.resume",
-      "resume: up, position, bias, then the next repetition; a run that is over and can be "
-      "recovered with the repetition that was cut short",
+      "resume a held run with its next repetition: retract, position, bias; or a recoverable ended "
+      "run with its interrupted repetition",
       Role::operator_,
       {run_param,
-       {"preview", ParamType::flag, false,
-        "runs that are over: answer what it would do, and do nothing"},
-       {"lease", ParamType::text, false, "of the rig; runs that are over need it"},
+       {"preview", ParamType::flag, false, "for an ended run: only report what would be done"},
+       {"lease", ParamType::text, false, "your lease of the rig; needed for an ended run"},
        break_lease_param},
       "the run, or will, trials_planned, trials_done, trials_left", resume_or_preview);
-  group.change("run.confirm",
-               "a person has done what the run waits for, as its \"attention\" says; it goes on",
-               Role::operator_,
-               {run_param,
-                {"step", ParamType::text, true, "which one: step of the run's attention, \"Q-12\""},
-                break_lease_param},
-               "the run", confirm);
-  add_order(group, "run.stop", "finishes the repetition, cleans up, ends", Order::stop);
-  add_order(group, "run.abort", "stops motion, retracts, ends", Order::abort,
+  group.change(
+      "run.confirm",
+      "confirm that the requested operator step (\"attention\") is done; the run continues",
+      Role::operator_,
+      {run_param,
+       {"step", ParamType::text, true, "step of the run's \"attention\", \"Q-12\""},
+       break_lease_param},
+      "the run", confirm);
+  add_order(group, "run.stop", "end the run after the current repetition and the clean-up",
+            Order::stop);
+  add_order(group, "run.abort", "stop motion, retract the probe and end the run", Order::abort,
             {run_param, break_lease_param});
 }
 
@@ -275,45 +277,46 @@ void add_run_orders(MethodGroup& group) {
 void add_run_care(MethodGroup& group) {
   group.change(
       "run.recover",
-      "resume a run that was interrupted, stopped, aborted or failed with trials left, or "
-      "discard it (it is never made a data set), or keep its complete trials as a data set",
+      "recover an interrupted, stopped, aborted or failed run with trials left: resume it, discard "
+      "it (no data set is made), or keep its complete trials as a data set",
       Role::operator_,
       {run_param,
-       {"choice", ParamType::text, true, "resume, discard or keep-partial"},
-       {"preview", ParamType::flag, false, "answers what it would do, and does nothing"},
-       {"lease", ParamType::text, false, "of the rig; needed without preview"}},
+       {"choice", ParamType::text, true, "choice (resume, discard, keep-partial)"},
+       {"preview", ParamType::flag, false, "only report what would be done"},
+       {"lease", ParamType::text, false, "your lease of the rig; needed without preview"}},
       "the run, or will, trials_planned, trials_done, trials_left", recover);
   group.change(
       "run.annotate",
-      "sets the tags or the note of a run, of any time; its data stay as they are. In the journal "
-      "as kind \"note\"",
+      "set the tags or the note of a run, at any time; its data do not change. Journal kind: "
+      "\"note\"",
       Role::operator_,
       {run_param,
-       {"tags", ParamType::list, false, "all of them: at most 16 texts of 40 characters"},
-       {"note", ParamType::text, false, "at most 4000 characters", 4 * most_note_characters}},
+       {"tags", ParamType::list, false,
+        "the new list of tags: at most 16, of at most 40 characters"},
+       {"note", ParamType::text, false, "the new note, at most 4000 characters",
+        4 * most_note_characters}},
       "the run", annotate);
 }
 
 void add_run_reads(MethodGroup& group) {
   group.read(
-      "run.get", "one run", {run_param},
-      "the run; submitted_by who put it in line, by who changed it last; attention is the "
-      "next human action (null: none), next_attention_us since "
-      "when it is asked or when it will be; campaign_since, where its campaign was gone "
-      "on with without the daemon (weft run --resume): what its folder holds by now, "
-      "trials_done, trials_planned, complete, dataset_sha256; promise, where an accuracy of "
-      "the simulation was asked for: held; result, the accuracy of each exploration (null: not "
+      "run.get", "get a run", {run_param},
+      "the run; submitted_by: who queued it; by: who changed it last; attention: the next operator "
+      "step (null: none); next_attention_us: time of its prompt, past or expected; "
+      "campaign_since, if the campaign was resumed without the daemon (weft run --resume): "
+      "present content of its folder, "
+      "trials_done, trials_planned, complete, dataset_sha256; promise, if an accuracy of "
+      "the simulation was requested: held; result, the accuracy of each exploration (null: not "
       "evaluated): exploration, learner, protocol, accuracy, ci95, tested, unit, labels, "
       "not_tested, base_rate, chance",
       [](const Services& services, const Call& call) {
         return run_outcome(services.run_manager->get(run_of(call)));
       });
-  group.read("run.list", "the runs, page by page", list_params(),
-             "runs, next (null where there is no more)", list_runs);
-  group.read(
-      "run.wait", "answers when the run has ended",
-      {run_param, {"hand_over", ParamType::flag, false, "and what its recipe hands over as well"}},
-      "the run", wait);
+  group.read("run.list", "list the runs in pages", list_params(), "runs, next (null: last page)",
+             list_runs);
+  group.read("run.wait", "wait until the run has ended, then answer",
+             {run_param, {"hand_over", ParamType::flag, false, "also wait for the handover"}},
+             "the run", wait);
 }
 
 }  // namespace

@@ -105,7 +105,8 @@ LiveFrame joined_rows(std::span<const LiveFrame> rows) {
 
 Outcome recent_samples(const Services& services, const Call& call) {
   constexpr std::int64_t most_rows = 3000;
-  const auto most = read_whole_number(call, {"most", 1500, 1, most_rows, "how many rows"});
+  const auto most =
+      read_whole_number(call, {"most", 1500, 1, most_rows, "number of rows out of range"});
   if (!most) return refused(most.error());
   const LiveHistory found = services.frame_sampler->history(call.params.value("after_s", -1.0));
   const std::span<const LiveFrame> rows(found.rows);
@@ -134,16 +135,17 @@ void publish_samples(server::Hub& hub, LiveFrameSampler& sampler, const runs::Ru
 
 void add_sample_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.read("run.samples",
-             "the last 40 minutes, on the bench's clock, of what the newest run's bench sensed, to "
-             "look at: also what nobody listened to, and once the run is over. No record",
-             {{"after_s", ParamType::number, false, "only what is newer, on the bench's clock [s]"},
-              {"most", ParamType::integer, false,
-               "rows, 1500; at most 3000. Of more, neighbours are joined: the last of them with "
-               "the extremes of all"}},
-             "run (null: none yet), columns, rows (values in the order of columns, null: not "
-             "known), counts and rest_counts as in stream:taxels, the newest",
-             recent_samples);
+  group.read(
+      "run.samples",
+      "get sensor values of the last 40 minutes (bench time) of the newest run, for display. They "
+      "are not a record",
+      {{"after_s", ParamType::number, false, "only rows after this bench time [s]"},
+       {"most", ParamType::integer, false,
+        "largest number of rows, up to 3000 (default: 1500). Neighbouring rows are merged: the "
+        "last values with the extremes of all"}},
+      "run (null: none yet), columns, rows (values in the order of columns, null: not "
+      "known), newest counts and rest_counts as in stream:taxels",
+      recent_samples);
 }
 
 }  // namespace weft::daemon::api

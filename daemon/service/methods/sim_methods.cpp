@@ -13,16 +13,16 @@ Outcome set_pace(const Services& services, const Call& call) {
   if (!is_pace(pace))
     return refused({.code = Errc::range,
                     .where = "/params/pace",
-                    .what = "no such pace",
+                    .what = "pace out of range",
                     .expected = "0, or 1 to 1 000 000",
                     .got = call.params.at("pace").dump(),
-                    .hint = "0 lets the bench go as fast as it can"});
+                    .hint = "Use 0 to run the bench as fast as possible"});
   const auto rig = open_rig(services.rig, {});
   if (!rig) return refused(rig.error());
   if (rig->file.mode != BenchMode::simulated)
     return refused({.code = Errc::wrong_state,
                     .where = services.rig.string(),
-                    .what = "the time of this rig is the world's",
+                    .what = "rig runs in real time; its pace is fixed",
                     .expected = "a simulated bench"});
   services.pace->store(pace, std::memory_order_relaxed);
   if (const auto run = services.run_manager->active())  // its remaining time has changed
@@ -62,33 +62,36 @@ void inject_fault(const Services& services, const Call& call, bool ends, const R
 
 void add_sim_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
-  group.change("sim.clock",
-               "how fast the time of a simulated bench passes, now and in later runs; the daemon "
-               "begins with --pace",
-               Role::operator_,
-               {{"pace", ParamType::number, true,
-                 "bench seconds per second, 1 to 1000000; 0: as fast as it can"}},
-               "pace", set_pace);
+  group.change(
+      "sim.clock",
+      "set the simulation speed, for the active and later runs; the daemon starts with --pace",
+      Role::operator_,
+      {{"pace", ParamType::number, true,
+        "bench seconds per wall second, 1 to 1000000; 0: as fast as possible"}},
+      "pace", set_pace);
   constexpr rpc::ParamSpec device_param{"device", ParamType::text, true,
-                                        "its name, see device.list"};
+                                        "name of the device, see device.list"};
   group.change(
       "sim.inject",
-      "lets a fault befall a device of the simulated or emulated bench of the run under way, once "
-      "its devices are up; kinds: sim/devices/README.md",
+      "inject a fault into a device of the active run, on a simulated or emulated bench, once its "
+      "devices are armed; kinds: sim/devices/README.md",
       Role::engineer,
       {device_param,
-       {"fault", ParamType::text, true, "its kind, \"drop\""},
-       {"start_s", ParamType::number, false, "from now, on the bench's clock [s], 0"},
-       {"duration_s", ParamType::number, false, "[s]; for ever where it is left out"},
-       {"probability", ParamType::number, false, "0 to 1 of each message or reading, 1"},
-       {"amount", ParamType::number, false, "how much, in the unit of the kind"},
-       {"towards", ParamType::text, false, "host (default) or device, of faults of the wire"}},
+       {"fault", ParamType::text, true, "kind of the fault, \"drop\""},
+       {"start_s", ParamType::number, false, "delay in bench time [s] (default: 0)"},
+       {"duration_s", ParamType::number, false, "duration [s] (default: unlimited)"},
+       {"probability", ParamType::number, false,
+        "probability for each message or reading, 0 to 1 (default: 1)"},
+       {"amount", ParamType::number, false, "size of the fault, in the unit of its kind"},
+       {"towards", ParamType::text, false,
+        "direction of a link fault (default: host; host, device)"}},
       "the fault, run", [](const Services& s, const Call& call, const Responder& respond) {
         inject_fault(s, call, false, respond);
       });
   group.change(
-      "sim.clear", "ends such faults of a device, also those of its rig file", Role::engineer,
-      {device_param, {"fault", ParamType::text, false, "its kind; all where it is left out"}},
+      "sim.clear", "end the injected faults of a device, including those of the rig file",
+      Role::engineer,
+      {device_param, {"fault", ParamType::text, false, "kind of the fault (default: all)"}},
       "device, fault, run", [](const Services& s, const Call& call, const Responder& respond) {
         inject_fault(s, call, true, respond);
       });

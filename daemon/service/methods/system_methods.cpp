@@ -61,17 +61,17 @@ void add_rig_blocker(const runs::RigState& rig, bool is_moving, json& blockers) 
   if (facts.lock_out)
     blockers.push_back(blocker("rig.locked", "rig",
                                "Locked out by " + facts.lock_out->user + ": " +
-                                   facts.lock_out->reason + ". That person removes it"));
+                                   facts.lock_out->reason + ". Ask that user to unlock it"));
   if (facts.latch)
     blockers.push_back(blocker("rig.latched", "rig",
-                               (facts.latch->is_emergency ? "Emergency stop by " : "Halted by ") +
-                                   facts.latch->why + ": look at the rig, then rig.reset"));
+                               (facts.latch->is_emergency ? "E-stop by " : "Halted by ") +
+                                   facts.latch->why + ": inspect the rig, then call rig.reset"));
   if (is_moving || facts.fact == runs::RigFact::safe || facts.acknowledged || facts.latch) return;
   const bool is_unknown = facts.fact == runs::RigFact::unknown;
   blockers.push_back(blocker(is_unknown ? "rig.unknown" : "rig.holding", facts.left_by,
                              std::string(is_unknown ? "The position of the rig is unknown"
                                                     : "The probe may be on the fabric") +
-                                 ": look at it, then rig.reset" +
+                                 ": inspect it, then call rig.reset" +
                                  (facts.left_by.starts_with("R-") ? ", or resume that run" : "")));
 }
 
@@ -84,7 +84,7 @@ void add_rig_file_blocker(const Services& services, json& blockers) {
   if (problems.empty()) return;
   const std::string more = problems.size() == 1 ? ""
                                                 : "; and " + std::to_string(problems.size() - 1) +
-                                                      " more, weft check tells all";
+                                                      " more, listed by weft check";
   blockers.push_back(blocker("rig.invalid", services.rig.string(), problems.front() + more));
 }
 
@@ -94,7 +94,7 @@ void add_recipes_blocker(const Services& services, json& blockers) {
   const std::filesystem::directory_iterator found(services.recipes, error);
   if (error)
     blockers.push_back(blocker("recipes.unreadable", services.recipes.string(),
-                               "No run can be started of a recipe there: " + error.message()));
+                               "Runs cannot be started: " + error.message()));
 }
 
 /// If the data folder is missing, only that is reported, although it has no free space either.
@@ -103,9 +103,10 @@ void add_storage_blocker(const Services& services, json& blockers) {
   if (const Status here = services.log->in_place(); !here)
     return blockers.push_back(blocker("storage.gone", data, to_string(here.error())));
   if (!services.log->is_persisted())
-    blockers.push_back(blocker("storage.io", data,
-                               "How the rig stands, or what became of a run, could not be written "
-                               "down: see that the disk has room; it is tried again"));
+    blockers.push_back(
+        blocker("storage.io", data,
+                "The state of the rig or a run could not be saved: free disk space; the "
+                "daemon tries again"));
   constexpr std::uint64_t least_bytes = std::uint64_t{1} << 28;
   const std::uint64_t wanted = std::max(least_bytes, services.run_manager->status().bytes_awaited);
   if (const Status space = check_space(services.data, wanted); !space)
@@ -122,7 +123,7 @@ json line_json(const runs::JournalLine& line) {
 }
 
 Result<std::size_t> lines_wanted(const Call& call) {
-  return read_whole_number(call, {"most", 100, 1, most_lines, "how many lines"});
+  return read_whole_number(call, {"most", 100, 1, most_lines, "number of lines out of range"});
 }
 
 Outcome log_tail(const Services& services, const Call& call) {
@@ -146,7 +147,7 @@ Result<std::int64_t> number_in(const Call& call, const char* name, std::int64_t 
   if (const auto number = found->get<std::int64_t>(); number >= 0) return number;
   return fail({.code = Errc::range,
                .where = std::string("/params/") + name,
-               .what = "no such number",
+               .what = "number out of range",
                .expected = "0 to 2^63 - 1",
                .got = found->dump()});
 }
@@ -178,26 +179,27 @@ Outcome log_query(const Services& services, const Call& call) {
 }
 
 void add_log_methods(MethodGroup& group) {
-  group.read("log.tail", "the newest lines of the daemon's journal",
-             {{"run", ParamType::text, false, "of this run only"},
-              {"most", ParamType::integer, false,
-               "lines, 100; 10000 at most, and no more "
-               "than 1 MiB"}},
-             "lines: sequence, t_us, run, kind, by, data; left_off: so many older ones had no "
-             "room, log.query has them",
-             log_tail);
   group.read(
-      "log.query", "lines of the daemon's journal, oldest first, by run, kind and time",
-      {{"run", ParamType::text, false, "of this run only"},
+      "log.tail", "get the newest lines of the daemon's journal",
+      {{"run", ParamType::text, false, "only lines of this run"},
+       {"most", ParamType::integer, false,
+        "largest number of lines, up to 10000 and 1 MiB (default: 100)"}},
+      "lines: sequence, t_us, run, kind, by, data; left_off: number of older lines that did not "
+      "fit; get them with log.query",
+      log_tail);
+  group.read(
+      "log.query", "query the daemon's journal by run, kind and time, oldest lines first",
+      {{"run", ParamType::text, false, "only lines of this run"},
        {"kind", ParamType::text, false,
-        "of this kind only, \"state\"; of several, separated by commas: the queue's history is "
+        "only lines of this kind, \"state\", or of several, separated by commas; the history of "
+        "the queue: "
         "\"submitted,edited,removed,queue_paused,queue_started,queue_cleared\""},
-       {"since_us", ParamType::integer, false, "not before, UTC"},
-       {"until_us", ParamType::integer, false, "before, UTC"},
-       {"from", ParamType::integer, false, "this sequence number on: next of the page before"},
-       {"most", ParamType::integer, false, "lines, 100; at most 10000"}},
-      "lines: sequence, t_us, run, kind, by, data; next, null where there is no more: a "
-      "page may be short, or empty, and have one",
+       {"since_us", ParamType::integer, false, "from this time on, UTC [us]"},
+       {"until_us", ParamType::integer, false, "before this time, UTC [us]"},
+       {"from", ParamType::integer, false, "first sequence number: next of the previous page"},
+       {"most", ParamType::integer, false, "largest number of lines, up to 10000 (default: 100)"}},
+      "lines: sequence, t_us, run, kind, by, data; next (null: last page; a short or empty page "
+      "may have one)",
       log_query);
 }
 
@@ -207,8 +209,7 @@ std::string readiness_json(const Services& services) {
   json blockers = json::array();
   if (services.run_manager->status().is_closing)
     blockers.push_back(blocker("daemon.stops", "daemon",
-                               "It has been told to end, and begins nothing any more: start it "
-                               "anew"));
+                               "The daemon is shutting down and starts nothing new: restart it"));
   add_rig_file_blocker(services, blockers);
   add_recipes_blocker(services, blockers);
   const bool is_moving =
@@ -218,15 +219,14 @@ std::string readiness_json(const Services& services) {
   if (const auto problem = services.tokens_problem ? services.tokens_problem() : std::nullopt)
     blockers.push_back(
         blocker("tokens.unreadable", problem->where,
-                "A token that was removed since may still be good: " + to_string(*problem)));
+                "Tokens removed since may still be accepted: " + to_string(*problem)));
   if (const runs::RunQueue& queue = services.run_manager->queue(); queue.is_paused())
-    blockers.push_back(
-        blocker("queue.paused", "queue",
-                "Paused by " + queue.paused_by() + ": queue.start lets the next begin"));
+    blockers.push_back(blocker("queue.paused", "queue",
+                               "Paused by " + queue.paused_by() + ": resume it with queue.start"));
   if (const auto run = services.run_manager->active())
-    blockers.push_back(blocker("rig.busy", *run, "Wait for it, or put yours in the queue"));
+    blockers.push_back(blocker("rig.busy", *run, "Wait until it ends, or queue your run"));
   if (const auto motion = services.run_manager->status().maintenance)
-    blockers.push_back(blocker("rig.busy", *motion, "Wait for it, or put yours in the queue"));
+    blockers.push_back(blocker("rig.busy", *motion, "Wait until it ends, or queue your run"));
   const bool ok = blockers.empty();
   return format_text({{"ok", ok}, {"blockers", std::move(blockers)}});
 }
@@ -234,28 +234,30 @@ std::string readiness_json(const Services& services) {
 void add_system_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group.read(
-      "system.info", "what runs here", {},
-      "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null where it is not "
-      "served), epoch, seq",
+      "system.info", "get version, rig and settings of the daemon", {},
+      "product, version, rig, bench (\"simulated\" or \"real\"), pace, http (null: not served), "
+      "epoch, seq",
       system_info);
-  group.read("system.ready", "whether a run can be started, and all that keeps it from that", {},
+  group.read("system.ready", "check whether a run can start and list all blockers", {},
              "ok, blockers", [](const Services& s, const Call&) { return readiness_json(s); });
-  group.read("system.time", "both clocks", {}, "t_us (UTC), mono_us",
+  group.read("system.time", "get the UTC and the monotonic clock", {}, "t_us (UTC), mono_us",
              [](const Services& s, const Call&) {
                return format_text({{"t_us", s.utc_us()}, {"mono_us", s.now().count() / 1000}});
              });
-  group.read("system.metrics", "how much there is of what grows or runs out", {},
-             "up_s, seq (events told), listeners, leases, queued, runs by state, "
-             "disk_free_bytes (null where that is not known)",
+  group.read("system.metrics", "get counters and free disk space", {},
+             "up_s, seq (events published), listeners, leases, queued, runs by state, "
+             "disk_free_bytes (null: not known)",
              [began = services.now()](const Services& s, const Call&) {
                return format_text(metrics(s, began));
              });
-  group.read("session.whoami", "who you are here", {}, "session, client, user, role", whoami);
+  group.read("session.whoami", "get your session, user and role", {}, "session, client, user, role",
+             whoami);
   add_log_methods(group);
   rpc::Methods* const all = &methods;
-  group.read("rpc.discover", "this document", {}, "OpenRPC", [all](const Services&, const Call&) {
-    return all->open_rpc(std::string(server::protocol_version) + ".0");
-  });
+  group.read("rpc.discover", "get this OpenRPC document", {}, "OpenRPC",
+             [all](const Services&, const Call&) {
+               return all->open_rpc(std::string(server::protocol_version) + ".0");
+             });
 }
 
 }  // namespace weft::daemon::api

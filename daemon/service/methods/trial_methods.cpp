@@ -128,10 +128,10 @@ Outcome trials_page(const runs::StoredRun& run, const TrialPage& page) {
 void list_trials(const Services& services, const Call& call, const Responder& respond) {
   const auto run = run_at_rest(services, call);
   if (!run) return respond(refused(run.error()));
-  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "which trials"});
+  const auto from = read_whole_number(call, {"from", 0, 0, unbounded, "trial number out of range"});
   if (!from) return respond(refused(from.error()));
-  const auto most =
-      read_whole_number(call, {"most", usual_trials, 1, most_trials, "how many trials"});
+  const auto most = read_whole_number(
+      call, {"most", usual_trials, 1, most_trials, "number of trials out of range"});
   if (!most) return respond(refused(most.error()));
   answer_in_background(
       services.file_background, respond,
@@ -145,9 +145,9 @@ Outcome trial_curves(const runs::StoredRun& run, const std::string& name, std::s
   if (dataset->trials.empty())
     return refused({.code = Errc::not_found,
                     .where = "/params/trial",
-                    .what = "no such trial of that run",
+                    .what = "run has no such trial",
                     .got = name.substr(0, 100),
-                    .hint = "data.trials lists them"});
+                    .hint = "List its trials with data.trials"});
   json out = trial_curves_json(*dataset, 0, points, force_targets(dataset->info));
   out["run"] = run.id();
   return format_text(out);
@@ -157,11 +157,12 @@ void get_trial(const Services& services, const Call& call, const Responder& resp
   const auto run = run_at_rest(services, call);
   if (!run) return respond(refused(run.error()));
   const auto points = read_whole_number(
-      call, {"points", usual_points, least_points, most_points, "points of a curve"});
+      call, {"points", usual_points, least_points, most_points, "number of points out of range"});
   if (!points) return respond(refused(points.error()));
   const std::string name = call.params.at("trial").get<std::string>();
   if (name.empty())
-    return respond(refused(bad_param("trial", "not a trial", "a name as data.trials has it", {})));
+    return respond(
+        refused(bad_param("trial", "trial name missing", "a name from data.trials", {})));
   answer_in_background(services.file_background, respond, [stored = *run, name, points = *points] {
     return trial_curves(stored, name, points);
   });
@@ -172,27 +173,29 @@ void get_trial(const Services& services, const Call& call, const Responder& resp
 void add_trial_methods(rpc::Methods& methods, const Services& services) {
   MethodGroup group(methods, services);
   group.read(
-      "data.trials",
-      "every attempt at a trial of a run that is over, page by page, in the order of the plan",
+      "data.trials", "list all attempts of an ended run in pages, in the order of the plan",
       {run_param,
-       {"from", ParamType::integer, false, "the first attempt that is told, 0"},
-       {"most", ParamType::integer, false, "attempts, 50; at most 200"}},
+       {"from", ParamType::integer, false, "index of the first attempt (default: 0)"},
+       {"most", ParamType::integer, false, "largest number of attempts, up to 200 (default: 50)"}},
       "run, bench, trials: trial (its name), index (of the plan), attempt, label, exploration, "
-      "repetition, piece, mounting, patch, outcome, reason (why it was rejected or failed), "
-      "lost_frames, force_rms_error_N, force_worst_error_N, force_in_band_share, while the force "
-      "was held, rest: weight_N, before_N, after_N; next",
+      "repetition, piece, mounting, patch, outcome, reason (of a rejection or failure), "
+      "lost_frames; "
+      "force_rms_error_N, force_worst_error_N, force_in_band_share (while the force was "
+      "regulated); rest: weight_N, before_N, after_N; next",
       list_trials);
   group.read(
       "data.trial",
-      "the curves of one trial of a run that is over, reduced for a picture: least and greatest "
-      "value in each point, null where samples are missing",
+      "get the curves of one trial of an ended run, reduced for display: minimum and maximum at "
+      "each point, null if samples are missing",
       {run_param,
-       {"trial", ParamType::text, true, "its name, as data.trials has it"},
-       {"points", ParamType::integer, false, "of a curve at most, 1200; 10 to 5000"}},
-      "run, trial, bench, label, exploration, repetition, attempt, outcome, begin_s (on the "
-      "bench's clock; other times are from there), phases: phase, begin_s, end_s; target: phase, "
+       {"trial", ParamType::text, true, "name of the trial, from data.trials"},
+       {"points", ParamType::integer, false,
+        "largest number of points of a curve, 10 to 5000 (default: 1200)"}},
+      "run, trial, bench, label, exploration, repetition, attempt, outcome, begin_s (bench time; "
+      "other times are relative to it), phases: phase, begin_s, end_s; target: phase, "
       "force_N, band_N; force: t_s, fx_N, fy_N, fz_N (each min, max); stages: t_s, x_mm ... "
-      "ry_deg likewise; taxels: mean_S_counts, mean_M_counts, t_s, counts (of at most 300 frames)",
+      "ry_deg (each min, max); taxels: mean_S_counts, mean_M_counts, t_s, counts (at most 300 "
+      "frames)",
       get_trial);
 }
 
