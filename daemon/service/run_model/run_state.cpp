@@ -152,7 +152,7 @@ RunStep on_time(const RunStateMachine& run, const Deadlines& limits, Clock now) 
 RunFacts facts_of_end(const RunFacts& former, const RunEnd& end) {
   RunFacts out = end.found;
   if (end.has_summary && end.was_closing && out.outcome == "aborted" && out.error.empty())
-    out.error = "aborted because the daemon was stopped";
+    out.error = daemon_stopped_error;
   if (ends_as_before(former, end.acquired_rig)) {
     out.cleanup = former.cleanup;
     if (!end.has_summary) out.dataset_error = former.dataset_error;
@@ -174,7 +174,7 @@ RunFacts facts_without_answer(RunFacts former, bool has_rig, std::string certifi
     former.dataset_error.clear();
     former.dataset_sha256 = std::move(certified);
   }
-  former.error = "run unresponsive";
+  former.error = unresponsive_error;
   return former;
 }
 

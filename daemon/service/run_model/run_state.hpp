@@ -77,6 +77,10 @@ RunStep on_ended(bool can_resume = false);
 /// Call when time has passed.
 RunStep on_time(const RunStateMachine& run, const Deadlines& limits, RunStateMachine::Clock now);
 
+/// Errors of runs that the daemon ended.
+inline constexpr const char *daemon_stopped_error = "aborted because the daemon was stopped",
+                            *unresponsive_error = "run unresponsive";
+
 /// Text of an error; empty without one.
 std::string format_error(const std::optional<Error>& error);
 

@@ -34,7 +34,7 @@ TEST_CASE("One user holds a rig at a time, and is named to the others") {
   REQUIRE(mine);
   const auto other = leases.acquire(requested("bob"), 1s);
   REQUIRE_FALSE(other);
-  CHECK_THAT(to_string(other.error()), Catch::Contains("ada") && Catch::Contains("denim batch"));
+  CHECK_THAT(other.error().got, Catch::Contains("ada") && Catch::Contains("denim batch"));
   CHECK(leases.release(mine->id, "ada", 2s));
   CHECK(leases.acquire(requested("bob"), 3s));
 }
@@ -370,7 +370,7 @@ TEST_CASE("A file of tokens that could not be read is told of, and read as soon 
   REQUIRE(setrlimit(RLIMIT_NOFILE, &descriptors) == 0);
   CHECK(keeper->is_valid(*found, 1));
   REQUIRE(keeper->problem());
-  CHECK_THAT(to_string(*keeper->problem()), Catch::Contains("tokens.json"));
+  CHECK_THAT(keeper->problem()->where, Catch::Contains("tokens.json"));
   keeper->refresh();
   CHECK_FALSE(keeper->problem());
   CHECK_FALSE(keeper->is_valid(*found, 1));

@@ -177,8 +177,7 @@ TEST_CASE("leases and tokens whose line of the journal cannot be kept are as the
   services.add_token = [&](std::string name, access::Role, std::int64_t,
                            const std::string&) -> Result<std::string> {
     if (std::find(tokens.begin(), tokens.end(), name) != tokens.end())
-      return fail(
-          {.code = Errc::invalid_argument, .where = "token", .what = "there is one of this name"});
+      return fail({.code = Errc::invalid_argument, .where = "token", .what = "name in use"});
     tokens.push_back(std::move(name));
     return "wft_0";
   };

@@ -81,7 +81,7 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   const auto given_up = life->service->get(life->run.id());
   REQUIRE(given_up);
   CHECK(given_up->state == HandoverState::failed);
-  CHECK(given_up->error.find("the daemon ended twice under it") != std::string::npos);
+  CHECK(given_up->error.find("handover.start") != std::string::npos);
   CHECK(life->reported == std::vector{HandoverState::failed});
   life.reset();
 

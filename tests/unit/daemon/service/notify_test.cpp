@@ -196,14 +196,13 @@ TEST_CASE("settings that cannot be used are refused", "[notify]") {
   };
   const std::vector<Row> rows{
       {json::object(), Errc::parse, "", ""},
-      {{{"webhok", json::object()}}, Errc::parse, "/webhok", "Did you mean webhook"},
-      {webhook({{"headres", json::object()}}), Errc::parse, "/webhook/headres",
-       "Did you mean headers"},
+      {{{"webhok", json::object()}}, Errc::parse, "/webhok", "webhook"},
+      {webhook({{"headres", json::object()}}), Errc::parse, "/webhook/headres", "headers"},
       {{{"events", {"run.faild"}}, {"mqtt", {{"host", "b"}}}},
        Errc::parse,
        "/events/0",
-       "Did you mean run.failed"},
-      {webhook({{"body", "{titel}"}}), Errc::parse, "/webhook/body", "Did you mean {title}"},
+       "run.failed"},
+      {webhook({{"body", "{titel}"}}), Errc::parse, "/webhook/body", "{title}"},
       {webhook({{"body", {{"a", {"{titel}"}}}}}), Errc::parse, "/webhook/body/a/0", ""},
       {webhook({{"token", "tk_1"}}), Errc::parse, "/webhook/token", ""},
       {webhook({{"headers", {{"authorization", "Bearer tk_1"}}}}), Errc::parse,
@@ -228,7 +227,7 @@ TEST_CASE("settings that cannot be used are refused", "[notify]") {
     REQUIRE_FALSE(settings);
     CHECK(settings.error().code == row.code);
     CHECK(settings.error().where.find(row.where) != std::string::npos);
-    CHECK(to_string(settings.error()).find(row.hint) != std::string::npos);
+    CHECK(settings.error().hint.find(row.hint) != std::string::npos);
     CHECK(to_string(settings.error()).find("tk_1") == std::string::npos);
   }
   CHECK(files.load(webhook({{"token_file", "group"}})));

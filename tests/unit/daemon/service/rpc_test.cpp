@@ -78,7 +78,8 @@ TEST_CASE("Members that a request does not have are refused with the one that wa
   REQUIRE(r.error().received);
   CHECK(r.error().received->method == "m");
   const auto other = parse_request(R"({"jsonrpc":"2.0","id":3,"method":"m","zzzzzzzz":1})");
-  CHECK_THAT(other.error().error.error.hint, Catch::StartsWith("Known: "));
+  CHECK_THAT(other.error().error.error.hint,
+             Catch::Contains("jsonrpc") && Catch::Contains("method"));
 }
 
 TEST_CASE("A key given twice in a request is refused with its pointer, and a stop is known still") {

@@ -18,7 +18,7 @@ class Posted {
   void post(std::function<void()> work) {
     const std::lock_guard passing(held_);
     const std::lock_guard lock(mutex_);
-    if (std::exchange(throws_, false)) throw std::runtime_error("nobody takes this");
+    if (std::exchange(throws_, false)) throw std::runtime_error("scripted");
     waiting_.push_back(std::move(work));
     arrived_.notify_all();
   }

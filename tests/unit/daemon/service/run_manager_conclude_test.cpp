@@ -120,7 +120,7 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
   CHECK(bench.manager->status().unresponsive == id);
   const RunView lost = *bench.manager->get(id);
   CHECK(lost.machine.state == RunState::ended);
-  CHECK(facts_of(lost) == Facts{"complete", "done", "safe", "the run does not answer", ""});
+  CHECK(facts_of(lost) == Facts{"complete", "done", "safe", runs::unresponsive_error, ""});
   CHECK_FALSE(lost.stored.dataset_error.empty());
   CHECK(bench.manager->rig_state() == RigState{});
   answers.set_value();
@@ -177,7 +177,7 @@ TEST_CASE("a run that is lost while it asks for the rig ends as it did before, w
     bench.manager->tick();
   }
   const StoredRun lost = bench.manager->get(id)->stored;
-  CHECK(lost.error == "the run does not answer");
+  CHECK(lost.error == runs::unresponsive_error);
   CHECK(lost.outcome == "interrupted");
   CHECK(lost.cleanup == before.stored.cleanup);
   CHECK(bench.manager->rig_state() == RigState{RigFact::unknown, id});  // as it was

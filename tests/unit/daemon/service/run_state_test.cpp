@@ -192,7 +192,7 @@ TEST_CASE("The facts of a run's end by how its thread came to it, and by how it 
     std::string outcome, cleanup;
     std::string error = {}, dataset_error = {}, bench_outcome = {}, bench_error = {};
   };
-  const char* const by_the_end = "aborted by the daemon, which was told to end";
+  const char* const by_the_end = daemon_stopped_error;
   const Row rows[] = {
       {.name = "it came to its end",
        .former = none,
@@ -313,7 +313,7 @@ TEST_CASE("A run that does not answer has failed, unless it only concluded an ol
     CHECK(resumed.cleanup == (has_rig ? "skipped" : "done"));
     CHECK(resumed.dataset_error == (has_rig ? "" : "no room"));
     CHECK(resumed.dataset_sha256 == (has_rig ? "36426411" : ""));
-    for (const RunFacts& facts : {fresh, resumed}) CHECK(facts.error == "the run does not answer");
+    for (const RunFacts& facts : {fresh, resumed}) CHECK(facts.error == unresponsive_error);
   }
 }
 

@@ -44,7 +44,7 @@ RunView ended_in_a_trial(RunManagerBench& bench,
   return bench.ended(id);
 }
 
-constexpr const char* by_the_end = "aborted by the daemon, which was told to end";
+constexpr const char* by_the_end = daemon_stopped_error;
 
 }  // namespace
 
@@ -127,7 +127,7 @@ TEST_CASE("a daemon that ends takes nothing more on, and says why") {
   for (const Status& each : refused) {
     REQUIRE_FALSE(each);
     CHECK(each.error().code == Errc::wrong_state);
-    CHECK(each.error().what.find("told to end") != std::string::npos);
+    CHECK(each.error().where == "daemon");
   }
   CHECK(manager.loaded().size() == 1);
   CHECK(manager.get(id)->machine.state == RunState::interrupted);
