@@ -11,15 +11,12 @@ export class ApiError extends Error {
   /** The error as a sentence for users: what is wrong, where, and what to do. */
   get sentence() {
     const { where, expected, got, hint } = this.data;
-    const parts = [this.message];
-    if (where) parts.push(`at ${where}`);
-    if (expected) parts.push(`expected ${expected}`);
-    if (got) parts.push(`got ${got}`);
-    return parts.join(', ') + (hint ? `. ${hint}.` : '.');
+    const what = [where, this.message, got].filter(Boolean).join(': ') + (expected ? ` (expected ${expected}).` : '.');
+    return hint ? `${what} ${hint}${/[.?!]$/.test(hint) ? '' : '.'}` : what;
   }
 }
 
-const unreachable = (why) => new ApiError('The daemon was not reached', { kind: 'unreachable', hint: why });
+const unreachable = (why) => new ApiError('Daemon not reachable', { kind: 'unreachable', hint: why });
 
 /** Calls with the token of this browser tab. */
 export class Api {
@@ -57,7 +54,7 @@ export class Api {
       });
       return await response.json();
     } catch (why) {
-      throw unreachable(why.name === 'TimeoutError' ? 'It did not answer in time' : 'Is weftd running?');
+      throw unreachable(why.name === 'TimeoutError' ? 'Retry: it did not answer in time' : 'Check that weftd is running');
     }
   }
 

@@ -54,10 +54,10 @@ export class ArchiveView {
     const shown = this.#runs();
     fill(byId('archive-list'), [this.#ticked, this.#next, shown.map((run) => [run.run, run.name, run.outcome, run.state, run.handover?.state, run.result, run.tags])], () => [
       this.#table(shown),
-      el('p', { class: 'row' }, el('span', { class: 'quiet' }, shown.length === 0 ? 'No such campaign has ended.' : plural(shown.length, 'campaign')),
+      el('p', { class: 'row' }, el('span', { class: 'quiet' }, shown.length === 0 ? 'No matching campaigns.' : plural(shown.length, 'campaign')),
         this.#next === null ? null : button('More', () => this.#ask(this.#next), { 'data-key': 'more' }))]);
     const [a, b] = this.#ticked;
-    fill(byId('archive-compare'), this.#ticked, () => (b ? el('a', { href: `#compare/${a}/${b}` }, `Compare ${a} and ${b}`) : el('span', { class: 'quiet' }, 'Tick two to compare them.')));
+    fill(byId('archive-compare'), this.#ticked, () => (b ? el('a', { href: `#compare/${a}/${b}` }, `Compare ${a} and ${b}`) : el('span', { class: 'quiet' }, 'Select two campaigns to compare.')));
   }
 
   #table(runs) {

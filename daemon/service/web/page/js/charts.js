@@ -204,7 +204,7 @@ class Chart {
     this.#rows.forEach((one, at) => { if (at > 0 && one.bench_s - this.#rows[at - 1].bench_s > joined_s) ++gaps; });
     const wide_s = this.#rows.length ? this.#rows.at(-1).bench_s - this.#rows[0].bench_s : 0;
     const phases = [...new Set(spans_of(this.#rows).map((span) => span.phase))];
-    const text = `${this.kind.names.join(', ')} [${this.kind.unit}]: ${this.#rows.length} rows, ${gaps} gaps, ${wide_s.toFixed(1)} s of the bench's time, phases ${phases.join(', ') || 'none'}`;
+    const text = `${this.kind.names.join(', ')} [${this.kind.unit}]: ${this.#rows.length} rows, ${gaps} gaps, ${wide_s.toFixed(1)} s of bench time, phases ${phases.join(', ') || 'none'}`;
     if (this.box.getAttribute('aria-label') !== text) this.box.setAttribute('aria-label', text);
   }
 

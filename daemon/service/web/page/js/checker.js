@@ -6,42 +6,42 @@ import { path_picture } from './path_picture.js';
 export function diagnostics(title, kind, list) {
   if (!list?.length) return null;
   const line = ({ where, message, expected, got, hint }) => el('li', {},
-    el('code', {}, where || '/'), ` ${message}`, expected ? `; expected ${expected}` : '', got ? `, got ${got}` : '', hint ? `. ${hint}` : '');
+    el('code', {}, where || '/'), ` ${message}`, got ? `: ${got}` : '', expected ? ` (expected ${expected})` : '', hint ? `. ${hint}` : '');
   return el('div', { class: kind }, el('h3', {}, `${title} (${list.length})`), el('ul', {}, list.map(line)));
 }
 
 function phase_text(phase) {
   const force = phase.force_n === undefined ? '' : `, ${phase.force_n} ± ${phase.force_band_n} N`;
-  const depth = phase.press_depth_m === undefined ? '' : `, ${+(1000 * phase.press_depth_m).toFixed(3)} mm below the touch`;
+  const depth = phase.press_depth_m === undefined ? '' : `, ${+(1000 * phase.press_depth_m).toFixed(3)} mm below first contact`;
   const speed = phase.speed_mps === undefined ? '' : ` at ${+(1000 * phase.speed_mps).toFixed(3)} mm/s`;
-  const names = { S: 'rest on the cloth', P: 'press', M: 'slide', E: 'rest' };
+  const names = { S: 'rest on the fabric', P: 'press', M: 'motion', E: 'rest' };
   return `${phase.phase}: ${names[phase.phase] ?? ''} ${+phase.duration_s.toFixed(2)} s${force}${depth}${speed}`;
 }
 
 function figures(found, plan) {
-  const people = found.asks ? `${plural(found.asks, 'time')}, ${duration(found.people_s)} in all` : 'nobody is needed';
+  const people = found.asks ? `${plural(found.asks, 'step')}, ${duration(found.people_s)} in total` : 'not needed';
   const next = found.next_attention;
   return facts([
-    ['duration', `${duration(found.eta_s)} of the bench's time`],
+    ['duration', `${duration(found.eta_s)} of bench time`],
     ['trials', `${found.trials}: ${plural(found.fabrics.length, 'fabric')}`],
     ['data', `${bytes(found.data_bytes)}; ${bytes(found.bytes)} must be free on the disk`],
-    ['people', people],
-    next ? ['next human action', `after ${duration(next.after_s)}: ${next.text}`] : null,
+    ['operator', people],
+    next ? ['next operator step', `after ${duration(next.after_s)}: ${next.text}`] : null,
     plan ? ['evaluated', plan.hand_over ? `from ${plan.hand_over.from}, learner ${plan.hand_over.learner}` : 'no'] : null,
     ['fabrics', found.fabrics.join(', ')],
   ]);
 }
 
 function moves(plan, description) {
-  return el('div', {}, el('h3', {}, 'What it does'), el('div', { class: 'row top' }, plan.explorations.map((exploration) => el('figure', {},
+  return el('div', {}, el('h3', {}, 'Explorations'), el('div', { class: 'row top' }, plan.explorations.map((exploration) => el('figure', {},
     path_picture(exploration, description),
     el('figcaption', {}, el('strong', {}, exploration.exploration), el('ul', {}, exploration.phases.map((phase) => el('li', {}, phase_text(phase)))))))));
 }
 
 /** `report`: from recipe.check; `plan`: from recipe.plan, or nothing; `description`: from rig.describe. */
 export function answer({ ok, plan: found, problems, warnings, disk_ok }, plan, description) {
-  const verdict = el('p', { class: ok ? 'verdict good' : 'verdict problem' }, ok ? '✓ The checker finds nothing wrong. Nothing has moved.' : '✗ The checker refuses this recipe. Nothing has moved.');
-  const disk = ok && !disk_ok ? el('p', { class: 'problem' }, 'The disk has too little room for it.') : null;
+  const verdict = el('p', { class: ok ? 'verdict good' : 'verdict problem' }, ok ? '✓ No problems found. Nothing has moved.' : '✗ Recipe refused. Nothing has moved.');
+  const disk = ok && !disk_ok ? el('p', { class: 'problem' }, 'Not enough free disk space for this recipe.') : null;
   return [verdict, found ? figures(found, plan) : null, disk, diagnostics('Problems', 'problem', problems),
     diagnostics('Warnings', 'warning', warnings), plan ? moves(plan, description) : null].filter(Boolean);
 }

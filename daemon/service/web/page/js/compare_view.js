@@ -14,7 +14,7 @@ export class CompareView {
 
   async open(...ids) {
     const turn = ++this.#turn;
-    byId('compare-body').replaceChildren(el('p', { class: 'quiet' }, 'Reading …'));
+    byId('compare-body').replaceChildren(el('p', { class: 'quiet' }, 'Loading …'));
     const found = await attempt(() => Promise.all(ids.slice(0, 2).map((id) => this.#read(id))));
     if (!found || turn !== this.#turn || found.length < 2) return;
     byId('compare-body').replaceChildren(this.#facts(found), el('div', { class: 'two even' }, found.map((one) => this.#side(one))));
@@ -37,7 +37,7 @@ export class CompareView {
       return [name, left, right, left === right ? 'same' : '≠ differs'];
     };
     const count = ({ learnt }) => Object.values(learnt?.explorations ?? {}).map((one) => one.trials).join(', ');
-    return table('What the two runs share', ['', a.run.run, b.run.run, ''], [
+    return table('Comparison of the two runs', ['', a.run.run, b.run.run, ''], [
       row('recipe', ({ run }) => run.recipe), row('recipe, SHA-256', ({ certificate }) => certificate?.recipe_sha256?.slice(0, 12)), row('rig, SHA-256', ({ certificate }) => certificate?.rig_sha256?.slice(0, 12)),
       row('seed', ({ certificate }) => certificate?.seed), row('software', ({ certificate }) => certificate?.software_version), row('bench', ({ run }) => run.bench),
       row('outcome', ({ run }) => words(run.outcome)), row('trials', ({ run }) => (run.trials_planned ? `${run.trials_done} of ${run.trials_planned}` : null)), row('attempts', ({ certificate }) => certificate?.attempts),

@@ -6,7 +6,7 @@ const note_ms = 8000;
 /** Adds a note, also for screen readers. `kind`: "done", or "trouble", which stays until it is closed. */
 export function note(text, kind = 'done') {
   const line = el('div', { class: `note ${kind}` }, el('span', {}, text));
-  const close = button('×', () => line.remove(), { 'aria-label': 'Close this note', class: 'plain' });
+  const close = button('×', () => line.remove(), { 'aria-label': 'Close this message', class: 'plain' });
   line.append(close);
   byId(kind === 'trouble' ? 'troubles' : 'notes').append(line);
   if (kind !== 'trouble') setTimeout(() => line.remove(), note_ms);
@@ -37,7 +37,7 @@ export function ask({ title, text, act, field, danger = false }) {
       el('p', { class: 'row end' },
         // the page's own HALT button cannot be clicked below a dialog
         button('HALT', () => { box.close(); byId('halt').click(); }, { class: 'danger halt-here' }),
-        button('Go back', () => box.close()),
+        button('Cancel', () => box.close()),
         el('button', { type: 'submit', class: danger ? 'danger' : 'main' }, act)));
     const box = el('dialog', { 'aria-labelledby': 'asked-title' }, form);
     form.addEventListener('submit', () => { said = input ? input.value.trim() : ''; });

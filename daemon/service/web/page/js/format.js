@@ -45,19 +45,19 @@ export const plural = (count, one, many = `${one}s`) => `${count} ${count === 1 
 
 // Rules of the daemon that act automatically.
 const rules = {
-  run: 'by itself: the run went on', deadline: 'by itself: a deadline passed', time: 'by itself: its time came', queue: 'by itself: its turn in the queue',
-  recipe: 'by itself: the recipe says so', hand_over: 'by itself: the evaluation', live_vote: 'by itself: the live vote was sure', repeat_bad: 'by itself: the trial was bad',
-  restart: 'by itself: the daemon was started again', daemon: 'by itself: the daemon', shutdown: 'by itself: the daemon ended', disk: 'by itself: the disk is too full',
-  rig_file: 'by itself: the rig file cannot be used', halted: 'by itself: the rig was halted', failed: 'by itself: a run failed', stopped: 'by itself: a run was stopped',
-  aborted: 'by itself: a run was aborted', interrupted: 'by itself: a run was cut short', reset: 'by itself: the rig was reset', folder: 'by itself: found in its folder',
-  several: 'several addresses', clock: 'by itself: a clock', notify: 'by itself: notifications', maintenance: 'by itself: maintenance',
+  run: 'automatic: the run', deadline: 'automatic: a deadline passed', time: 'automatic: its time has come', queue: 'automatic: next in the queue',
+  recipe: 'automatic: the recipe', hand_over: 'automatic: the evaluation', live_vote: 'automatic: the live vote', repeat_bad: 'automatic: attempt rejected',
+  restart: 'automatic: the daemon was restarted', daemon: 'automatic: the daemon', shutdown: 'automatic: the daemon ended', disk: 'automatic: not enough disk space',
+  rig_file: 'automatic: rig file invalid', halted: 'automatic: the rig was halted', failed: 'automatic: a run failed', stopped: 'automatic: a run was stopped',
+  aborted: 'automatic: a run was aborted', interrupted: 'automatic: a run was interrupted', reset: 'automatic: the rig was reset', folder: 'automatic: found in its folder',
+  several: 'several addresses', clock: 'automatic: a clock', notify: 'automatic: notifications', maintenance: 'automatic: maintenance',
 };
 
 /** "h-72 (root)" as user and origin, "auto:run" as the cause; the journal has the session names. */
 export function who_text(by) {
   if (!by) return '–';
   const [, rule] = /^auto:(.*)$/.exec(by) ?? [];
-  if (rule) return rules[rule] ?? `by itself: ${words(rule)}`;
+  if (rule) return rules[rule] ?? `automatic: ${words(rule)}`;
   const [, kind, user] = /^([hs])-\d+ \((.*)\)$/.exec(by) ?? [];
   if (!user) return by;
   const who = user.startsWith('token:') ? `${user.slice(6)} (token)` : user;

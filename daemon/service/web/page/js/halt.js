@@ -27,7 +27,7 @@ export class Halt {
     say(byId('halt-state'), 'halting …');
     const arrived = await this.#send();
     say(byId('halt-state'), arrived ? '' : 'NOT HALTED');
-    if (!arrived) note('The halt did not reach the daemon. Stop the bench by its own switch.', 'trouble');
+    if (!arrived) note('The halt did not reach the daemon. Stop the bench with its own switch.', 'trouble');
     this.#under_way = false;
   }
 

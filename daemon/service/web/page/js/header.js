@@ -7,7 +7,7 @@ const said_of = {
   connecting: () => ['◌', 'connecting'],
   live: () => ['●', 'live'],
   stale: (since) => ['▲', since ? `not connected: stale since ${clock(since * 1000)}` : 'not connected'],
-  full: () => ['◐', 'every 2 s: all live places are taken'],
+  full: () => ['◐', 'every 2 s: too many live connections'],
   refused: () => ['■', 'signed out'],
 };
 
@@ -43,15 +43,16 @@ export class Header {
   #lease() {
     const { lease: held, may_operate, me } = this.store;
     const state = [held?.lease, held?.user, held?.note, this.lease.mine, may_operate, me?.role, this.store.live];
+    byId('lease').dataset.control = !held ? 'free' : this.lease.mine ? 'mine' : 'others';
     fill(byId('lease'), state, () => this.#lease_parts(held));
   }
 
   #lease_parts(held) {
     const { may_operate, me, live } = this.store;
-    const act = (text, what) => button(text, () => attempt(what), { 'data-key': text, disabled: !live });
-    if (!held) return ['Nobody holds the rig ', ...(may_operate ? [act('Take the rig', () => this.lease.hold())] : [])];
-    if (this.lease.mine) return ['You hold the rig ', act('Give it back', () => this.lease.release())];
-    const by = `${held.user} holds the rig${held.note ? ` (${held.note})` : ''} `;
-    return [by, ...(me?.role === 'admin' ? [act('Take over …', () => this.lease.take_over())] : [])];
+    const act = (key, text, what) => button(text, () => attempt(what), { 'data-key': key, disabled: !live });
+    if (!held) return ['Rig is free: ', ...(may_operate ? [act('take', 'Take control', () => this.lease.hold())] : [])];
+    if (this.lease.mine) return ['You are in control: ', act('release', 'Release', () => this.lease.release())];
+    const by = `${held.user} is in control${held.note ? ` (${held.note})` : ''} `;
+    return [by, ...(me?.role === 'admin' ? [act('take-over', 'Take over …', () => this.lease.take_over())] : [])];
   }
 }

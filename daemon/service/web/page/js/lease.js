@@ -54,9 +54,9 @@ export class Lease {
   async take_over() {
     const { lease, user } = this.store.lease;
     const reason = await ask({
-      title: `Take the rig from ${user}?`, danger: true, act: 'Take it',
-      text: 'They are told. What runs goes on; only one of you can steer it.',
-      field: { label: 'Why' },
+      title: `Take control from ${user}?`, danger: true, act: 'Take control',
+      text: 'That user is notified. The active run continues; only one user can control it.',
+      field: { label: 'Reason' },
     });
     if (reason === null) return;
     await attempt(() => this.api.change('lease.break', { lease, reason }));

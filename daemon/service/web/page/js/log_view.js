@@ -58,8 +58,8 @@ export class LogView {
     const lines = await attempt(() => this.#lines(run, kind));
     if (!lines) return;
     const rows = lines.reverse().map((line) => [clock(line.t_us), line.run || '–', line.kind, who_text(line.by), data_text(line.data)]);
-    byId('log-lines').replaceChildren(rows.length ? table('Journal, the newest first', ['time', 'run', 'kind', 'by', 'what'], rows)
-      : el('p', { class: 'quiet' }, 'No such lines.'));
+    byId('log-lines').replaceChildren(rows.length ? table('Journal, newest first', ['time', 'run', 'kind', 'by', 'details'], rows)
+      : el('p', { class: 'quiet' }, 'No matching lines.'));
   }
 
   async #lines(run, kind) {

@@ -93,7 +93,7 @@ class Page {
     if (name === 'full') this.#ask_all(false);
     if (name !== 'refused') return;
     forget_token();
-    ask_for_token('The daemon does not know this token, or its time is over.');
+    ask_for_token('Token invalid or expired.');
   }
 
   // Requests of data that no topic has.
@@ -171,7 +171,7 @@ class Page {
     const { run } = this.samples;
     const old = run !== '' && this.store.active?.run !== run;
     byId('view-live').dataset.samples = run === '' ? 'none' : old ? 'old' : 'live';
-    say(byId('samples-of'), old ? `the last of ${run}, which is over` : run);
+    say(byId('samples-of'), old ? `last samples of ${run} (ended)` : run);
   }
 
   /** For optional data: ignores connection errors, which the stream reports. */

@@ -34,8 +34,8 @@ function by_error(counts) {
 function worst_of(labels, counts) {
   const found = counts.flatMap((row, at) => row.map((count, to) => ({ at, to, count, share: count / Math.max(sum_of(row), 1) })))
     .filter(({ at, to, count }) => at !== to && count > 0).sort((a, b) => b.count - a.count).slice(0, 3);
-  if (found.length === 0) return 'None was taken for another.';
-  return `Most often: ${found.map(({ at, to, count, share }) => `${labels[at]} taken for ${labels[to]} ${count} × (${percent(share)})`).join('; ')}.`;
+  if (found.length === 0) return 'No errors.';
+  return `Most frequent errors: ${found.map(({ at, to, count, share }) => `${labels[at]} predicted as ${labels[to]} ${count} × (${percent(share)})`).join('; ')}.`;
 }
 
 /** `labels`: of rows and columns; `counts`: [row][column]. */
@@ -47,7 +47,7 @@ export function matrix(title, labels, counts) {
   const cell = (row, at, to) => {
     const share = row[to] / Math.max(sum_of(row), 1);
     const text = row[to] === 0 ? '·' : shares ? percent(share) : String(row[to]);
-    return el('td', { class: `heat heat-${Math.round(darkest * share)}${at === to ? ' right' : ''}`, title: `${labels[at]} taken for ${labels[to]}: ${row[to]} (${percent(share)})` }, text);
+    return el('td', { class: `heat heat-${Math.round(darkest * share)}${at === to ? ' right' : ''}`, title: `${labels[at]} predicted as ${labels[to]}: ${row[to]} (${percent(share)})` }, text);
   };
   const head = (at, scope) => el('th', { scope, title: labels[at] }, el('span', {}, short_label(labels[at])));
   function show() {
@@ -59,5 +59,5 @@ export function matrix(title, labels, counts) {
         el('tbody', {}, order.map((at) => el('tr', {}, head(at, 'row'), order.map((to) => cell(counts[at], at, to)))))))]);
   }
   show();
-  return el('figure', {}, el('figcaption', {}, el('strong', {}, title), el('br'), `A row is what it was, a column what it was taken for. ${worst_of(labels, counts)}`), box);
+  return el('figure', {}, el('figcaption', {}, el('strong', {}, title), el('br'), `Rows: true fabric; columns: predicted fabric. ${worst_of(labels, counts)}`), box);
 }

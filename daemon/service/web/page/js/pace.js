@@ -5,7 +5,7 @@ import { fixed } from './format.js';
 
 const offered = [0, 1, 4, 16, 64];
 const look_ms = 10000;
-const text_of = (pace) => (pace === 0 ? 'as fast as it can' : `${pace} × real time`);
+const text_of = (pace) => (pace === 0 ? 'as fast as possible' : `${pace} × real time`);
 
 export class Pace {
   constructor(api, store, samples) {
@@ -27,7 +27,7 @@ export class Pace {
   }
 
   async #set(pace) {
-    await attempt(() => this.api.change('sim.clock', { pace }), `The bench goes ${text_of(pace)}.`);
+    await attempt(() => this.api.change('sim.clock', { pace }), `Simulation speed: ${text_of(pace)}.`);
     await this.#ask();
   }
 

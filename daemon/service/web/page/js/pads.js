@@ -103,9 +103,9 @@ export class PadMap {
     const { rested, values } = this.#shown;
     const scale = rested ? `0 to ${this.#span} counts above the mean of phase S` : `0 to ${full_range} counts, raw`;
     say(byId('pads-range'), scale);
-    const bad = faults_of(counts, still).flatMap((fault, at) => (fault ? [`pad ${at + 1} ${fault}`] : []));
+    const bad = faults_of(counts, still).flatMap((fault, at) => (fault ? [`taxel ${at + 1} ${fault}`] : []));
     say(byId('pads-bad'), bad.length ? `✗ ${bad.slice(0, 8).join(', ')}` : '');
-    byId('pads').setAttribute('aria-label', `Pad map of ${counts.length} pads, row by row: ${values.slice(0, largest_with_figures).join(', ')}`);
+    byId('pads').setAttribute('aria-label', `Taxel map of ${counts.length} taxels, row by row: ${values.slice(0, largest_with_figures).join(', ')}`);
   }
 }
 

@@ -4,9 +4,9 @@ import { ask, attempt, note } from './dialog.js';
 import { clock, duration } from './format.js';
 
 const choices = [
-  ['resume', 'Go on …', 'goes on with the repetition that was cut short'],
-  ['keep-partial', 'Keep what there is …', 'ends; a data set of the complete trials is made'],
-  ['discard', 'Discard …', 'ends; no data set is made of it'],
+  ['resume', 'Resume …', 'Resume with the interrupted repetition'],
+  ['keep-partial', 'Keep complete trials …', 'End the run and make a data set of the complete trials'],
+  ['discard', 'Discard …', 'End the run without a data set'],
 ];
 
 export class People {
@@ -30,15 +30,15 @@ export class People {
 
   #step(run, may) {
     const { text, step, people_s } = run.attention;
-    const confirm = () => attempt(() => this.api.change('run.confirm', { run: run.run, step }), 'Confirmed: the run goes on.');
-    return [el('h2', {}, 'A person is needed'), el('p', { class: 'ask' }, text),
-      el('p', {}, `${run.run} waits since ${clock(run.next_attention_us)}; it usually takes ${duration(people_s)}. The probe goes up before anything else moves.`),
-      button('Done: go on', confirm, { class: 'main', disabled: !may, 'data-key': `confirm-${step}` })];
+    const confirm = () => attempt(() => this.api.change('run.confirm', { run: run.run, step }), 'Confirmed: the run continues.');
+    return [el('h2', {}, 'Operator needed'), el('p', { class: 'ask' }, text),
+      el('p', {}, `${run.run} has been waiting since ${clock(run.next_attention_us)}; the step usually takes ${duration(people_s)}. The probe retracts before anything else moves.`),
+      button('Done: continue', confirm, { class: 'main', disabled: !may, 'data-key': `confirm-${step}` })];
   }
 
   #cut_short(run, may) {
-    return el('div', {}, el('h2', {}, `${run.run} was cut short`),
-      el('p', {}, `${run.recipe}, ${clock(run.created_us)}: the daemon ended while it ran. It waits for your word; each choice tells first what it would do.`),
+    return el('div', {}, el('h2', {}, `${run.run} was interrupted`),
+      el('p', {}, `${run.recipe}, ${clock(run.created_us)}: the daemon ended during the run. Choose what to do with it; each choice first shows what it would do.`),
       el('p', { class: 'row' }, choices.map(([choice, text, hint]) =>
         button(text, () => this.#recover(run, choice, text), { title: hint, disabled: !may, 'data-key': `${run.run}-${choice}` }))));
   }
@@ -49,7 +49,7 @@ export class People {
     const told = await attempt(() => this.api.call('run.recover', { ...params, preview: true }));
     if (!told) return;
     const list = el('ol', {}, told.will.map((line) => el('li', {}, line)));
-    if ((await ask({ title: `${run.run}: ${title.replace(' …', '')}?`, text: [list], act: 'Do it', danger: choice === 'discard' })) === null) return;
+    if ((await ask({ title: `${run.run}: ${title.replace(' …', '')}?`, text: [list], act: 'Continue', danger: choice === 'discard' })) === null) return;
     await attempt(async () => {
       await this.api.change('run.recover', { ...params, lease: await this.lease.hold() });
       note(`${run.run}: done.`);

@@ -69,7 +69,7 @@ export class RecipeEditor {
   }
 
   async #may_drop() {
-    const answered = await ask({ title: `${this.#recipe} has changes that are not saved`, text: 'To edit another recipe drops them. Go back to save them first.', act: 'Drop the changes', danger: true });
+    const answered = await ask({ title: `${this.#recipe} has unsaved changes`, text: 'Opening another recipe discards them. Cancel to save them first.', act: 'Discard changes', danger: true });
     return answered !== null;
   }
 
@@ -117,7 +117,7 @@ export class RecipeEditor {
     if (!content) return;
     const open = Object.fromEntries(Object.entries(content.parameters ?? {}).filter(([, one]) => one !== null && typeof one === 'object' && one.default === undefined));
     fill(byId('edit-parameters'), open, () => [
-      Object.keys(open).length ? el('p', { class: 'quiet' }, 'Parameters without a default. Values to check the recipe with; they are not saved:') : null,
+      Object.keys(open).length ? el('p', { class: 'quiet' }, 'Values of parameters without a default. They are used for the check and not saved:') : null,
       ...parameter_fields(open, 'edit-parameter', () => this.#check_soon())].filter(Boolean));
   }
 
@@ -131,7 +131,7 @@ export class RecipeEditor {
     const box = byId('edit-checked');
     if (!content) {
       this.#editor.getWrapperElement().classList.add('broken');
-      return box.replaceChildren(diagnostics('Problems', 'problem', [{ where: '', message: 'this is no JSON object', hint: this.#json_error() }]));
+      return box.replaceChildren(diagnostics('Problems', 'problem', [{ where: '', message: 'recipe is not a JSON object', hint: this.#json_error() }]));
     }
     this.#editor.getWrapperElement().classList.remove('broken');
     const report = await attempt(() => this.api.call('recipe.check', { recipe: this.#recipe, content, ...this.#typed }));
@@ -144,7 +144,7 @@ export class RecipeEditor {
   #json_error() {
     try {
       JSON.parse(this.#editor.getValue());
-      return 'A recipe is an object: { … }';
+      return 'Write an object: { … }';
     } catch (error) {
       return error.message;
     }
@@ -170,7 +170,7 @@ export class RecipeEditor {
     const text = this.#editor.getValue();
     const saved = await attempt(() => this.api.change('recipe.put', { recipe, text, ...this.#typed, ...more }));
     if (!saved) return;
-    note(`Recipe ${recipe} is saved.`);
+    note(`Recipe ${recipe} saved.`);
     this.#saved = text;
     this.#digest = saved.digest;
     this.#recipe = recipe;

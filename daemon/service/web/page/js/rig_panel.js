@@ -4,17 +4,17 @@ import { ask, attempt } from './dialog.js';
 import { words } from './format.js';
 
 const meaning = {
-  safe: 'nothing moves, the probe is up',
-  holding: 'stopped where it was: the probe may be on the fabric',
-  moving: 'a run moves it',
-  unknown: 'nobody knows where it was left',
-  latched: 'halted: nothing moves until it is reset',
+  safe: 'nothing moves, the probe is at the clear height',
+  holding: 'stopped in place; the probe may be on the fabric',
+  moving: 'a run is moving it',
+  unknown: 'position not known',
+  latched: 'halted; nothing moves until the rig is reset',
 };
 
 function meaning_of(rig) {
-  if (rig.locked) return `LOCKED by ${rig.locked.by}: ${rig.locked.reason}. Nothing moves before that person, or an engineer, unlocks it`;
-  if (rig.run && rig.rig === 'holding') return 'a run has it and stands still';
-  return rig.maintenance ? `${rig.maintenance}, by hand` : meaning[rig.rig] ?? '';
+  if (rig.locked) return `LOCKED by ${rig.locked.by}: ${rig.locked.reason}. Nothing moves until that user or an engineer unlocks it`;
+  if (rig.run && rig.rig === 'holding') return 'in a run, not moving';
+  return rig.maintenance ? `${rig.maintenance}, outside a run` : meaning[rig.rig] ?? '';
 }
 
 export class RigPanel {
@@ -39,9 +39,9 @@ export class RigPanel {
     const { rig, may_operate, live } = this.store;
     if (rig === null) return [];
     const by = rig?.latched_by ? ` by ${rig.latched_by}` : '';
-    const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves before somebody has looked at it.`
-      : fact === 'holding' ? `${words(rig.left_by)} stopped where it was: the probe may be on the fabric. Look at it before anything moves.`
-        : `${words(rig.left_by)} left the rig at an unknown position. Look at it before anything moves.`;
+    const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves until a person has inspected it.`
+      : fact === 'holding' ? `${words(rig.left_by)} stopped in place; the probe may be on the fabric. Inspect the rig before anything moves.`
+        : `${words(rig.left_by)} left the rig at an unknown position. Inspect it before anything moves.`;
     return [el('strong', {}, `${fact === 'latched' ? 'HALTED' : fact.toUpperCase()} `), el('span', {}, text),
       may_operate ? button('Reset the rig …', () => this.#reset(), { class: 'main', 'data-key': 'reset', disabled: !live }) : null,
     ].filter(Boolean);
@@ -49,9 +49,9 @@ export class RigPanel {
 
   async #reset() {
     const reason = await ask({
-      title: 'Reset the rig?', act: 'Reset it',
-      text: 'After this it may move again. Say what you have looked at: it is kept in the journal.',
-      field: { label: 'What was looked at' },
+      title: 'Reset the rig?', act: 'Reset',
+      text: 'After the reset the rig may move again. Describe what you inspected; the journal records it.',
+      field: { label: 'Result of the inspection' },
     });
     if (reason !== null) await attempt(() => this.api.change('rig.reset', { reason }), 'The rig may move again.');
   }

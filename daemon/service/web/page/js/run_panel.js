@@ -15,11 +15,11 @@ const takes_orders = {
 };
 
 const orders = {
-  pause: { text: 'Pause', hint: 'Holds before the next repetition', method: 'run.pause', more: { at: 'boundary' } },
-  'pause-now': { text: 'Pause now', hint: 'Retracts now; this repetition is run again', method: 'run.pause', more: { at: 'now' } },
-  resume: { text: 'Resume', hint: 'Up, position, bias, then the next repetition', method: 'run.resume', main: true },
-  stop: { text: 'Stop …', hint: 'Finishes this repetition, retracts, ends', method: 'run.stop', sure: 'Finish this repetition, retract and end the campaign' },
-  abort: { text: 'Abort …', hint: 'Stops motion, retracts, ends', method: 'run.abort', sure: 'Stop motion now, retract and end the campaign', danger: true },
+  pause: { text: 'Pause', hint: 'Hold before the next repetition', method: 'run.pause', more: { at: 'boundary' } },
+  'pause-now': { text: 'Pause now', hint: 'Retract now; this repetition is repeated', method: 'run.pause', more: { at: 'now' } },
+  resume: { text: 'Resume', hint: 'Retract, position, bias, then the next repetition', method: 'run.resume', main: true },
+  stop: { text: 'Stop …', hint: 'Finish this repetition, retract, end the run', method: 'run.stop', sure: 'Finish this repetition, retract and end the campaign' },
+  abort: { text: 'Abort …', hint: 'Stop motion, retract, end the run', method: 'run.abort', sure: 'Stop motion now, retract and end the campaign', danger: true },
 };
 
 /** outcome, cleanup, rig: how a run ended. */
@@ -44,7 +44,7 @@ export function later_facts({ handover, campaign_since: since }) {
   const told = [['evaluation', hand_over_text(handover)]];
   if (!since) return told;
   const whole = since.complete ? ', complete' : '';
-  return [...told, ['folder', `${since.trials_done} of ${plural(since.trials_planned, 'repetition')} by now${whole}: gone on with without the daemon`]];
+  return [...told, ['folder', `${since.trials_done} of ${plural(since.trials_planned, 'repetition')} now${whole}, resumed without the daemon`]];
 }
 
 export class RunPanel {
@@ -75,7 +75,7 @@ export class RunPanel {
     const bar = byId('run-progress');
     bar.max = run.trials_planned || 1;
     bar.value = run.trials_done ?? 0;
-    const rejected = run.takes_rejected ? `, ${plural(run.takes_rejected, 'take')} rejected` : '';
+    const rejected = run.takes_rejected ? `, ${plural(run.takes_rejected, 'attempt')} rejected` : '';
     bar.hidden = !run.trials_planned;
     say(byId('run-count'), !run.trials_planned ? '' : `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
   }
@@ -100,14 +100,14 @@ export class RunPanel {
   }
 
   #attention({ attention, next_attention_us }) {
-    if (!attention) return 'none: nobody is needed';
+    if (!attention) return 'none';
     if (attention.asked) return `now: ${attention.text}`;
     return `${next_attention_us ? `about ${clock(next_attention_us)}` : 'later'}: ${attention.text}`;
   }
 
   #end(run) {
     if (run.state !== 'ended' && run.state !== 'interrupted' && !run.handover) return [];
-    const result = el('p', {}, el('a', { href: `#run/${run.run}/matrix` }, 'Confusion matrix'), ', ', el('a', { href: `#run/${run.run}/report` }, 'report'), ', ', el('a', { href: `#run/${run.run}` }, 'all of it'));
+    const result = el('p', {}, el('a', { href: `#run/${run.run}/matrix` }, 'Confusion matrix'), ', ', el('a', { href: `#run/${run.run}/report` }, 'report'), ', ', el('a', { href: `#run/${run.run}` }, 'details'));
     return [...accuracy_lines(run), run.result?.length ? result : null, run.outcome ? three_facts(run) : null, facts(later_facts(run)), ...problems(run)].filter(Boolean);
   }
 

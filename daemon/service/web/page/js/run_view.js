@@ -45,14 +45,14 @@ export class RunView {
     delete byId('run-head').dataset.from;
     byId('run-tabs').replaceChildren();
     if (!this.store.run(id)) {
-      byId('run-body').replaceChildren(el('p', { class: 'problem' }, `There is no run ${id} here.`));
+      byId('run-body').replaceChildren(el('p', { class: 'problem' }, `Run ${id} not found.`));
       const run = await attempt(() => this.api.call('run.get', { run: id }));
       if (!run || turn !== this.#turn) return;
       this.store.take_runs([run]);
     }
     this.#head();
     this.#links();
-    byId('run-body').replaceChildren(el('p', { class: 'quiet' }, 'Reading …'));
+    byId('run-body').replaceChildren(el('p', { class: 'quiet' }, 'Loading …'));
     const parts = await this.#parts();
     if (turn === this.#turn) byId('run-body').replaceChildren(...parts);
   }
@@ -98,7 +98,7 @@ export class RunView {
 
   async #parts() {
     const make = { overview: () => this.#overview(), matrix: () => this.#matrices(), report: () => this.#report(), model: () => this.#models(), trials: () => this.#trials(), files: () => this.#files() };
-    return (await attempt(make[this.#tab])) ?? [el('p', { class: 'problem' }, 'It could not be shown.')];
+    return (await attempt(make[this.#tab])) ?? [el('p', { class: 'problem' }, 'Not available.')];
   }
 
   async #list() {
@@ -135,7 +135,7 @@ export class RunView {
 
   async #evaluate() {
     const drops = this.#run?.result?.length > 0;
-    if (drops && (await ask({ title: 'Evaluate again', text: 'The accuracy shown now is dropped. The new one replaces it.', act: 'Evaluate' })) === null) return;
+    if (drops && (await ask({ title: 'Evaluate again', text: 'The new accuracy replaces the present one.', act: 'Evaluate' })) === null) return;
     await attempt(() => this.api.change('handover.start', { run: this.#id }), 'The evaluation is queued.');
   }
 
@@ -151,7 +151,7 @@ export class RunView {
       await this.api.change('run.annotate', { run: run.run, tags: tags.value.split(',').map((one) => one.trim()).filter(Boolean), note: text.value });
       this.#drafts.delete(run.run);
     }, 'Saved.');
-    return el('div', {}, el('p', { class: 'field' }, el('label', { for: 'run-tags' }, 'Tags, with commas between'), tags),
+    return el('div', {}, el('p', { class: 'field' }, el('label', { for: 'run-tags' }, 'Tags, separated by commas'), tags),
       el('p', { class: 'field' }, el('label', { for: 'run-note' }, 'Note'), text), button('Save tags and note', save, { id: 'run-annotate', disabled: !may, 'data-key': 'annotate' }));
   }
 
@@ -187,7 +187,7 @@ export class RunView {
     const models = files.filter((file) => file.name.endsWith('.model'));
     if (pages.length === 0 && models.length === 0) return this.#nothing('No model');
     const shown = await Promise.all(pages.map((file) => this.#page_of(file)));
-    return [this.#file_table('Models, to classify with', models), ...shown.flat()];
+    return [this.#file_table('Models for classification', models), ...shown.flat()];
   }
 
   async #trials() {
@@ -204,7 +204,7 @@ export class RunView {
   }
 
   #file_table(caption, files) {
-    if (files.length === 0) return el('p', { class: 'quiet' }, 'No files are listed.');
+    if (files.length === 0) return el('p', { class: 'quiet' }, 'No files.');
     return table(caption, ['name (a download)', 'size', 'SHA-256'], files.map((file) => [
       button(file.name, () => this.#download(file), { class: 'plain link', 'data-key': file.path }), bytes(file.bytes), el('code', { class: 'digest' }, file.sha256.slice(0, 12))]));
   }
@@ -236,6 +236,6 @@ export class RunView {
     const report = await attempt(() => this.api.call('data.verify', { run: this.#id }, { patience_ms: 600000 }));
     if (!report) return;
     const found = report.findings.map((one) => `${one.where}: ${one.what}`).join('; ');
-    note(report.holds ? `${this.#id} is what was recorded, byte by byte.` : `${this.#id} is not what was recorded. ${found}`, report.holds ? 'done' : 'trouble');
+    note(report.holds ? `${this.#id} verified: every byte is as recorded.` : `${this.#id} differs from what was recorded. ${found}`, report.holds ? 'done' : 'trouble');
   }
 }

@@ -82,7 +82,7 @@ export class SchemaForm {
   }
 
   #add(schema, object, names, path) {
-    const select = el('select', { 'aria-label': 'What to add', id: `${path}-add` }, el('option', { value: '' }, 'add …'), names.map((name) => el('option', { value: name }, name)));
+    const select = el('select', { 'aria-label': 'Field to add', id: `${path}-add` }, el('option', { value: '' }, 'add …'), names.map((name) => el('option', { value: name }, name)));
     select.addEventListener('change', () => {
       object[select.value] = first_value(schema.properties[select.value], this.schema);
       this.#show_again(`${path}-${select.value}`);
@@ -97,7 +97,7 @@ export class SchemaForm {
     if (is_text_list(known, this.schema) && Array.isArray(value)) return this.#text_list(holder, name, path, hint);
     if (Array.isArray(value)) return this.#group(name, hint, path, value.flatMap((_, at) => [this.#field(item_schema(known, at, value.length), value, at, `${path}-${at}`)]));
     if (is_object(value) && !value.parameter) return this.#group(known.title ?? name, hint, path, this.#object(known, value, path), () => this.#remove(holder, name, path));
-    if (is_object(value)) return el('p', { class: 'quiet' }, `${name}: the parameter ${value.parameter}`);
+    if (is_object(value)) return el('p', { class: 'quiet' }, `${name}: parameter ${value.parameter}`);
     return this.#scalar(known, holder, name, path, hint);
   }
 
@@ -124,7 +124,7 @@ export class SchemaForm {
       holder[name] = input.value.split(',').map((one) => one.trim()).filter(Boolean);
       this.#tell();
     });
-    return this.#labelled(`${name} (commas between)`, path, hint, input);
+    return this.#labelled(`${name} (comma-separated)`, path, hint, input);
   }
 
   #scalar(known, holder, name, path, hint) {

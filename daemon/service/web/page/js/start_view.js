@@ -103,8 +103,8 @@ export class StartView {
     const edits = this.store.me?.role === 'engineer' || this.store.me?.role === 'admin';
     return [
       button('Start', () => this.#start('run.start'), { class: 'main', disabled: !good, 'data-key': 'start' }),
-      button('Next in the queue', () => this.#start('queue.add', { place: 0 }), { disabled: !good, 'data-key': 'next' }),
-      this.#recipe ? button(edits ? 'Edit …' : 'Look at it …', () => { location.hash = `#edit/${this.#recipe}`; }, { 'data-key': 'edit' }) : null,
+      button('Queue as next', () => this.#start('queue.add', { place: 0 }), { disabled: !good, 'data-key': 'next' }),
+      this.#recipe ? button(edits ? 'Edit …' : 'View …', () => { location.hash = `#edit/${this.#recipe}`; }, { 'data-key': 'edit' }) : null,
     ].filter(Boolean);
   }
 
@@ -116,7 +116,7 @@ export class StartView {
     const begun = attempt(async () => {
       const lease = await this.lease.hold();
       const run = await this.api.change(method, { recipe, lease, ...(seed === undefined ? {} : { seed }), ...(parameters ? { parameters } : {}), ...(name ? { name } : {}), ...more });
-      note(`${run.run} (${recipe}) is in the queue; it begins when the rig is free.`);
+      note(`${run.run} (${recipe}) is queued; it starts when the rig is free.`);
       location.hash = '#live';
     });
     await begun.finally(() => { this.#under_way = false; });

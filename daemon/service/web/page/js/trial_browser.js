@@ -55,12 +55,12 @@ function chart(box, curves, names, labels, trial) {
 
 /** Each taxel's rise from phase S to M as a square, on the same fixed scale as the live map. */
 function pad_picture({ mean_S_counts: rest, mean_M_counts: motion }, description) {
-  if (!rest?.length || !motion?.length) return el('p', { class: 'quiet' }, 'Without phases S and M, or without pads.');
+  if (!rest?.length || !motion?.length) return el('p', { class: 'quiet' }, 'No phases S and M, or no taxels.');
   const { places, width, height } = layout(rest.length, description?.taxel_shape);
   const span = span_of(description);
   const ns = 'http://www.w3.org/2000/svg';
   const svg = document.createElementNS(ns, 'svg');
-  for (const [name, value] of [['viewBox', `0 0 ${width} ${height}`], ['class', 'trial-pads'], ['role', 'img'], ['aria-label', 'Mean of phase M over that of phase S, pad by pad']]) svg.setAttribute(name, value);
+  for (const [name, value] of [['viewBox', `0 0 ${width} ${height}`], ['class', 'trial-pads'], ['role', 'img'], ['aria-label', 'Mean of phase M above the mean of phase S, by taxel']]) svg.setAttribute(name, value);
   rest.forEach((count, at) => {
     const rise = motion[at] - count;
     const look = heat(rise / span);
@@ -71,7 +71,7 @@ function pad_picture({ mean_S_counts: rest, mean_M_counts: motion }, description
     text.textContent = Math.round(rise);
     svg.append(square, text);
   });
-  return el('figure', {}, svg, el('figcaption', {}, `Counts of phase M above phase S, means; 0 to ${span}.`));
+  return el('figure', {}, svg, el('figcaption', {}, `Mean counts of phase M above phase S; 0 to ${span}.`));
 }
 
 export class TrialBrowser {
@@ -88,7 +88,7 @@ export class TrialBrowser {
 
   async show(run) {
     this.run = run;
-    this.list = el('div', {}, el('p', { class: 'quiet' }, 'Reading the trials …'));
+    this.list = el('div', {}, el('p', { class: 'quiet' }, 'Loading the trials …'));
     this.one = el('div', { 'aria-live': 'polite' }, el('p', { class: 'quiet' }, 'Choose a trial.'));
     this.box.replaceChildren(el('div', { class: 'two wide-list' }, this.list, this.one));
     await this.#page(0, [], ++this.#turn);
@@ -109,7 +109,7 @@ export class TrialBrowser {
   }
 
   async #choose(one) {
-    const box = el('p', { class: 'quiet' }, `Reading ${one.trial} …`);
+    const box = el('p', { class: 'quiet' }, `Loading ${one.trial} …`);
     this.one.replaceChildren(box);
     const trial = await attempt(() => this.api.call('data.trial', { run: this.run, trial: one.trial }));
     if (!box.isConnected) return; // another trial or run was chosen
@@ -124,10 +124,10 @@ export class TrialBrowser {
     const axes = ['x_mm', 'y_mm', 'z_mm'].filter((name) => trial.stages?.[name]);
     this.one.replaceChildren(
       el('h3', {}, `${one.label}, ${one.exploration}, repetition ${one.repetition}${one.attempt > 1 ? `, attempt ${one.attempt}` : ''} `, el('span', { class: 'badge' }, trial.bench === 'simulated' ? 'SIMULATED' : trial.bench)),
-      facts([['outcome', words(one.outcome)], one.reason ? ['why', one.reason] : null, ['place', `piece ${one.piece}, mounting ${one.mounting}, patch ${one.patch}`]]),
+      facts([['outcome', words(one.outcome)], one.reason ? ['reason', one.reason] : null, ['place', `piece ${one.piece}, mounting ${one.mounting}, patch ${one.patch}`]]),
       ...(trial.force?.fz_N ? [el('h4', {}, 'Force [N]: Fz thick, Fx and Fy thin; green: the band of the set point'), force] : []),
       ...(axes.length ? [el('h4', {}, `Stages [mm]: ${axes.map((name) => name[0]).join(', ')}`), stages] : []),
-      el('h4', {}, 'Pads'), pad_picture(trial.taxels ?? {}, this.store.description));
+      el('h4', {}, 'Taxels'), pad_picture(trial.taxels ?? {}, this.store.description));
     this.#graphs = [trial.force?.fz_N ? chart(force, trial.force, ['fz_N', 'fx_N', 'fy_N'], ['Fz', 'Fx', 'Fy'], trial) : null,
       axes.length ? chart(stages, trial.stages, axes, axes.map((name) => name[0]), trial) : null];
   }

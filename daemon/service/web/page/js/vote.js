@@ -19,14 +19,14 @@ export class Vote {
 
   #parts(vote) {
     const right = vote.winner === vote.fabric;
-    const verdict = vote.none_of_these ? 'none of the fabrics it knows' : vote.winner;
+    const verdict = vote.none_of_these ? 'unknown fabric' : vote.winner;
     const bars = [...(vote.probability ?? [])].sort((a, b) => b.probability - a.probability).slice(0, most_bars);
     return [
-      el('p', {}, el('strong', {}, verdict), ` after ${fixed(vote.slide_s, 1)} s of sliding on ${vote.fabric}, ${right ? '✓ right' : '✗ not that'}`,
+      el('p', {}, el('strong', {}, verdict), ` after ${fixed(vote.slide_s, 1)} s of sliding on ${vote.fabric}, ${right ? '✓ right' : '✗ wrong'}`,
         vote.ends_slide ? '; the slide ended early' : ''),
       el('ul', { class: 'bars' }, bars.map(({ label, probability }) => el('li', {},
         el('span', {}, label), el('meter', { min: 0, max: 1, value: probability, 'aria-label': `probability of ${label}` }), el('span', { class: 'figure' }, percent(probability))))),
-      el('p', { class: 'quiet' }, `The model learnt from ${vote.model_bench} data.`),
+      el('p', { class: 'quiet' }, `Model trained on ${vote.model_bench} data.`),
     ];
   }
 }
