@@ -23,7 +23,7 @@ await with_daemon(async (daemon, open) => {
   await connected(page);
   await connected(other);
   await says(page, '#connection-text', /^signed out$/);
-  await says(page, '#sign-in-why', /its time is over/);
+  await says(page, '#sign-in-why', /expired/);
   await says(other, '#connection-text', /^live$/);
 
   // refused by an answer: this page never had a stream that could report it
@@ -32,7 +32,7 @@ await with_daemon(async (daemon, open) => {
   await says(asking, '#connection-text', /every 2 s/);
   write_tokens(daemon, ['third', short, 3600]);
   await says(asking, '#connection-text', /^signed out$/);
-  await says(asking, '#sign-in-why', /does not know this token/);
+  await says(asking, '#sign-in-why', /expired/);
   assert.equal(await asking.evaluate(() => sessionStorage.getItem('weft.token')), null);
   await says(other, '#connection-text', /^signed out$/); // by its stream
 });

@@ -25,18 +25,18 @@ async function fill(page, view) {
     await page.check('input[value=broken]');
     await says(page, '#checked', /Problems/);
     await page.check('input[value=small]');
-    await says(page, '#checked', /finds nothing wrong/);
+    await page.waitForSelector('#checked .verdict.good');
   }
   if (view === 'archive') {
     await says(page, '#archive-list', /M1 \d+\.\d %/);
   }
-  if (view === 'run/R-000001/overview') await says(page, '#run-body', /A row is what it was/);
+  if (view === 'run/R-000001/overview') await page.waitForSelector('#run-body table.confusion');
   if (view === 'run/R-000001/report') await page.waitForSelector('#run-body .report');
   if (view === 'run/R-000001/trials') {
     await page.click('#run-body table button >> nth=0');
-    await says(page, '#run-body', /Pads/);
+    await says(page, '#run-body', /Taxels/);
   }
-  if (view === 'edit/small') await says(page, '#edit-checked', /finds nothing wrong/);
+  if (view === 'edit/small') await page.waitForSelector('#edit-checked .verdict.good');
   if (view === 'log') await says(page, '#log-lines', /daemon\.started/);
 }
 
@@ -48,7 +48,7 @@ async function by_keys_alone(daemon, page) {
   await page.keyboard.press('Enter');
   await go_to(page, (focused) => focused.name === 'recipe');
   while ((await page.evaluate(() => document.activeElement.value)) !== 'people') await page.keyboard.press('ArrowDown');
-  await says(page, '#checked', /finds nothing wrong/);
+  await page.waitForSelector('#checked .verdict.good');
   await go_to(page, (focused) => focused.innerText === 'Start');
   await page.keyboard.press('Enter');
   await says(page, '#asked-step', /Mount denim/);

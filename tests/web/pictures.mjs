@@ -25,13 +25,13 @@ await with_daemon(async (daemon, open) => {
     await take(page, `result-${name}`);
     await go(page, '#start', '#recipes', /Does not fit/);
     await page.check('input[value=small]');
-    await says(page, '#checked', /finds nothing wrong/);
+    await page.waitForSelector('#checked .verdict.good');
     await take(page, `start-${name}`);
     await go(page, '#edit/small', '#edit-checked', /finds nothing wrong/);
     await take(page, `edit-${name}`);
     await go(page, '#run/R-000001/trials', '#run-body', /8 attempts/);
     await page.click('#run-body table button >> nth=1');
-    await says(page, '#run-body', /Pads/);
+    await says(page, '#run-body', /Taxels/);
     await take(page, `trials-${name}`);
     await go(page, '#archive', '#archive-list', /R-000001/);
     await take(page, `archive-${name}`);

@@ -5,11 +5,11 @@ import net from 'node:net';
 import { join } from 'node:path';
 import { connected, says, see, with_daemon } from './support.mjs';
 
-async function put_in_line(page, name) {
+async function queue_run(page, name) {
   await see(page, 'start');
   await page.check(`input[value=${name}]`);
-  await says(page, '#checked', /finds nothing wrong/);
-  await page.click('#start-buttons button:has-text("Start")');
+  await page.waitForSelector('#checked .verdict.good');
+  await page.click('#start-buttons [data-key=start]');
   await page.waitForSelector('#view-live:not([hidden])');
 }
 
@@ -31,14 +31,14 @@ await with_daemon(async (daemon, open) => {
   await connected(page);
   await see(page, 'queue');
   const mine = await program(daemon);
-  await says(page, '#lease', /holds the rig \(my program\)/); // a program of the same user, not the page
-  assert.equal(await page.isDisabled('#queue-state button'), true, 'a program of its user steers');
+  await says(page, '#lease[data-control=others]', /\(my program\)/); // a program of the same user, not the page
+  assert.equal(await page.isDisabled('#queue-state button'), true, 'a program of its user is in control');
   daemon.call('lease.break', { lease: daemon.call('lease.list').leases[0].lease, reason: 'a test' });
   mine.end();
-  await says(page, '#lease', /Nobody holds the rig/);
+  await page.waitForSelector('#lease[data-control=free]');
   await page.click('#queue-state button');
-  await says(page, '#queue-state', /Paused, .*nothing begins/);
-  for (const name of ['small', 'people', 'small']) await put_in_line(page, name);
+  await says(page, '#queue-state', /Paused/);
+  for (const name of ['small', 'people', 'small']) await queue_run(page, name);
   await see(page, 'queue');
   await says(page, '#queue-list', /R-000001.*R-000002.*R-000003/);
   await says(page, '#queue-count', /^3$/);
@@ -52,19 +52,19 @@ await with_daemon(async (daemon, open) => {
 
   const other = await open(daemon.link(daemon.http, '--name', 'chief', '--role', 'admin'));
   await connected(other);
-  await says(other, '#lease', /holds the rig \(the page\)/);
+  await says(other, '#lease[data-control=others]', /\(the page\)/);
   await see(other, 'queue');
-  assert.equal(await other.isDisabled('#queue-state button'), true, 'somebody else steers');
+  assert.equal(await other.isDisabled('#queue-state button'), true, 'another user is in control');
   await other.click('#lease button');
   await other.fill('dialog[open] input', 'they went home');
   await other.click('dialog[open] button[type=submit]');
-  await says(other, '#lease', /You hold the rig/);
-  await says(page, '#lease', /chief holds the rig/);
+  await other.waitForSelector('#lease[data-control=mine]');
+  await says(page, '#lease[data-control=others]', /chief/);
   await see(page, 'queue');
   assert.equal(await page.isDisabled('#queue-state button'), true);
 
   await other.click('#queue-state button');
-  await says(other, '#asked-step', /R-000002 waits/);
+  await says(other, '#asked-step', /R-000002/);
   await says(other, '#queue-count', /^1$/);
   assert.deepEqual(waiting(daemon), ['R-000001']);
 });

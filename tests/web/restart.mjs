@@ -14,18 +14,18 @@ await with_daemon(async (daemon, open) => {
   await daemon.end('SIGKILL');
   await says(page, '#connection-text', /not connected: stale since \d\d:\d\d:\d\d/, 20000);
   assert.equal(await page.isVisible('#stale'), true);
-  assert.equal(await page.locator('#run-orders button:not(:disabled)').count(), 0, 'no order is offered to nobody');
+  assert.equal(await page.locator('#run-orders button:not(:disabled)').count(), 0, 'no order is offered');
   assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector('#pads')).filter), 'grayscale(1)');
   await page.click('#halt');
-  await says(page, '#troubles', /did not reach the daemon.*its own switch/);
+  await says(page, '#halt-state', /NOT HALTED/);
 
   await daemon.begin('--pace', '15');
   await connected(page);
   assert.equal(await page.isVisible('#stale'), false);
-  await says(page, '#interrupted', /R-000001 was cut short.*small.*waits for your word/);
-  await page.click('#interrupted button:has-text("Go on")');
-  await says(page, 'dialog[open]', /R-000001: Go on\?/);
-  assert.ok(await page.locator('dialog[open] li').count() > 0, 'what it would do is told first');
+  await says(page, '#interrupted', /R-000001.*small/);
+  await page.click('#interrupted [data-key="R-000001-resume"]');
+  await says(page, 'dialog[open]', /R-000001: Resume/);
+  assert.ok(await page.locator('dialog[open] li').count() > 0, 'the preview is shown first');
   await page.click('dialog[open] button[type=submit]');
   await says(page, '#run-state', /arming|running/);
   await set_pace(page, 0);

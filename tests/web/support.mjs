@@ -183,8 +183,8 @@ export const connected = (page) => says(page, '#connection-text', /^live$/);
 export async function start(page, name) {
   await see(page, 'start');
   await page.check(`input[value=${name}]`);
-  await says(page, '#checked', /finds nothing wrong/);
-  await page.click('#start-buttons button:has-text("Start")');
+  await page.waitForSelector('#checked .verdict.good');
+  await page.click('#start-buttons [data-key=start]');
   await page.waitForSelector('#view-live:not([hidden])');
 }
 

@@ -37,7 +37,7 @@ export function ask({ title, text, act, field, danger = false }) {
       el('p', { class: 'row end' },
         // the page's own HALT button cannot be clicked below a dialog
         button('HALT', () => { box.close(); byId('halt').click(); }, { class: 'danger halt-here' }),
-        button('Cancel', () => box.close()),
+        button('Cancel', () => box.close(), { 'data-key': 'cancel' }),
         el('button', { type: 'submit', class: danger ? 'danger' : 'main' }, act)));
     const box = el('dialog', { 'aria-labelledby': 'asked-title' }, form);
     form.addEventListener('submit', () => { said = input ? input.value.trim() : ''; });

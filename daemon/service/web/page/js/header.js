@@ -50,7 +50,7 @@ export class Header {
   #lease_parts(held) {
     const { may_operate, me, live } = this.store;
     const act = (key, text, what) => button(text, () => attempt(what), { 'data-key': key, disabled: !live });
-    if (!held) return ['Rig is free: ', ...(may_operate ? [act('take', 'Take control', () => this.lease.hold())] : [])];
+    if (!held) return may_operate ? ['Rig is free: ', act('take', 'Take control', () => this.lease.hold())] : ['Rig is free'];
     if (this.lease.mine) return ['You are in control: ', act('release', 'Release', () => this.lease.release())];
     const by = `${held.user} is in control${held.note ? ` (${held.note})` : ''} `;
     return [by, ...(me?.role === 'admin' ? [act('take-over', 'Take over …', () => this.lease.take_over())] : [])];
