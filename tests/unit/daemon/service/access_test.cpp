@@ -39,7 +39,7 @@ TEST_CASE("One user holds a rig at a time, and is named to the others") {
   CHECK(leases.acquire(requested("bob"), 3s));
 }
 
-TEST_CASE("A lease of an earlier start of the daemon is nobody's now") {
+TEST_CASE("A lease of an earlier start of the daemon is invalid") {
   Leases earlier("9c1d40b2"), now("07aa51de");
   const auto then = earlier.acquire(requested("ada"), 0s);
   REQUIRE(now.acquire(requested("ada"), 1s));
@@ -67,7 +67,7 @@ TEST_CASE("A renewal is worth a line of the journal where it adds a second to wh
   CHECK_FALSE(leases.should_journal(lease->id));
 }
 
-TEST_CASE("Who asks faster than may be waits for the bucket to fill, and nobody else does") {
+TEST_CASE("A user over the rate limit waits for the bucket to fill, and no other user does") {
   RateLimits rates;
   for (std::size_t i = 0; i < RateLimits::burst; ++i) REQUIRE(rates.take("ada", 1s));
   CHECK_FALSE(rates.take("ada", 1s));
@@ -125,7 +125,7 @@ TEST_CASE("A run keeps a lease of its own beside another user's, which breaking 
   CHECK(leases.all(7s).size() == 1);  // it was only kept, and ended with its run
 }
 
-TEST_CASE("Nobody uses, renews or releases somebody else's lease") {
+TEST_CASE("A lease of another user cannot be used, renewed or released") {
   Leases leases("9c1d40b2");
   const auto lease = leases.acquire(requested("ada"), 0s);
   CHECK(leases.check(lease->id, "rig:bench", "bob", 1s).error().code == Errc::wrong_state);
@@ -168,7 +168,7 @@ TEST_CASE("A refusal that may pass is not kept: the next try is a new one") {
   CHECK(cache.lookup("ada", "k", "x").found == Found::answered);
 }
 
-TEST_CASE("Answers outlive the daemon for a while; one that it never gave is told as such") {
+TEST_CASE("Answers outlive the daemon for a while; one that it never gave is reported as unknown") {
   using Found = IdempotencyCache::Found;
   std::vector<StoredAnswer> disk;
   std::int64_t now_us = 0;
@@ -206,7 +206,7 @@ TEST_CASE("Answers outlive the daemon for a while; one that it never gave is tol
   CHECK(disk.size() == 1);
 }
 
-TEST_CASE("An answer that is on the disk takes no memory, and is read when it is wanted") {
+TEST_CASE("An answer that is on the disk takes no memory, and is read on request") {
   using Found = IdempotencyCache::Found;
   std::optional<rpc::Outcome> disk;
   const AnswerMemory memory{
@@ -245,7 +245,7 @@ TEST_CASE("The oldest answers make room, on the disk too") {
   CHECK(cache.lookup("ada", "0", "A").found == IdempotencyCache::Found::fresh);
 }
 
-TEST_CASE("Nobody's keys make room for another's, in this life of the daemon or the next") {
+TEST_CASE("Keys of one user do not displace those of another, also after a restart") {
   using Found = IdempotencyCache::Found;
   std::vector<StoredAnswer> disk;
   const AnswerMemory memory{.utc_us = {},
@@ -291,7 +291,7 @@ TEST_CASE("A refusal that was kept as text is the same again") {
   CHECK(rpc::error_from_json("{").kind == "internal");
 }
 
-TEST_CASE("What changes the tokens has them alone, and whoever must not wait is told") {
+TEST_CASE("A change of the tokens locks them, and a caller that does not wait gets an error") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";
   const auto add_one = [](TokenFile& tokens) -> Status {
@@ -348,7 +348,7 @@ TEST_CASE("A token acts for its own owner, or for whoever it was made for, over 
   CHECK(again->find(*own, 1)->role == Role::observer);
 }
 
-TEST_CASE("A file of tokens that could not be read is told of, and read as soon as it can be") {
+TEST_CASE("An unreadable token file is reported, and read again as soon as possible") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";
   auto tokens = TokenFile::load(file);
@@ -376,7 +376,7 @@ TEST_CASE("A file of tokens that could not be read is told of, and read as soon 
   CHECK_FALSE(keeper->is_valid(*found, 1));
 }
 
-TEST_CASE("A token that is removed is no more, and who asks for another name is told the names") {
+TEST_CASE("A removed token is invalid, and an unknown name is refused with the known names") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";
   auto keeper = TokenKeeper::open(file);
@@ -415,7 +415,7 @@ TEST_CASE("A token is good until it expires, and its file holds only its digest"
   CHECK_FALSE(again->find("", 999));
 }
 
-TEST_CASE("The name of a token whose time is over is free again") {
+TEST_CASE("The name of an expired token is free again") {
   auto tokens = TokenFile::load("/nowhere/tokens.json");
   REQUIRE(tokens);
   REQUIRE(tokens->add("early", Role::observer, 1000));
@@ -427,7 +427,7 @@ TEST_CASE("The name of a token whose time is over is free again") {
   CHECK_FALSE(tokens->add("late", Role::observer, 3000));
 }
 
-TEST_CASE("A token's name is no option of a command, and its file says everything once") {
+TEST_CASE("The name of a token is no option of a command, and its file has each key once") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "tokens.json";
   auto tokens = TokenFile::load(file);

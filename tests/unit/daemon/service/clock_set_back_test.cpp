@@ -32,8 +32,7 @@ struct Clocks {
 
 }  // namespace
 
-TEST_CASE(
-    "UTC goes on with the monotonic clock where the wall clock is set back, and follows it on") {
+TEST_CASE("UTC follows the monotonic clock after the wall clock is set back") {
   Clocks c;
   const std::int64_t first = c.utc_us();
   c.pass(10s);
@@ -48,7 +47,7 @@ TEST_CASE(
   CHECK(c.utc_us() > first + 13'000'000 + 7'200'000'000);
 }
 
-TEST_CASE("UTC stands where neither clock moves, and never goes back, whatever they do") {
+TEST_CASE("UTC stops if neither clock moves, and never decreases") {
   MonotonicUtcClock rising;
   CHECK(rising.now(100ns, 7ns) == 100ns);
   CHECK(rising.now(100ns, 7ns) == 100ns);
@@ -79,7 +78,7 @@ TEST_CASE("a token that has expired is not good again when the clock is set back
   CHECK_FALSE(tokens->find(*token, c.utc_us()));
 }
 
-TEST_CASE("a lease lasts as long as it was given for, whatever the wall clock says") {
+TEST_CASE("a lease lasts for its time to live, independent of the wall clock") {
   Clocks c;
   access::Leases leases("9c1d40b2");
   const auto lease = leases.acquire({"rig:a", "ada", "s-1", "", 15s}, c.steady);

@@ -74,7 +74,7 @@ TEST_CASE("a line is one line in each format, whatever its names hold") {
   CHECK(object.at("time") == "2026-11-27T15:28:38.123Z");
 }
 
-TEST_CASE("the first line of the log says where the daemon is, and those of before follow") {
+TEST_CASE("the first line of the log has the addresses of the daemon, and earlier lines follow") {
   Pipe out;
   {
     DaemonLog log(LogFormat::text, out.ends[1]);
@@ -88,7 +88,7 @@ TEST_CASE("the first line of the log says where the daemon is, and those of befo
         "2026-11-27T15:28:38.123Z info daemon.started R-000001 by s-1 (ada)\n");
 }
 
-TEST_CASE("a reader that never reads keeps nobody from writing to the log") {
+TEST_CASE("a reader that never reads does not block writers of the log") {
   // Never closed: the log's thread writes to it until the program ends.
   static Pipe& out = *new Pipe;
   DaemonLog log(LogFormat::json, out.ends[1]);
@@ -118,7 +118,7 @@ TEST_CASE("each line of the journal is reported once, also one that the disk ref
   CHECK(reported == Reported{{"first", true}, {"second", false}});
 }
 
-TEST_CASE("a service manager is told ready, alive, its status and how long an end may take") {
+TEST_CASE("a service manager receives ready, alive, status and the time that an end may take") {
   const TemporaryFolder folder;
   const std::string path = (folder / "notify").string();
   const int manager = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0);

@@ -85,7 +85,7 @@ TEST_CASE("a model too large to be read again is not handed over, and what was s
   CHECK(read_handover(listed.run));
 }
 
-TEST_CASE("What the lists name is given out, open, and nothing else") {
+TEST_CASE("Only files that the lists name are opened") {
   const ListedRun there;
   DataFiles files(utc_now);
   CHECK(names_of(files, there.run) == std::vector<std::string>{"certificate.json", "dataset.h5",
@@ -124,7 +124,7 @@ TEST_CASE("A file that was altered is not given out, whatever its length and its
   CHECK(files.open(there.run, "dataset.h5").error().code == Errc::wrong_state);
 }
 
-TEST_CASE("Lists are read and files hashed once, until somebody writes to them") {
+TEST_CASE("Lists are read and files hashed once, until they are written to") {
   const ListedRun there;
   DataFiles at_once(utc_now);
   REQUIRE(at_once.open(there.run, "dataset.h5"));

@@ -53,7 +53,7 @@ TEST_CASE("Mode every gives each event once, in order, with its number and time"
   }
 }
 
-TEST_CASE("Merged events tell what is gone, also where something was in between") {
+TEST_CASE("Merged events report removed members, also after an intermediate value") {
   Hub hub;
   const Opened opened = hub.open(request(Mode::latest));
   hub.publish("run:1", {{"attention", {{"text", "Mount denim."}, {"step", "Q-1"}}}}, 10);
@@ -68,7 +68,7 @@ TEST_CASE("Merged events tell what is gone, also where something was in between"
   CHECK(events[0]["delta"].at("attention").is_null());
 }
 
-TEST_CASE("A listener that does not read loses its oldest events, counted, and nobody else's") {
+TEST_CASE("A listener that does not read loses its oldest events, counted, and no other's") {
   Hub hub;
   const Opened slow = hub.open(request(Mode::every)), quick = hub.open(request(Mode::every));
   constexpr std::size_t count = Subscription::most_waiting + 5;
@@ -175,7 +175,7 @@ TEST_CASE("Numbers of what was only passed on are no gap in what is kept") {
   CHECK(take_all(*again->subscription, 0ns).size() == 1);
 }
 
-TEST_CASE("A snapshot of more than one line may hold has what changed last, and tells the rest") {
+TEST_CASE("A snapshot too long for one line has the newest topics and the count of the rest") {
   Hub hub;
   const std::string long_text(10'000, 'x');
   constexpr std::size_t count = 300;
@@ -227,7 +227,7 @@ TEST_CASE("Votes of two explorations' models do not run into each other, merged 
   CHECK(now["winner"] == "denim");
 }
 
-TEST_CASE("What is passed on goes to who listens now, is in no snapshot and not to be had again") {
+TEST_CASE("Passed-on events reach present listeners only, and are in no snapshot or replay") {
   Hub hub;
   CHECK_FALSE(hub.wanted("stream:force"));
   const Opened listens = hub.open(request(Mode::every, {"stream:*"}));
@@ -248,7 +248,7 @@ TEST_CASE("What is passed on goes to who listens now, is in no snapshot and not 
   CHECK(take_all(*again->subscription, 0ns).size() == 2);
 }
 
-TEST_CASE("A subscription with credit tells no more events than were granted, in either mode") {
+TEST_CASE("A subscription with credit sends at most the granted events, in either mode") {
   Hub hub;
   SubscriptionRequest some = request(Mode::every);
   some.credit = 1;

@@ -51,7 +51,7 @@ RunView stopped(RunManagerBench& bench) {
 
 }  // namespace
 
-TEST_CASE("a campaign that somebody completes without the daemon is told as that, and no more") {
+TEST_CASE("a campaign completed without the daemon is reported as such") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const RunView before = stopped(bench);
@@ -90,7 +90,7 @@ TEST_CASE("what was completed while no daemon was there is seen by the next one"
   CHECK_FALSE(bench.manager->get(id)->external_resume);
 }
 
-TEST_CASE("what a person keeps of a campaign that was gone on with is the run's own") {
+TEST_CASE("the kept part of a campaign resumed externally is the run's own") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
@@ -106,7 +106,7 @@ TEST_CASE("what a person keeps of a campaign that was gone on with is the run's 
   CHECK_FALSE(bench.manager->get(id)->external_resume);
 }
 
-TEST_CASE("a folder that nobody touched since is the run's own") {
+TEST_CASE("an untouched folder is the run's own") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const std::string id = stopped(bench).stored.id();

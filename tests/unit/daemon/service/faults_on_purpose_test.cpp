@@ -38,7 +38,7 @@ std::size_t fault_lines(const std::filesystem::path& campaign) {
 
 }  // namespace
 
-TEST_CASE("a fault befalls the run under way, and both journals have it") {
+TEST_CASE("a fault is injected into the active run, and both journals have it") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const std::string id = begun(bench).stored.id();
@@ -79,7 +79,7 @@ TEST_CASE("a fault that was ended leaves the trials whole") {
   CHECK(run.stored.outcome == "complete");
 }
 
-TEST_CASE("without a run a fault is refused; one that no run takes up any more is told so") {
+TEST_CASE("without a run a fault is refused, also if the run has just ended") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   Reported reported;

@@ -75,7 +75,7 @@ TEST_CASE("what became of a run while the disk was full is written down once it 
   CHECK(bench.ended(id).machine.state == RunState::ended);
 }
 
-TEST_CASE("a run whose last trial filled the disk is concluded once there is room") {
+TEST_CASE("a run with a last trial that filled the disk is concluded once there is room") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   std::optional<FullDisk> full;
@@ -131,7 +131,7 @@ TEST_CASE("a wish for the line that cannot be kept changes nothing") {
   CHECK(lines_of(bench.store, "queue_started") == 1);
 }
 
-TEST_CASE("a file that is streamed to a full disk says why, and leaves the old one") {
+TEST_CASE("streaming a file to a full disk fails with the cause, and leaves the old file") {
   const TemporaryFolder folder;
   const auto path = folder / "model.weft";
   const auto writes = [](std::string text) {
@@ -160,7 +160,7 @@ TEST_CASE("a file that is streamed to a full disk says why, and leaves the old o
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("leases and tokens whose line of the journal cannot be kept are as they were") {
+TEST_CASE("leases and tokens do not change if their journal line cannot be written") {
   const TemporaryFolder folder;
   auto store = runs::RunStore::open(folder / "weftd.sqlite");
   REQUIRE(store);

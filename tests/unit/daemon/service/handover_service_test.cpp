@@ -60,7 +60,7 @@ void kill(std::unique_ptr<Life>& life, const TemporaryFolder& folder) {
 
 }  // namespace
 
-TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
+TEST_CASE("A handover that the daemon interrupted twice waits for a person") {
   const TemporaryFolder folder;
   auto life = std::make_unique<Life>(folder);
   life->posted.hold();  // it does not report its end
@@ -96,7 +96,7 @@ TEST_CASE("A hand-over that the daemon ended under twice waits for somebody") {
   CHECK(life->on_record().attempts == 0);
 }
 
-TEST_CASE("Who ends the daemon on purpose has not ended it under a hand-over") {
+TEST_CASE("A regular stop of the daemon does not count as an interrupted handover") {
   const TemporaryFolder folder;
   for (int i = 0; i < 4; ++i) {
     Life life(folder);
@@ -130,7 +130,7 @@ TEST_CASE(
   CHECK(life.service->get(life.run.id())->state == HandoverState::running);
 }
 
-TEST_CASE("What a run has told of its recipe is not looked for in its folder") {
+TEST_CASE("The recipe of a run is not searched for in its folder") {
   const TemporaryFolder folder;
   Life life(folder);
   life.service->consider(life.run, false);

@@ -53,7 +53,7 @@ TEST_CASE("Another Host, path, method or content type is refused by the head alo
   CHECK(refusal_to("GET /events", "") == "403");
 }
 
-TEST_CASE("A daemon is heard by the address that it listens on, in brackets where that is one") {
+TEST_CASE("A daemon accepts the address that it listens on as host, in brackets for IPv6") {
   const auto received = [](const std::string& host, std::string_view address) {
     return !refusal_of_head(*request_of("GET /events", "Host: " + host + "\r\n"), address);
   };
@@ -66,7 +66,7 @@ TEST_CASE("A daemon is heard by the address that it listens on, in brackets wher
   CHECK(received("bench.example", ""));  // under TLS
 }
 
-TEST_CASE("An answer says how long it is and that the connection ends") {
+TEST_CASE("An answer has its length and ends the connection") {
   const std::string text = answer_text(200, "{}");
   CHECK(text.starts_with("HTTP/1.1 200 OK\r\n"));
   CHECK(text.find("Content-Length: 3\r\n") != std::string::npos);
@@ -84,7 +84,7 @@ TEST_CASE("A stream goes on after what its client saw last, in this start of the
     CHECK(continues_after("?mode=every", last) == "none");
 }
 
-TEST_CASE("The latest state is told anew: merged events have no one place to go on from") {
+TEST_CASE("The latest state is sent again: merged events have no resume point") {
   Hub hub;
   const Opened opened = hub.open({{"*"}, Mode::latest, 0});
   hub.publish("run:1", {{"state", "running"}}, 0);  // 1, merged with 3

@@ -69,7 +69,7 @@ TEST_CASE("Nothing that is written into the page runs, and no other page frames 
   CHECK(page_bytes(answer).find("style=\"") == std::string::npos);
 }
 
-TEST_CASE("A browser that has the file is told so, and HEAD has no bytes") {
+TEST_CASE("A browser that has the file gets 304, and HEAD has no bytes") {
   const std::string tag = page_header(page_for("GET /style.css"), "ETag");
   const std::string known = page_for("GET /style.css", "If-None-Match: \"x\", " + tag + "\r\n");
   CHECK(known.starts_with("HTTP/1.1 304 Not Modified\r\n"));
@@ -81,7 +81,7 @@ TEST_CASE("A browser that has the file is told so, and HEAD has no bytes") {
   CHECK(page_bytes(head).empty());
 }
 
-TEST_CASE("What is no file of the page is not answered as one") {
+TEST_CASE("A path that is no file of the page is not answered as one") {
   for (const char* path :
        {"/index.html", "/js", "/js/", "/../CMakeLists.txt", "/style.css/", "/rpc"})
     CHECK(page_for(std::string("GET ") + path) == "none");

@@ -64,7 +64,7 @@ TEST_CASE("The head can be judged before anything of the body is taken") {
   CHECK(request.body() == "{\"id\": 123}");
 }
 
-TEST_CASE("What follows a request is not part of it") {
+TEST_CASE("Bytes after a request are not part of it") {
   HttpRequest request;
   CHECK(take(request, post_head + "{\"id\": 123}GET / HTTP/1.1\r\n\r\n") == HttpStage::whole);
   CHECK(request.add("more") == HttpStage::whole);
@@ -95,7 +95,7 @@ TEST_CASE(
   CHECK(body.refusal() == 413);
 }
 
-TEST_CASE("A body whose length is not told, or told twice, is refused") {
+TEST_CASE("A body without length, or with two, is refused") {
   const std::string begin = "POST /rpc HTTP/1.1\r\nHost: localhost\r\n";
   CHECK(refusal_of(begin + "\r\n") == 411);
   CHECK(refusal_of(begin + "Transfer-Encoding: chunked\r\n\r\n") == 411);
@@ -112,7 +112,7 @@ TEST_CASE("A header that would be checked once and believed once is refused when
     CHECK(refusal_of("GET /events HTTP/1.1\r\n" + name + ": a\r\n" + name + ": b\r\n\r\n") == 400);
 }
 
-TEST_CASE("What is no HTTP/1 is refused") {
+TEST_CASE("Input other than HTTP/1 is refused") {
   for (const std::string text :
        {"!halt\n", "GET /events\r\n\r\n", "GET /events HTTP/2.0\r\n\r\n", "PRI * HTTP/2.0\r\n\r\n",
         "GET  /events HTTP/1.1\r\n\r\n", "GET /events HTTP/1.1\nHost: a\n\n",
@@ -136,7 +136,7 @@ TEST_CASE("Parameters of the query are decoded, the first of a name counts") {
   CHECK_FALSE(request.parameter("max_hz"));
 }
 
-TEST_CASE("A client that waits to be told to go on is seen") {
+TEST_CASE("A client that expects 100-continue is detected") {
   HttpRequest request;
   const std::string begin = "\r\nHost: a\r\nContent-Length: 4\r\nExpect: 100-Continue\r\n\r\n";
   CHECK(request.add("POST /rpc HTTP/1.1" + begin) == HttpStage::body);

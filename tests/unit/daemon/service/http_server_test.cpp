@@ -132,7 +132,7 @@ TEST_CASE("A method that answers later is waited for, and its answer is the conn
                              "\n"));
 }
 
-TEST_CASE("A call that is not answered in time is told so, a request that does not come too") {
+TEST_CASE("A call without answer in time gets an error, and so does an incomplete request") {
   HttpLimits limits;
   limits.answer = 0s;
   WebBench impatient(limits);
@@ -142,7 +142,7 @@ TEST_CASE("A call that is not answered in time is told so, a request that does n
   CHECK(hasty.status_of(hasty.connect()) == 408);
 }
 
-TEST_CASE("Who waits and hangs up leaves a seat, and nobody is answered in his place") {
+TEST_CASE("A client that disconnects while waiting frees its slot, and its answer is dropped") {
   HttpLimits limits;
   limits.waiting = 1;
   WebBench bench(limits);
@@ -187,7 +187,7 @@ TEST_CASE(
   CHECK_FALSE(client.ended);
 }
 
-TEST_CASE("A stream that nobody reads is closed and its seat free") {
+TEST_CASE("An unread stream is closed and its slot is free") {
   HttpLimits limits;
   limits.streams = 1;
   limits.unread = 0s;  // as soon as a write must wait
@@ -221,7 +221,7 @@ TEST_CASE("A stream, and a call that waits, end with the token that they came wi
   bench.waiting.front()("\"nobody hears it\"");
 }
 
-TEST_CASE("Who is refused and sends on and on is read for a while, not for ever") {
+TEST_CASE("A refused client that keeps sending is read for a limited time") {
   WebBench bench;
   WebClient& client = bench.connect();
   client.send("POST /rpc HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n");
@@ -233,7 +233,7 @@ TEST_CASE("Who is refused and sends on and on is read for a while, not for ever"
   CHECK(client.cut_off);
 }
 
-TEST_CASE("When the daemon ends, calls that wait are told, and streams end") {
+TEST_CASE("When the daemon ends, waiting calls get an error and streams end") {
   WebBench bench;
   WebClient &waits = bench.call("later.say"), &listens = bench.stream(), &idle = bench.connect();
   bench.until([&] { return !bench.waiting.empty() && listens.got.ends_with("\n\n"); });

@@ -85,7 +85,7 @@ TEST_CASE("A question that few lines answer is answered in parts, and in the end
   CHECK(pages == 3);
 }
 
-TEST_CASE("log.query tells lines and where to ask on from, and takes whole numbers alone") {
+TEST_CASE("log.query returns lines and the next position, and accepts whole numbers only") {
   const TemporaryFolder folder;
   RunStore store = journal_of(folder, 25);
   api::Services services;

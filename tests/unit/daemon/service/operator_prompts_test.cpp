@@ -71,8 +71,7 @@ TEST_CASE("a step that asks nothing and runs nothing leaves the prompt as it is"
   CHECK(prompts.find(1)->step == "Q-1");
 }
 
-TEST_CASE(
-    "a run needs people until it is on its way to its end; nobody is asked while it is held") {
+TEST_CASE("a run has prompts until it is finishing, and none is open while it is held") {
   for (const RunState state : all_run_states) {
     INFO(to_string(state));
     OperatorPrompts prompts;

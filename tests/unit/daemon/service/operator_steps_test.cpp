@@ -148,7 +148,7 @@ TEST_CASE("a run that waits for people when its daemon dies asks again when it g
   CHECK(done.trials_done == 4);
 }
 
-TEST_CASE("a recipe that asks for people is refused where nobody can confirm") {
+TEST_CASE("a recipe with operator steps is refused if no one can confirm") {
   const TemporaryFolder folder;
   const auto refused = run_campaign(test::request_in(folder, asking_recipe()), {});
   REQUIRE_FALSE(refused);

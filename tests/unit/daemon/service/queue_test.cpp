@@ -90,7 +90,7 @@ TEST_CASE("a paused line lets the run under way end, and nothing begin") {
   CHECK(bench.ended(second).stored.outcome == "complete");
 }
 
-TEST_CASE("the line outlives the daemon, which begins nothing of it before somebody's word") {
+TEST_CASE("the queue outlives the daemon and stays paused until a person starts it") {
   const TemporaryFolder folder;
   std::int64_t revision = 0;
   {
@@ -176,7 +176,7 @@ TEST_CASE("the next run waits for a person after every end but complete") {
   CHECK(bench.ended(second).stored.outcome == "complete");
 }
 
-TEST_CASE("a halt pauses the queue at once, whatever keep_going says") {
+TEST_CASE("a halt pauses the queue at once, also with keep_going") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   RunRequest wanted{bench.request.recipe, {}, {}, "ada"};
@@ -224,7 +224,7 @@ TEST_CASE("a pause that no repetition is left to take pauses the queue") {
   CHECK(bench.ended(second).stored.outcome == "complete");
 }
 
-TEST_CASE("an order to hold or end a run that is over pauses the queue, and says so") {
+TEST_CASE("an order to hold or end an ended run pauses the queue, and the hint reports it") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder, test::tiny_recipe(1));
   const Order order = GENERATE(Order::pause, Order::pause_now, Order::stop, Order::abort);
@@ -240,7 +240,7 @@ TEST_CASE("an order to hold or end a run that is over pauses the queue, and says
   CHECK_FALSE(bench.manager->order(first, Order::resume, "ada"));
 }
 
-TEST_CASE("an empty line is not held by a restart, and one that somebody paused stays so") {
+TEST_CASE("a restart does not pause an empty queue, and a queue paused by a person stays so") {
   const TemporaryFolder folder;
   { RunManagerBench bench(folder); }
   {
@@ -252,7 +252,7 @@ TEST_CASE("an empty line is not held by a restart, and one that somebody paused 
   CHECK(bench.manager->queue().paused_by() == "ada");
 }
 
-TEST_CASE("a run that somebody goes on with is the next in line") {
+TEST_CASE("a resumed run is the next in the queue") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);

@@ -90,7 +90,7 @@ TEST_CASE(
   CHECK(std::filesystem::exists(folder / "new.json"));
 }
 
-TEST_CASE("A run that waits is planned as it was put in line, with its own seed") {
+TEST_CASE("A queued run is planned as it was submitted, with its own seed") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
   REQUIRE(bench.bench.manager->pause_queue("test"));
@@ -111,7 +111,7 @@ TEST_CASE("A run that waits is planned as it was put in line, with its own seed"
   CHECK(json::parse(bench.answered("recipe.diff", pair).value())["same"] == false);
 }
 
-TEST_CASE("What weft check has against a rig file, recipe.check, recipe.put and a start have too") {
+TEST_CASE("recipe.check, recipe.put and a start report the rig file problems of weft check") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
   json rig = test::bench17();
@@ -155,7 +155,7 @@ TEST_CASE("A file that is nested ever deeper is refused, whatever is asked about
   CHECK(json::parse(bench.answered("recipe.check", {{"recipe", "deep1"}}).value())["ok"] == false);
 }
 
-TEST_CASE("What is refused by its name needs no errand, and one too many is told so") {
+TEST_CASE("An invalid name is refused at once, and one request too many gets an error") {
   const TemporaryFolder folder;
   CheckBench bench(folder);
   bench.query({{"recipe", "recipes"}});

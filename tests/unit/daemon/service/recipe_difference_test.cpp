@@ -32,7 +32,7 @@ TEST_CASE("Differences name their place, whatever its key") {
   CHECK(between("1", "2")[0]["where"] == "");
 }
 
-TEST_CASE("Many differences are counted, and some are told") {
+TEST_CASE("Many differences are counted, and some are listed") {
   json was = json::array(), is = json::array();
   for (int i = 0; i < 50; ++i) {
     was.push_back(i);

@@ -42,7 +42,7 @@ Result<RunView> settled(RunManagerBench& bench, Recovery choice) {
 
 }  // namespace
 
-TEST_CASE("a discarded run has ended, its file says so, and no data set is made of it") {
+TEST_CASE("a discarded run has ended, its file is marked, and no data set is made") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
@@ -76,7 +76,7 @@ TEST_CASE("a discarded run has ended, its file says so, and no data set is made 
   CHECK_THAT(refused.error().what, Catch::Contains("discarded"));
 }
 
-TEST_CASE("what is complete of an interrupted run is kept, certified, and said to be partial") {
+TEST_CASE("the complete trials of an interrupted run are kept, certified and marked partial") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);

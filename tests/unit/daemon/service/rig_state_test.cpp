@@ -65,7 +65,7 @@ TEST_CASE("every event in every state of the rig: fact, latch and lock-out repla
       {"the end of the next run needs a look of its own",
        with({RigFact::holding, "R-000001", true}), holding_end, true,
        RigState(RigFact::holding, "R-000002")},
-      {"a lock-out stands beside the others", holding, lock, true,
+      {"a lock-out is kept beside the others", holding, lock, true,
        with({RigFact::holding, "R-000002", false, by_ada, cable})},
       {"a reset keeps a lock-out", with({RigFact::safe, "", false, by_ada, cable}), reset, true,
        with({RigFact::safe, "", false, {}, cable})},

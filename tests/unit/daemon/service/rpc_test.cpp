@@ -49,7 +49,7 @@ TEST_CASE("A request without an id is a notification, one without parameters has
   CHECK(r->params->empty());
 }
 
-TEST_CASE("What is not a request is refused with JSON-RPC's own numbers and the id where one is") {
+TEST_CASE("Invalid requests are refused with JSON-RPC error numbers and their id, if any") {
   const auto code_and_id = [](const std::string& line) {
     const auto r = parse_request(line);
     REQUIRE_FALSE(r);

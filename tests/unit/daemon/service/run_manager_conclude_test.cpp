@@ -136,7 +136,7 @@ TEST_CASE("a run that does not answer while it only concludes leaves bench and r
   CHECK(facts_of(whole) == Facts{"complete", "done", "safe", "", whole.stored.dataset_sha256});
 }
 
-TEST_CASE("where a run that does not answer any more has left the rig nobody knows") {
+TEST_CASE("the rig is unknown after a run that became unresponsive") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   std::promise<void> answers;

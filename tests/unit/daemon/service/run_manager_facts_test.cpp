@@ -47,7 +47,7 @@ std::size_t address_space_mb() {
 
 }  // namespace
 
-TEST_CASE("an accuracy is held only where the run's own check says so") {
+TEST_CASE("an accuracy is held only if the run's own check confirms it") {
   for (const bool held : {false, true}) {
     const TemporaryFolder folder;
     RunManagerBench bench(folder, test::tiny_recipe(1));
@@ -59,7 +59,7 @@ TEST_CASE("an accuracy is held only where the run's own check says so") {
   }
 }
 
-TEST_CASE("a run that goes on is told of without an end, and withdrawn it has its own again") {
+TEST_CASE("a resumed run has no end, and has its former one again after it is withdrawn") {
   const TemporaryFolder folder;
   leave_interrupted(folder, 4);
   Facts before;
@@ -84,8 +84,7 @@ TEST_CASE("a run that goes on is told of without an end, and withdrawn it has it
   CHECK(facts_of(removed_from_queue) == before);
 }
 
-TEST_CASE(
-    "a resume that changes nothing leaves the data set told of; one that goes on makes its own") {
+TEST_CASE("a resume without changes keeps the data set; one with new trials makes its own") {
   const TemporaryFolder folder;
   leave_interrupted(folder, 4);
   RunManagerBench bench(folder, test::tiny_recipe(4));
@@ -210,7 +209,7 @@ TEST_CASE("a run of which it cannot be kept that it has the rig does not take it
   CHECK(bench.manager->rig_state() == RigState{});
 }
 
-TEST_CASE("a run that never began is withdrawn from a rig as it stands") {
+TEST_CASE("withdrawing a run that never began does not change the rig") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   bench.manager->halt(RigState::Stop::halt, "test");
@@ -251,7 +250,7 @@ TEST_CASE("a folder as an older daemon kept it is found where its name is") {
   CHECK(RunStore::open(file)->runs()->front().folder == here);
 }
 
-TEST_CASE("a run whose campaign is gone is not begun anew") {
+TEST_CASE("a run with a missing campaign is not started again") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
@@ -264,8 +263,7 @@ TEST_CASE("a run whose campaign is gone is not begun anew") {
   CHECK(bench.recover(only_run(bench), "test"));
 }
 
-TEST_CASE(
-    "a run whose campaign was gone when the daemon began is not begun anew, until it is back") {
+TEST_CASE("a run with a campaign missing at the daemon's start waits until it is back") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   const fs::path campaign = folder / "R-000001", elsewhere = folder / "elsewhere";
@@ -284,7 +282,7 @@ TEST_CASE(
   CHECK_FALSE(fs::exists(campaign));
 }
 
-TEST_CASE("a folder of the same name elsewhere is not taken for a run's") {
+TEST_CASE("a folder of the same name elsewhere is not used as a run's") {
   const TemporaryFolder folder, other;
   {
     RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());

@@ -113,8 +113,7 @@ void inspect_again(const TemporaryFolder& folder, const LastWords& reported) {
 
 }  // namespace
 
-TEST_CASE(
-    "a daemon killed at any one of its writes knows the run it told of and brings it to its end") {
+TEST_CASE("a daemon killed at any write knows the reported run and brings it to its end") {
   (void)untouched_run();
   const std::uint64_t step = test::writes_between_kills();
   std::uint64_t write = 1;

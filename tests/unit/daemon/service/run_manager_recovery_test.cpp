@@ -11,7 +11,7 @@ using test::leave_interrupted;
 using test::RunManagerBench;
 using test::TemporaryFolder;
 
-TEST_CASE("a run whose recovery came to nothing may be recovered again") {
+TEST_CASE("a run with a failed recovery can be recovered again") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
@@ -39,7 +39,7 @@ TEST_CASE("a run whose recovery came to nothing may be recovered again") {
   CHECK_FALSE(bench.recover(id, "test"));
 }
 
-TEST_CASE("a daemon that is told to end has a run's end on record, and may go on with it") {
+TEST_CASE("a stopped daemon records the end of a run, which can be resumed") {
   const TemporaryFolder folder;
   {
     RunManagerBench bench(folder, test::tiny_recipe(4));
@@ -63,7 +63,7 @@ TEST_CASE("a daemon that is told to end has a run's end on record, and may go on
   CHECK(bench.ended(id).stored.outcome == "complete");
 }
 
-TEST_CASE("a run whose resume was aborted while the past was played counts what is on record") {
+TEST_CASE("a run with a resume aborted during the replay counts the recorded trials") {
   const TemporaryFolder folder;
   leave_interrupted(folder, 4, 3);
   RunManagerBench bench(folder, test::tiny_recipe(4));
@@ -98,8 +98,7 @@ TEST_CASE("a run that is withdrawn before it goes on is as interrupted as it was
 }
 
 TEST_CASE(
-    "the run manager goes on with its work while a campaign is looked at, and tells all who "
-    "asked") {
+    "the run manager keeps working during a preview of a campaign, and answers all requests") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
@@ -133,7 +132,7 @@ TEST_CASE(
   CHECK(refused->code == Errc::not_found);
 }
 
-TEST_CASE("who goes on with a run of a safe rig has said nothing of one that is unknown later") {
+TEST_CASE("resuming a run of a safe rig does not acknowledge a rig that is unknown later") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);
@@ -149,7 +148,7 @@ TEST_CASE("who goes on with a run of a safe rig has said nothing of one that is 
   CHECK(bench.ended(first).stored.outcome == "complete");
 }
 
-TEST_CASE("the wish to go on with a run does not outlive the daemon where the rig is unknown") {
+TEST_CASE("the request to resume a run does not outlive the daemon if the rig is unknown") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   std::string id;

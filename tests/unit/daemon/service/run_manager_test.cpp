@@ -96,7 +96,7 @@ TEST_CASE("a run that is refused before it has touched the rig leaves it as it w
   CHECK(bench.manager->rig_state() == RigState{RigFacts{RigFact::unknown, id, true}});
 }
 
-TEST_CASE("a run that is told to end before it has the rig does not take it") {
+TEST_CASE("a run stopped before it has the rig does not acquire it") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   bool has_rig = false;
@@ -134,7 +134,7 @@ TEST_CASE("a run from before a restart has the time that its plan takes") {
   CHECK(bench.ended(id).stored.outcome == "complete");
 }
 
-TEST_CASE("nobody is told of an end who is gone by then") {
+TEST_CASE("a disconnected waiter is not notified of an end") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   bench.posted.hold();
@@ -197,7 +197,7 @@ TEST_CASE("a run is taken into the line by its model's head; the rest is read on
   CHECK(failed.stored.rig_fact == "safe");  // no device got a command
 }
 
-TEST_CASE("a run that waits is run as it was checked, whatever its recipe's file says by then") {
+TEST_CASE("a queued run is executed as checked, also if its recipe file has changed") {
   const TemporaryFolder folder;
   const std::string checked = tiny_recipe(1);
   std::string id;

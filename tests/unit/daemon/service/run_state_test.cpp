@@ -41,7 +41,7 @@ std::string row(RunState state) {
 
 }  // namespace
 
-TEST_CASE("Every order in every state leads where the table says, or is refused") {
+TEST_CASE("Every order in every state follows the table, or is refused") {
   // pause, pause now, resume, confirm, stop, abort, halt
   const std::map<RunState, std::string> table{
       {RunState::queued, "-------"},   {RunState::arming, "----fah"},
@@ -56,14 +56,14 @@ TEST_CASE("Every order in every state leads where the table says, or is refused"
   }
 }
 
-TEST_CASE("A refused order says what the state takes instead") {
+TEST_CASE("A refused order lists the orders that the state accepts") {
   const auto refused = on_order(in(RunState::finishing), limits, Order::pause, 0s);
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::wrong_state);
   CHECK(refused.error().expected == "abort, halt");
 }
 
-TEST_CASE("What nobody ends climbs the ladder to the end by its deadlines") {
+TEST_CASE("A run that no one ends climbs the ladder to its end by its deadlines") {
   for (const RunState from : states) {
     if (from == RunState::queued || from >= RunState::ended) continue;
     RunStateMachine run = in(from);
@@ -86,7 +86,7 @@ TEST_CASE("What nobody ends climbs the ladder to the end by its deadlines") {
   }
 }
 
-TEST_CASE("A pause is held until somebody resumes it, and then runs again") {
+TEST_CASE("A paused run is held until a person resumes it") {
   RunStateMachine run = on_begun({}, limits, 0s).next;
   CHECK(run.state == RunState::arming);
   run = on_step(run, limits, Step::clearing, 1s).next;
@@ -102,7 +102,7 @@ TEST_CASE("A pause is held until somebody resumes it, and then runs again") {
   CHECK(run.state == RunState::running);
 }
 
-TEST_CASE("What a person is asked for is awaited, confirmed, and then runs again") {
+TEST_CASE("An operator step is awaited and confirmed, then the run continues") {
   RunStateMachine run = on_begun({}, limits, 0s).next;
   run = on_step(run, limits, Step::awaiting_operator, 1s).next;
   CHECK(run.state == RunState::awaiting_operator);
@@ -156,7 +156,7 @@ TEST_CASE(
         FAIL("a state that waits for no one has its deadline");
     }
     for (int i = 0; run.state != RunState::queued && run.state != RunState::ended; ++i) {
-      if (i == 8) FAIL("nobody answers, and it does not end");
+      if (i == 8) FAIL("no answer, and it does not end");
       now = std::max(now, run.deadline);
       run = on_time(run, limits, now).next;
     }
@@ -266,12 +266,12 @@ TEST_CASE("The facts of a run's end by how its thread came to it, and by how it 
        .bench_outcome = "stopped"},
       {.name = "an order ends a resume before it has the rig",
        .former = stopped,
-       .end = {.found = found("aborted", "skipped", "unknown", "told to end"),
+       .end = {.found = found("aborted", "skipped", "unknown", "stop ordered"),
                .has_summary = false,
                .acquired_rig = false},
        .outcome = "aborted",
        .cleanup = "done",
-       .error = "told to end",
+       .error = "stop ordered",
        .dataset_error = "no room",
        .bench_outcome = "stopped"},
       {.name = "a resume fails with the rig",

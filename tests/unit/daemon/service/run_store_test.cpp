@@ -96,7 +96,7 @@ TEST_CASE("each field of a run is read back as it was written, and as it was wri
   check_same(store.runs()->front(), run);
 }
 
-TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
+TEST_CASE("a run with a seed that is no number is corrupt, as with any other field") {
   const test::TemporaryFolder folder;
   const auto file = folder / "weftd.sqlite";
   {
@@ -120,7 +120,7 @@ TEST_CASE("a run whose seed is no number is corrupt, as any other field") {
   }
 }
 
-TEST_CASE("a database that another has says which file, and that it is in use") {
+TEST_CASE("a database in use is refused with the name of its file") {
   const test::TemporaryFolder folder;
   const auto file = folder / "weftd.sqlite";
   auto first = runs::RunStore::open(file);
@@ -169,7 +169,7 @@ TEST_CASE("fact, latch and lock-out of the rig are kept apart") {
   }
 }
 
-TEST_CASE("a latch of an older file says nothing of where the rig was left") {
+TEST_CASE("a latch of an older file does not determine how the rig was left") {
   const TemporaryFolder folder;
   RunStore store = std::move(RunStore::open(folder / "weftd.sqlite").value());
   struct Row {

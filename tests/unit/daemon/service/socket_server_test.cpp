@@ -149,7 +149,7 @@ TEST_CASE("A halt is answered while an errand of another client is under way") {
   CHECK(bench.happened == std::vector<std::string>{"halt"});
 }
 
-TEST_CASE("An errand that throws is told so, and those after it are done") {
+TEST_CASE("A task that throws gets an error, and later tasks are done") {
   SocketBench bench;
   WorkerQueue workers([&](WorkerQueue::Report report) { bench.server->post(std::move(report)); });
   const auto add = [&](const char* name, const std::function<rpc::Outcome()>& work) {
@@ -173,7 +173,7 @@ TEST_CASE("An errand that throws is told so, and those after it are done") {
   CHECK(client.query("now.say").at("result") == 1);
 }
 
-TEST_CASE("Who floods the port with clients that never say who they are keeps nobody out") {
+TEST_CASE("Flooding the port with clients that open no session keeps no one out") {
   Limits most;
   most.connections = 6;
   most.unauthenticated = 4;
@@ -237,8 +237,7 @@ TEST_CASE("A socket that is full of known clients has places for stops, and for 
   CHECK(known.front().query("now.say").at("result") == 1);
 }
 
-TEST_CASE(
-    "A halt whose client says nothing more, not even the line's end, is heeded and answered") {
+TEST_CASE("A halt line without line end is executed and answered") {
   SocketBench bench;
   bench.begin();
   Local halts(bench.place());

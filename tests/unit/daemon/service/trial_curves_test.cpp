@@ -29,7 +29,7 @@ std::vector<std::int64_t> times(std::size_t count, const std::vector<std::size_t
 
 }  // namespace
 
-TEST_CASE("Every sample is in one point of at most so many, and a gap has a point without any") {
+TEST_CASE("Every sample is in one point of a limited number, and a gap has an empty point") {
   for (const std::size_t points : {10U, 11U, 50U, 999U, 1200U})
     for (const std::vector<std::size_t>& pauses :
          {std::vector<std::size_t>{}, {499}, {0, 499, 998}}) {

@@ -198,18 +198,16 @@ std::string whole_verbs_page() {
   for (const RunState state : all_run_states) rows += verb_row({state});
   rows += verb_row({RunState::ended, true});
   return "# Every verb in every state of a run\n\n"
-         "Tried one by one by `tests/unit/daemon/service/verb_table_test.cpp`, which fails where "
-         "this page "
-         "says otherwise. A cell is the state\nright after the verb, `-`: refused with "
-         "`wrong_state` and a sentence that says what the state takes. A state with a deadline\n"
-         "that passes climbs the ladder pause, stop, abort, halt; one without waits for "
-         "people.\n\n" +
+         "Written and checked by `tests/unit/daemon/service/verb_table_test.cpp`. A cell is the "
+         "state\nright after the verb, `-`: refused with `wrong_state` and the orders that the "
+         "state accepts. When a deadline passes,\nthe ladder pause, stop, abort, halt is climbed; "
+         "a state without one waits for a person.\n\n" +
          head + "\n" + rule + "\n" + rows;
 }
 
 }  // namespace
 
-TEST_CASE("Every verb in every state does what the page of them says") {
+TEST_CASE("Every verb in every state does what its page lists") {
   const std::string reported = whole_verbs_page();
   if (std::getenv("WEFT_WRITE_DOCS") != nullptr) test::write_file(verbs_page, reported);
   CHECK(test::read_file(verbs_page) == reported);

@@ -48,7 +48,7 @@ constexpr const char* by_the_end = daemon_stopped_error;
 
 }  // namespace
 
-TEST_CASE("a run that somebody had ended before the daemon was told to has ended") {
+TEST_CASE("a run that a person ended before the daemon was stopped has ended") {
   const TemporaryFolder folder;
   RunManagerBench bench(folder);
   const Order order = GENERATE(Order::stop, Order::abort, Order::halt);
@@ -90,7 +90,7 @@ TEST_CASE("a daemon that ends waits for a run that is being discarded") {
   CHECK(saved.recovered == "discard");
 }
 
-TEST_CASE("keeping a part of a run gives way to the daemon's end before it has written anything") {
+TEST_CASE("keeping a part of a run is cancelled by the daemon's end before anything is written") {
   bool gave_way = false;
   // If its thread is faster than this one, the run has been kept.
   for (int i = 0; i < 20 && !gave_way; ++i) {
@@ -106,7 +106,7 @@ TEST_CASE("keeping a part of a run gives way to the daemon's end before it has w
   CHECK(gave_way);
 }
 
-TEST_CASE("a daemon that ends takes nothing more on, and says why") {
+TEST_CASE("a daemon that ends accepts nothing new, and reports why") {
   const TemporaryFolder folder;
   leave_interrupted(folder);
   RunManagerBench bench(folder);

@@ -16,7 +16,7 @@ using test::introduction;
 using test::Talk;
 using test::TemporaryFolder;
 
-TEST_CASE("An answer that is longer than a line may be is refused, and says how to ask for less") {
+TEST_CASE("An answer too long for a line is refused, with a hint how to request less") {
   Talk talk;
   talk.methods.add({"much.say", "", {}, {}, {}, ""}, [](const rpc::Call&) -> rpc::Outcome {
     return "\"" + std::string(Session::most_answer_bytes, 'x') + "\"";
@@ -68,7 +68,7 @@ TEST_CASE("Runs are listed in pages, the oldest first") {
   CHECK(talk.query("data.list").at("result").at("next").is_null());
 }
 
-TEST_CASE("A run is told with who changed it, and who put it in line") {
+TEST_CASE("A run is reported with who changed it and who queued it") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   talk.bench.manager->halt(runs::RigState::Stop::halt, "test");
@@ -117,7 +117,7 @@ TEST_CASE("The topic of a lease is its state: who holds it, and the last that wa
                                           "lease.acquired", "lease.expired"});
 }
 
-TEST_CASE("Why a lease was broken is answered, told to all and kept") {
+TEST_CASE("The reason of a broken lease is in the answer, the event and the journal") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   const std::string lease = talk.query("lease.acquire").at("result").at("lease");
@@ -130,8 +130,7 @@ TEST_CASE("Why a lease was broken is answered, told to all and kept") {
   CHECK(json::parse(talk.lines().back().payload_json).at("reason") == why);
 }
 
-TEST_CASE(
-    "A recipe that cannot be written has a line that says so, and the folder's loss is told") {
+TEST_CASE("A recipe that cannot be written has a journal line, and a lost folder is reported") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   const auto blockers = [&] {
@@ -152,8 +151,7 @@ TEST_CASE(
   CHECK_THAT(lines[1].payload_json, Catch::Contains("error"));
 }
 
-TEST_CASE(
-    "A daemon that has been told to end says so, and that what is asked for may be tried again") {
+TEST_CASE("A daemon that is shutting down reports it, and its refusals are retryable") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   talk.bench.manager->halt(runs::RigState::Stop::halt, "test");
@@ -166,7 +164,7 @@ TEST_CASE(
   CHECK(refused["error"]["data"]["where"] == "daemon");
 }
 
-TEST_CASE("Stops are told as what changes something") {
+TEST_CASE("Stops are described as changes") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   std::size_t found = 0;

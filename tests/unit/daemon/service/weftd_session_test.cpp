@@ -29,7 +29,7 @@ TEST_CASE("A stop is done while as many calls wait for their answers as may") {
   CHECK(talk.query("rig.state").contains("result"));
 }
 
-TEST_CASE("Whatever is wrong with a stop beside its name, it is done, and the answer tells") {
+TEST_CASE("A stop with invalid parameters is executed, and the answer has warnings") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   const auto warned = [&](const std::string& line) {
@@ -60,8 +60,7 @@ TEST_CASE("Whatever is wrong with a stop beside its name, it is done, and the an
   CHECK(talk.lines().at(2).payload_json == R"({"reason":"smoke"})");
 }
 
-TEST_CASE(
-    "A rig file that weft check refuses keeps a run from being started, and whoever comes hears") {
+TEST_CASE("A rig file that weft check refuses blocks the start of runs, and is reported") {
   Talk talk;
   const auto blockers = [&] {
     std::map<std::string, std::string> out;
@@ -95,7 +94,7 @@ TEST_CASE(
   CHECK(blockers().contains("rig.invalid"));
 }
 
-TEST_CASE("A folder that is taken away under the daemon is told, and nothing begins") {
+TEST_CASE("A removed data folder is reported, and nothing starts") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   const auto lease = talk.query("lease.acquire").at("result").at("lease").get<std::string>();
@@ -161,7 +160,7 @@ TEST_CASE("A raw halt is heeded with spaces around it, and without its line's en
   CHECK(talk.is_latched());
 }
 
-TEST_CASE("Who halts again and again is counted in a line of the journal") {
+TEST_CASE("Repeated halts are counted in one line of the journal") {
   Talk talk;
   REQUIRE(talk.query("session.open", introduction()).contains("result"));
   for (int i = 0; i < 3000; ++i) REQUIRE(talk.query("rig.halt").contains("result"));
@@ -176,7 +175,7 @@ TEST_CASE("Who halts again and again is counted in a line of the journal") {
   CHECK(lines[3].kind == "reset");
 }
 
-TEST_CASE("Of the features that a client wants it is told those that there are") {
+TEST_CASE("A client gets the supported ones of its requested features") {
   const auto features = [](const json& params) {
     Talk talk;
     json requested = introduction();
@@ -214,7 +213,7 @@ TEST_CASE("From an address that guesses tokens a valid one serves stops only, fo
   CHECK(talk.query("lease.list").contains("result"));
 }
 
-TEST_CASE("Who asks too fast over the port is refused for a while, and may stop all the time") {
+TEST_CASE("A client over the rate limit is refused for a while, and can always stop") {
   Talk talk(Peer{});
   REQUIRE(talk.query("session.open", {{"client", "x"}, {"token", "good"}}).contains("result"));
   for (std::size_t i = 0; i < access::RateLimits::burst; ++i) talk.query("lease.list");
