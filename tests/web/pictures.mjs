@@ -21,7 +21,7 @@ await with_daemon(async (daemon, open) => {
   for (const [name, viewport, colorScheme] of looks) pages.push([name, await open(daemon.link(daemon.http, '--role', 'engineer'), { viewport, colorScheme })]);
   for (const [, page] of pages) await connected(page);
   for (const [name, page] of pages) {
-    await go(page, '#run/R-000001/matrix', '#run-body', /A row is what it was/);
+    await go(page, '#run/R-000001/matrix', '#run-body table.confusion', /denim/);
     await take(page, `result-${name}`);
     await go(page, '#start', '#recipes', /Does not fit/);
     await page.check('input[value=small]');

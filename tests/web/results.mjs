@@ -103,7 +103,7 @@ await with_daemon(async (daemon, open) => {
   await page.waitForFunction((old) => document.querySelector('#run-note') !== old, note_drawn_before);
   assert.equal(await page.inputValue('#run-note'), 'the clamp was loose, and the lamp');
   assert.equal(await page.evaluate(() => document.activeElement.id), 'run-note', 'the caret stays');
-  await open_tab(page, 'Confusion matrix', /A row is what it was/);
+  await open_tab(page, 'Confusion matrix', /denim/);
   await open_tab(page, 'Overview', /Tags/);
   assert.equal(await page.inputValue('#run-note'), 'the clamp was loose, and the lamp', 'a draft outlives a look elsewhere');
   await see(page, 'archive');

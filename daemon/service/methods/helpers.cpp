@@ -76,8 +76,7 @@ tl::unexpected<rpc::RpcError> lease_held(const access::Lease& lease, const rpc::
                   .expected = caller.user,
                   .got = lease.user + (note.empty() ? "" : " (" + note + ")"),
                   .hint = "Use rig.halt, run.stop or run.pause without a lease, or break the lease "
-                          "with a reason in "
-                          "break_lease"});
+                          "with a reason in break_lease"});
 }
 
 tl::expected<void, rpc::RpcError> require_free_lease(const Services& services,

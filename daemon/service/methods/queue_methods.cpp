@@ -200,8 +200,7 @@ void add_queue_methods(rpc::Methods& methods, const Services& services) {
   group.read("queue.get", "get a queued run", {run_param}, "the run, place, rev", get_queued);
   group.change("queue.add",
                "add a run of a recipe, as it is now, to the queue; it starts when it is first and "
-               "the rig is "
-               "free",
+               "the rig is free",
                Role::operator_, run_request_params({place, if_rev}), "the run, rev", add_run);
   group.change("queue.remove", "remove a run from the queue", Role::operator_, {run_param, if_rev},
                whole_queue, remove_run);

@@ -340,9 +340,8 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
       .read("rig.state",
             "get the state of the rig: motion, how the last run left it, latch and lock-out", {},
             "rig (moving, holding, safe, unknown or latched), run, maintenance (motion outside a "
-            "run: "
-            "retract, park or jog), fact (safe, holding or unknown: how the newest run left it), "
-            "left_by, acknowledged (a person has reset it since), latch (halt or estop), "
+            "run: retract, park or jog), fact (safe, holding or unknown: how the newest run left "
+            "it), left_by, acknowledged (a person has reset it since), latch (halt or estop), "
             "latched_by (with the reason), locked: by, reason, since_us",
             [](const Services& s, const Call&) { return format_text(rig_json(*s.run_manager)); })
       .urgency = rpc::Urgency::urgent;
@@ -353,8 +352,7 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
       runs::RigState::Stop::halt);
   add_stop(group, "rig.estop",
            "stop as rig.halt does; only an engineer can reset it. This is a stop by software: it "
-           "cuts no "
-           "power",
+           "cuts no power",
            runs::RigState::Stop::emergency);
   group.change(
       "rig.reset",
@@ -390,8 +388,7 @@ void add_rig_methods(rpc::Methods& methods, const Services& services) {
              {{"device", ParamType::text, true, "name of the device, \"stage.z\""}},
              "device, role, driver, link, summary, bench, plugin (its file, or null), config, "
              "config_schema: JSON Schema, draft 2020-12, with x-unit, and x-safety for values that "
-             "protect "
-             "people or equipment",
+             "protect people or equipment",
              describe_device);
 }
 

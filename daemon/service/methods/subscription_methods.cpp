@@ -124,8 +124,7 @@ void add_subscription_methods(rpc::Methods& methods, const Services& services) {
        {"max_hz", ParamType::number, false, "largest rate of mode latest [Hz] (default: 20)"},
        {"credit", ParamType::integer, false,
         "number of events to send before sub.credit grants more (default: unlimited); events "
-        "dropped "
-        "meanwhile are reported as a gap"},
+        "dropped meanwhile are reported as a gap"},
        {"from_seq", ParamType::integer, false,
         "send all events after this number instead of a snapshot"},
        {"epoch", ParamType::text, false, "epoch of the daemon that numbered from_seq"}},

@@ -192,8 +192,7 @@ void add_log_methods(MethodGroup& group) {
       {{"run", ParamType::text, false, "only lines of this run"},
        {"kind", ParamType::text, false,
         "only lines of this kind, \"state\", or of several, separated by commas; the history of "
-        "the queue: "
-        "\"submitted,edited,removed,queue_paused,queue_started,queue_cleared\""},
+        "the queue: \"submitted,edited,removed,queue_paused,queue_started,queue_cleared\""},
        {"since_us", ParamType::integer, false, "from this time on, UTC [us]"},
        {"until_us", ParamType::integer, false, "before this time, UTC [us]"},
        {"from", ParamType::integer, false, "first sequence number: next of the previous page"},

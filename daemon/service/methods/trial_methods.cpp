@@ -179,9 +179,8 @@ void add_trial_methods(rpc::Methods& methods, const Services& services) {
        {"most", ParamType::integer, false, "largest number of attempts, up to 200 (default: 50)"}},
       "run, bench, trials: trial (its name), index (of the plan), attempt, label, exploration, "
       "repetition, piece, mounting, patch, outcome, reason (of a rejection or failure), "
-      "lost_frames; "
-      "force_rms_error_N, force_worst_error_N, force_in_band_share (while the force was "
-      "regulated); rest: weight_N, before_N, after_N; next",
+      "lost_frames; force_rms_error_N, force_worst_error_N, force_in_band_share (while the force "
+      "was regulated); rest: weight_N, before_N, after_N; next",
       list_trials);
   group.read(
       "data.trial",
