@@ -346,7 +346,7 @@ Result<RigLimits> parse_rig_limits(std::string_view rig_json) {
     return fail({.code = Errc::invalid_argument,
                  .where = "rig file",
                  .what = sentences(problems),
-                 .hint = "The rig file's keys are described in recipes/README.md"});
+                 .hint = "The rig file's keys are described in docs/reference/rig-keys.md"});
   return limits;
 }
 

@@ -98,7 +98,8 @@ def without_references(schema):
 def recipe_page():
     schema = without_references(json.loads((ROOT / "recipes/schema/recipe.schema.json").read_text()))
     out = ["# Recipes, key by key", "", MADE.format("`recipes/schema/recipe.schema.json`, which editors and `recipe.schema` of the API have too"),
-           schema["description"], "", "What the keys lead to: [recipes](../../recipes/README.md). Where a length, speed or force is told in two units, one of the two is given. "
+           schema["description"], "", "How to write a recipe: [own recipe](../howto/own-recipe.md). Phases, force and guards: [force control](../explanation/force-control.md). "
+           "If a length, speed or force has keys in two units, state one of them. "
            "A number, a text or a choice may be a [reference](#reference) to a [parameter](#parameter).", "",
            "## The recipe", ""]
     definitions = schema["$defs"]
@@ -141,8 +142,8 @@ def stage_table():
 
 def rig_page():
     out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`config_schema` in `drivers/*/*.cpp`), by which a rig file's `devices[].config` is read"),
-           "A rig file names devices, limits, probe and plate. `limits`, `probe`, `plate`, `control`: [recipes](../../recipes/README.md#what-a-plan-needs-from-the-rig-file). `devices[].emulator`, "
-           "`simulation`, `fabrics`: [sim/rig](../../sim/rig/README.md). `devices[].link` and complete files: [sim/rigs](../../sim/rigs/README.md).", ""]
+           "A rig file names devices, limits, probe and plate. This page has the keys of `devices[].config`. All other keys: [rig files](rig-keys.md). "
+           "Complete files: [sim/rigs](../../sim/rigs/README.md).", ""]
     schemas = {file: re.findall(r'config_schema\[\] = R"\((.*?)\)";', file.read_text(), re.S) for file in (ROOT / "drivers").glob("*/*.cpp")}
     for file, (text,) in sorted((file, found) for file, found in schemas.items() if found):
         schema = json.loads(text)

@@ -37,7 +37,7 @@ Status check_sweep(const DatasetInfo& info) {
                .where = info.name,
                .what = "data set without sweep",
                .expected = "a recipe with \"sweep\"",
-               .hint = "Add a sweep to the recipe; see recipes/README.md"});
+               .hint = "Add a sweep to the recipe; see docs/howto/choose-settings.md"});
 }
 
 /// Different sensors respond differently, so their cells cannot be combined.

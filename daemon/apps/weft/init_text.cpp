@@ -75,7 +75,7 @@ std::vector<std::string> next_commands(const std::filesystem::path& rig, const s
 std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft& draft) {
   std::vector<std::string> out;
   if (recipe.empty())
-    out.emplace_back("write a recipe: none of the library fits this rig; recipes/README.md");
+    out.emplace_back("write a recipe: none of the library fits this rig; docs/howto/own-recipe.md");
   if (draft.mode == BenchMode::real) {
     out.emplace_back(
         "measure the numbers that are assumed, and probe.slack_mm; docs/howto/real-bench.md");

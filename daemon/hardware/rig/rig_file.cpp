@@ -142,7 +142,7 @@ Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& 
                  .expected = in_memory ? "memory on a simulated bench"
                                        : "serial, tcp or udp on a real port",
                  .got = in_memory ? "a port" : "memory",
-                 .hint = "See sim/rigs/README.md"});
+                 .hint = "See docs/reference/rig-keys.md"});
   if (!page_suits(device, in_memory))
     return fail({.where = where + "/http",
                  .what = "the link does not suit the bench",

@@ -74,7 +74,7 @@ void add_sim_methods(rpc::Methods& methods, const Services& services) {
   group.change(
       "sim.inject",
       "inject a fault into a device of the active run, on a simulated or emulated bench, once its "
-      "devices are armed; kinds: sim/devices/README.md",
+      "devices are armed; kinds: docs/reference/faults.md",
       Role::engineer,
       {device_param,
        {"fault", ParamType::text, true, "kind of the fault, \"drop\""},

@@ -841,7 +841,7 @@ class SimMethods:
                probability: Optional[float] = None, amount: Optional[float] = None, towards: Optional[str] = None,
                idem: Optional[str] = None) -> JsonObject:
         """Lets a fault befall a device of the simulated or emulated bench of the run under way, once its devices are up; kinds:
-        sim/devices/README.md.
+        docs/reference/faults.md.
 
         device: its name, see device.list
         fault: its kind, "drop"
