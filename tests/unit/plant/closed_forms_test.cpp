@@ -1,6 +1,5 @@
 // Closed forms (docs/reference/plant.md) that belong to no single mechanism, or that hold far
-// better than the mechanism's own test requires. The whole list: sim/plant/README.md, "Closed
-// forms".
+// better than the mechanism's own test requires. The whole list is there.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
