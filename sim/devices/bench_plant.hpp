@@ -52,7 +52,7 @@ struct BenchMotion {
 enum class AxisId : std::uint8_t { x, y, z, rx, ry };
 constexpr std::size_t axis_count = 5;
 
-/// Converts stage readings to the fabric frame (sim/README.md, recipes/kinematics).
+/// Converts stage readings to the fabric frame (docs/explanation/simulation.md, Frames and signs).
 struct BenchGeometry {
   double origin_x_m = 0;  ///< stage positions with the probe over the fabric frame's origin
   double origin_y_m = 0;

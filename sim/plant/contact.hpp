@@ -42,7 +42,8 @@ struct Mount {
   }
 };
 
-/// All five axes of the bench at one instant, in the fabric frame. Frames: sim/README.md.
+/// All five axes of the bench at one instant, in the fabric frame. Frames:
+/// docs/explanation/simulation.md.
 struct Pose {
   double x_m = 0;  ///< fabric frame: centre of the probe's face
   double y_m = 0;

@@ -1,6 +1,7 @@
 #pragma once
 // Builds emulated devices around one plant from a rig file. The daemon gives each emulator the far
-// end of a link and a loop; no clock is read here. Frames and signs: sim/README.md.
+// end of a link and a loop; no clock is read here. Frames and signs:
+// docs/explanation/simulation.md.
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// The calibrated fabric table, format weft-fabrics-2 (sim/README.md). It is the initial table with
+// The calibrated fabric table, format weft-fabrics-2 (sim/plant/fabric.cpp): the initial table with
 // one more fabric per label. `sensor`, `spread` and `parameters` are from the result, and an object
 // in `calibrations` records the origin.
 
