@@ -143,7 +143,7 @@ def stage_table():
 def rig_page():
     out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`config_schema` in `drivers/*/*.cpp`), by which a rig file's `devices[].config` is read"),
            "A rig file names devices, limits, probe and plate. This page has the keys of `devices[].config`. All other keys: [rig files](rig-keys.md). "
-           "Complete files: [sim/rigs](../../sim/rigs/README.md).", ""]
+           "Complete files: [shipped rig files](rig-keys.md#shipped-rig-files).", ""]
     schemas = {file: re.findall(r'config_schema\[\] = R"\((.*?)\)";', file.read_text(), re.S) for file in (ROOT / "drivers").glob("*/*.cpp")}
     for file, (text,) in sorted((file, found) for file, found in schemas.items() if found):
         schema = json.loads(text)
