@@ -58,12 +58,12 @@ std::vector<Vec2> grid(Vec2 centre_m, double span_m, unsigned per_side) {
 Status check_touch(const RigLimits& limits, const AlignSettings& s) {
   const double half_cap_n = 0.5 * limits.force_cap_n;
   if (!(s.contact_force_n >= least_contact_force_n && s.contact_force_n <= half_cap_n))
-    return does_not_fit("the force of a touch is in the noise or too near the cap",
+    return does_not_fit("touch force out of range",
                         std::to_string(least_contact_force_n) + " N to " +
                             std::to_string(half_cap_n) + " N, half of limits.force_cap_N",
                         std::to_string(s.contact_force_n) + " N");
   if (!(s.touch_speed_mps >= least_touch_speed_mps && s.touch_speed_mps <= limits.max_speed_mps))
-    return does_not_fit("the speed of a touch is not usable",
+    return does_not_fit("touch speed out of range",
                         in_mm(least_touch_speed_mps) + "/s to " + in_mm(limits.max_speed_mps) +
                             "/s, limits.speed_mm_s",
                         in_mm(s.touch_speed_mps) + "/s");
@@ -72,17 +72,17 @@ Status check_touch(const RigLimits& limits, const AlignSettings& s) {
 
 Status check_judgement(const AlignSettings& s, double largest_tilt_rad) {
   if (s.per_side < 2 || s.per_side > 9)
-    return does_not_fit("the grid of touches is not usable", "2 to 9 a side",
-                        std::to_string(s.per_side));
+    return does_not_fit("touches per side out of range", "2 to 9", std::to_string(s.per_side));
   if (!(s.largest_residual_m > 0 && s.largest_residual_m <= 1e-2))
-    return does_not_fit("the residual of a plane is not usable", "over 0, up to 10 mm",
+    return does_not_fit("plane residual out of range", "above 0, at most 10 mm",
                         in_mm(s.largest_residual_m));
   if (!(s.tolerance_rad > 0 && s.tolerance_rad <= largest_tilt_rad))
-    return does_not_fit("the tilt that may be left is not usable",
-                        "over 0, up to the largest tilt that is looked for",
-                        std::to_string(s.tolerance_rad) + " rad");
+    return does_not_fit(
+        "tilt tolerance out of range",
+        "above 0, at most " + std::to_string(largest_tilt_rad) + " rad, the largest tilt",
+        std::to_string(s.tolerance_rad) + " rad");
   if (!(largest_tilt_rad <= 0.5))
-    return does_not_fit("the largest tilt is not usable", "up to 0.5 rad",
+    return does_not_fit("largest tilt out of range", "at most 0.5 rad",
                         std::to_string(largest_tilt_rad) + " rad");
   return {};
 }
@@ -105,9 +105,8 @@ Status check_heights(const AlignPlan& plan) {
   const Range& z = limits.geometry.travel[index(Axis::z)];
   const double top = limits.clear_z_m() - plan.rise_m();
   if (top >= z.min) return {};
-  return does_not_fit("z has no room over a plate that may be so tilted",
-                      "z from " + in_mm(z.min) + " on", in_mm(top),
-                      "Look for less tilt or touch a smaller span");
+  return does_not_fit("travel of z too short above a plate with the largest tilt",
+                      "at least " + in_mm(z.min), in_mm(top), "Lower the largest tilt or the span");
 }
 
 }  // namespace
@@ -121,23 +120,23 @@ Result<AlignPlan> plan_alignment(const RigLimits& limits, const AlignSettings& s
   if (!limits.has_wrench)
     return fail({.code = Errc::unsupported,
                  .where = "alignment",
-                 .what = "the rig has no force sensor, and the taxels find a touch too coarsely",
-                 .expected = "a device with the role wrench",
+                 .what = "alignment needs a force sensor",
+                 .expected = "a device with role wrench",
                  .got = "none",
-                 .hint = "Level the plate by hand; weft run needs no alignment"});
+                 .hint = "Level the plate by hand; weft run does not need an alignment"});
   if (g.is_fixed(Axis::y))
     return fail({.code = Errc::unsupported,
                  .where = "alignment",
-                 .what = "the rig has no stage along y, so the probe cannot touch a grid of points",
+                 .what = "alignment needs a stage along y",
                  .expected = "stages along x, y and z",
                  .got = "y fixed",
-                 .hint = "Level the plate by hand; weft run needs no alignment"});
+                 .hint = "Level the plate by hand; weft run does not need an alignment"});
   const Range x = room(limits, Axis::x, g.origin_m.x_m, g.plate_size_m.x_m, limits.footprint_m.x_m);
   const Range y = room(limits, Axis::y, g.origin_m.y_m, g.plate_size_m.y_m, limits.footprint_m.y_m);
   const double widest = std::min(x.width(), y.width());
   const double span_m = settings.span_m.value_or(std::min(usual_span_m, widest));
   if (!(span_m >= least_span_m && span_m <= widest))
-    return does_not_fit("the grid of touches does not fit the plate",
+    return does_not_fit("span of the touches out of range",
                         in_mm(least_span_m) + " to " + in_mm(widest), in_mm(span_m));
   AlignPlan plan;
   plan.limits = limits;

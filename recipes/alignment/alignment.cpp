@@ -198,10 +198,10 @@ class Aligner {
     if (plane->residual_worst_m > plan_.largest_residual_m)
       return fail({.code = Errc::measurement,
                    .where = "alignment",
-                   .what = "the surface is not a plane",
-                   .expected = "touches within " + in_um(plan_.largest_residual_m) + " of one",
+                   .what = "surface not flat",
+                   .expected = "residuals of at most " + in_um(plan_.largest_residual_m),
                    .got = in_um(plane->residual_worst_m),
-                   .hint = "Clean plate and probe, take the cloth off, tighten the plate"});
+                   .hint = "Remove the fabric, clean plate and probe, tighten the plate"});
     return compute_tilt(*plane, state_.tilts);
   }
 
@@ -309,21 +309,19 @@ class Aligner {
     return {
         .code = Errc::measurement,
         .where = place(),
-        .what = "no surface was found",
-        .expected = "contact within the tilt that is looked for",
+        .what = "plate not found",
+        .expected = "contact within the largest tilt",
         .got = "none",
-        .hint =
-            "Check plate.surface_z_mm, the force sensor's sign and how far the plate is tilted"};
+        .hint = "Check plate.surface_z_mm, the sign of the force sensor and the tilt of the plate"};
   }
 
   [[nodiscard]] Error not_level(const TiltFound& found) const {
-    return {
-        .code = Errc::measurement,
-        .where = "alignment",
-        .what = "the plate is not level after " + std::to_string(plan_.most_turns) + " corrections",
-        .expected = "at most " + in_deg(plan_.tolerance_rad),
-        .got = in_deg(found.lean_rad),
-        .hint = "Check the signs and the scale of the rotary stages, and what holds the plate"};
+    return {.code = Errc::measurement,
+            .where = "alignment",
+            .what = "plate not level after " + std::to_string(plan_.most_turns) + " corrections",
+            .expected = "at most " + in_deg(plan_.tolerance_rad),
+            .got = in_deg(found.lean_rad),
+            .hint = "Check sign and scale of the rotary stages and the mount of the plate"};
   }
 
   /// If an axis has no stage, the tilt about it is only measured.
@@ -337,9 +335,9 @@ class Aligner {
         continue;
       return Error{.code = fixed ? Errc::unsupported : Errc::range,
                    .where = "alignment",
-                   .what = (fixed ? "the plate is tilted, and the rig has no stage for "
-                                  : "the plate's tilt is beyond the travel of ") +
-                           std::string(to_string(axis)) + (fixed ? " to level it" : ""),
+                   .what = (fixed ? "plate tilted about an axis without a stage, "
+                                  : "plate tilt beyond the travel of ") +
+                           std::string(to_string(axis)),
                    .expected = in_deg(range.min) + " to " + in_deg(range.max),
                    .got = in_deg(angle),
                    .hint = "Level the plate by hand first"};

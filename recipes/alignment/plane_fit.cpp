@@ -82,14 +82,14 @@ Result<PlaneFit> fit_plane(std::span<const TouchPoint> points, double resolution
   if (!std::ranges::all_of(points, usable) || !(resolution_m >= 0) || !std::isfinite(resolution_m))
     return fail({.code = Errc::invalid_argument,
                  .where = "alignment",
-                 .what = "the touches are not usable",
+                 .what = "position of a touch not finite",
                  .expected = "finite positions"});
   PlaneFit fit = compute_mean(points);
   const Moments m = moments_about(fit, points);
   if (!(m.width_share() > least_width_share * least_width_share) || !std::isfinite(m.xx + m.yy))
     return fail({.code = Errc::invalid_argument,
                  .where = "alignment",
-                 .what = "the touches lie on one line",
+                 .what = "touches lie on one line",
                  .expected = "points that span a plane"});
   fit.slope_x = (m.xh * m.yy - m.yh * m.xy) / m.determinant();
   fit.slope_y = (m.yh * m.xx - m.xh * m.xy) / m.determinant();

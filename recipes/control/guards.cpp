@@ -10,30 +10,33 @@ using Trip = std::optional<GuardTrip>;
 
 constexpr std::array<GuardRule, guard_count> rules{{
     {Guard::invalid_wrench, "invalid_wrench", GuardAction::end_campaign,
-     "the sensor's status word says that its values are wrong, or they are beyond its rating"},
+     "the status word of the sensor marks its values as invalid, or a value exceeds the rating of "
+     "the sensor"},
     {Guard::force_cap, "force_cap", GuardAction::fail_trial,
-     "the magnitude of the force is over limits.force_cap_N, or not a number; until the sensor has "
-     "a zero with the weight of what is mounted on it"},
+     "the magnitude of the force exceeds limits.force_cap_N or is not a number; before the bias is "
+     "set, the weight of the mounted parts counts too"},
     {Guard::torque_cap, "torque_cap", GuardAction::fail_trial,
-     "the magnitude of the torque is over limits.torque_cap_Nm, or not a number; likewise"},
+     "the magnitude of the torque exceeds limits.torque_cap_Nm or is not a number; before the bias "
+     "is set, the weight of the mounted parts counts too"},
     {Guard::taxel_cap, "taxel_cap", GuardAction::fail_trial,
-     "on a rig without a force sensor: a taxel has changed by more than limits.taxel_cap_counts "
-     "since the probe hung free, or reads 65535"},
+     "on a rig without a force sensor: a taxel differs from its value before contact by more than "
+     "limits.taxel_cap_counts, or reads 65535"},
     {Guard::frozen_wrench, "frozen_wrench", GuardAction::end_campaign,
-     "all six components are bit for bit the same for limits.frozen_wrench_s (0.25): a live sensor "
-     "has noise"},
+     "all six components keep exactly the same values for limits.frozen_wrench_s (0.25 s); a "
+     "working sensor has noise"},
     {Guard::wrench_jump, "wrench_jump", GuardAction::hold,
-     "a reading is 0.4 of the force cap away from the last one believed, unless a load of up to "
-     "1.2 x the probe's weight comes while z goes down, or goes while z goes up off the cloth, "
-     "each until 0.25 s after; the third in a row fails the trial"},
+     "a reading differs from the last accepted one by 0.4 x the force cap; exception: a load of up "
+     "to 1.2 x the probe's weight that appears while z moves down, or disappears while z moves up, "
+     "and until 0.25 s later; the third in a row fails the trial"},
     {Guard::travel, "travel", GuardAction::end_campaign,
      "a stage reports a position outside limits.travel_mm or limits.tilt_deg"},
     {Guard::stage_speed, "stage_speed", GuardAction::end_campaign,
-     "a stage's reports are further apart than 1.1 x its top speed and 0.25 s of it explain"},
+     "positions of a stage are further apart than 1.1 x its top speed plus 0.25 s at that speed "
+     "allows"},
     {Guard::following_error, "following_error", GuardAction::end_campaign,
-     "a stage is behind its command by 0.3 s of its speed, two ramps and 0.2 mm; driven by "
-     "velocities, 20 um and up to 0.3 s of its speed, or 0.075 s of that before it was last told "
-     "to stop, off what its ramps, the 100 ms of a velocity and the age of its readings explain"},
+     "a stage lags its command by 0.3 s of its speed, two ramps and 0.2 mm; under velocity "
+     "control: its deviation from ramps, the 100 ms of a velocity and the age of readings exceeds "
+     "20 um plus 0.3 s of its speed (0.075 s of the earlier speed after a stop command)"},
     {Guard::stale_wrench, "stale_wrench", GuardAction::end_campaign,
      "no wrench for ten of its periods and 0.1 s"},
     {Guard::stale_stage, "stale_stage", GuardAction::end_campaign,
@@ -43,9 +46,9 @@ constexpr std::array<GuardRule, guard_count> rules{{
     {Guard::frozen_taxels, "frozen_taxels", GuardAction::end_campaign,
      "all counts of an array are the same for limits.frozen_taxels_s (1)"},
     {Guard::late_cycle, "late_cycle", GuardAction::fail_trial,
-     "the scan cycle itself comes more than 0.25 s late"},
+     "a scan cycle starts more than 0.25 s late"},
     {Guard::deadline, "deadline", GuardAction::fail_trial,
-     "a step of the engine has not ended by its timer, nor the timer come"},
+     "a step of the engine did not end before its deadline, and its timer did not fire"},
     {Guard::disk, "disk", GuardAction::finish_trial,
      "the file system of the recording has less than 64 MiB left"},
 }};
@@ -85,28 +88,28 @@ bool over(double value, double cap) {
 Trip check_wrench(const GuardLimits& limits, const GuardReadings& readings) {
   const double force = magnitude(readings.force_n);
   if (!readings.wrench_valid)
-    return trip(Guard::invalid_wrench, "the force/torque sensor's readings are not valid", "wrench",
-                "a good status word, and values within the sensor's rating",
-                "an error bit or values beyond the rating, with " + std::to_string(force) + " N",
-                "Look at what loads the sensor, then at its status and its cable");
+    return trip(Guard::invalid_wrench, "force/torque readings invalid", "wrench",
+                "no error bit, and values within the rating",
+                "an error bit or values beyond the rating, at " + std::to_string(force) + " N",
+                "Check the load on the sensor, then its status and cable");
   if (over(force, limits.force_cap_n))
-    return trip(Guard::force_cap, "the force is over the cap", "wrench",
-                "<= " + std::to_string(limits.force_cap_n) + " N", std::to_string(force) + " N",
-                "Look at the cloth and at the probe's mount");
+    return trip(Guard::force_cap, "force above the cap", "wrench",
+                "at most " + std::to_string(limits.force_cap_n) + " N",
+                std::to_string(force) + " N", "Check the fabric and the mount of the probe");
   if (const double torque = magnitude(readings.torque_nm); over(torque, limits.torque_cap_nm))
-    return trip(Guard::torque_cap, "the torque is over the cap", "wrench",
-                "<= " + std::to_string(limits.torque_cap_nm) + " N m",
-                std::to_string(torque) + " N m", "Look whether the probe is caught in the cloth");
+    return trip(Guard::torque_cap, "torque above the cap", "wrench",
+                "at most " + std::to_string(limits.torque_cap_nm) + " N m",
+                std::to_string(torque) + " N m", "Check whether the probe is caught in the fabric");
   return {};
 }
 
 Trip check_taxels(const GuardLimits& limits, const GuardReadings& readings) {
   if (limits.taxel_cap_counts <= 0 || !over(readings.taxel_change, limits.taxel_cap_counts))
     return {};
-  return trip(Guard::taxel_cap, "a taxel's change is over the cap", "taxels",
-              "<= " + std::to_string(limits.taxel_cap_counts) + " counts",
+  return trip(Guard::taxel_cap, "change of a taxel above the cap", "taxels",
+              "at most " + std::to_string(limits.taxel_cap_counts) + " counts",
               std::to_string(readings.taxel_change) + " counts",
-              "Look at the cloth and at the probe's mount, or press less deep");
+              "Check the fabric and the mount of the probe, or reduce the press depth");
 }
 
 Trip check_travel(const GuardLimits& limits, const GuardReadings& readings) {
@@ -116,8 +119,7 @@ Trip check_travel(const GuardLimits& limits, const GuardReadings& readings) {
     if (position >= range.min - limits.travel_slack && position <= range.max + limits.travel_slack)
       continue;
     const std::string unit = is_linear(axis) ? " m" : " rad";
-    return trip(Guard::travel, "a stage is outside its travel",
-                "stage " + std::string(to_string(axis)),
+    return trip(Guard::travel, "stage outside its travel", "stage " + std::string(to_string(axis)),
                 std::to_string(range.min) + " to " + std::to_string(range.max) + unit,
                 std::to_string(position) + unit, "Home the stage again");
   }
@@ -131,7 +133,7 @@ Trip check_age(Guard guard, std::string_view device, const std::optional<TimePoi
   const std::string got =
       at ? std::to_string(to_seconds(now - *at)) + " s old" : std::string("no reading yet");
   const std::string where = (guard == Guard::stale_stage ? "stage " : "") + std::string(device);
-  return trip(guard, "readings have stopped", where,
+  return trip(guard, "readings stopped", where,
               "a reading at most " + std::to_string(to_seconds(max_age)) + " s old", got,
               "Check the device's cable and power");
 }
@@ -153,24 +155,24 @@ Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePo
 
 Trip check_deadline(const GuardReadings& readings, TimePoint now) {
   if (!readings.deadline || now <= *readings.deadline) return {};
-  return trip(Guard::deadline, "a step has passed its deadline", "engine",
-              "an end by " + std::to_string(to_seconds(*readings.deadline)) + " s",
+  return trip(Guard::deadline, "step missed its deadline", "engine",
+              "at most " + std::to_string(to_seconds(*readings.deadline)) + " s",
               std::to_string(to_seconds(now)) + " s");
 }
 
 Trip check_frozen(Guard guard, const char* device, Duration frozen, Duration longest) {
   if (longest <= Duration::zero() || frozen < longest) return {};
-  return trip(guard, "readings do not change any more", device, "noise within " + seconds(longest),
-              "the same values for " + seconds(frozen), "Switch the device off and on");
+  return trip(guard, "readings frozen", device, "a change within " + seconds(longest),
+              "the same values for " + seconds(frozen), "Switch the device off and on again");
 }
 
 Trip check_jump(const GuardLimits& limits, const GuardReadings& readings) {
   const GuardHistory& seen = readings.history;
   if (seen.wrench_jumps > 0) {
-    GuardTrip t = trip(Guard::wrench_jump, "the force jumped", "wrench",
+    GuardTrip t = trip(Guard::wrench_jump, "force jumped", "wrench",
                        "within " + std::to_string(limits.wrench_jump_n) + " N of the last reading",
                        std::to_string(seen.wrench_jump_n) + " N away",
-                       "Look at the sensor's cable and at what touches the plate");
+                       "Check the cable of the sensor and remove objects that touch the plate");
     if (seen.wrench_jumps >= jumps_that_fail) t.action = GuardAction::fail_trial;
     return t;
   }
@@ -180,31 +182,32 @@ Trip check_jump(const GuardLimits& limits, const GuardReadings& readings) {
 Trip check_stages(const GuardReadings& readings) {
   const GuardHistory& seen = readings.history;
   if (seen.too_fast)
-    return trip(Guard::stage_speed, "a stage moves faster than it may", stage(*seen.too_fast),
-                "its top speed", "positions further apart",
-                "Look at the controller's parameters and its encoder");
+    return trip(Guard::stage_speed, "stage too fast", stage(*seen.too_fast), "its top speed",
+                "positions further apart",
+                "Check the parameters of the controller and its encoder");
   if (!seen.not_following) return {};
   const std::string unit = is_linear(*seen.not_following) ? " m" : " rad";
-  return trip(Guard::following_error, "a stage does not follow its commands",
-              stage(*seen.not_following), "where its command has put it",
+  return trip(Guard::following_error, "stage does not follow its command",
+              stage(*seen.not_following), "the commanded position",
               std::to_string(seen.following_error) + unit + " away",
-              "Look for an obstacle, lost steps and the controller's speed");
+              "Check for an obstacle, lost steps and the speed set in the controller");
 }
 
 Trip check_host(const GuardLimits& limits, const GuardReadings& readings) {
   if (limits.cycle_max_lateness > Duration::zero() &&
       readings.cycle_lateness > limits.cycle_max_lateness)
-    return trip(Guard::late_cycle, "the control cycle came too late", "host",
+    return trip(Guard::late_cycle, "scan cycle late", "host",
                 "at most " + seconds(limits.cycle_max_lateness), seconds(readings.cycle_lateness),
-                "Give the program a real-time priority");
+                "Run the program with real-time priority");
   return {};
 }
 
 Trip check_disk(const GuardLimits& limits, const GuardReadings& readings) {
   if (!readings.free_bytes || *readings.free_bytes >= limits.least_free_bytes) return {};
-  return trip(Guard::disk, "the disk is nearly full", "recording",
+  return trip(Guard::disk, "disk nearly full", "recording",
               "at least " + std::to_string(limits.least_free_bytes) + " bytes free",
-              std::to_string(*readings.free_bytes) + " bytes", "Make room and run what is left");
+              std::to_string(*readings.free_bytes) + " bytes",
+              "Free disk space, then resume the campaign");
 }
 
 }  // namespace

@@ -265,8 +265,8 @@ void check_trial_count(const StatedRecipe& stated, Problems& problems) {
   const std::uint64_t trials =
       std::uint64_t{stated.fabrics.size()} * stated.explorations.size() * stated.repetitions;
   if (trials > max_trials)
-    problems.add({"", "the campaign has too many trials", "at most " + std::to_string(max_trials),
-                  std::to_string(trials), "lower \"repetitions\""});
+    problems.add({"", "too many trials", "at most " + std::to_string(max_trials),
+                  std::to_string(trials), "Lower \"repetitions\""});
 }
 
 /// On a real bench a person mounts the fabric. Adds a step for each fabric that no step of the
@@ -305,31 +305,31 @@ std::vector<Diagnostic> warnings_about(const Plan& plan) {
   std::vector<Diagnostic> warnings;
   const double cycles = plan.limits.cycle_hz * plan.settle.dwell_s;
   if (plan.limits.has_wrench && cycles < 5)
-    warnings.push_back({"/settle/dwell_s", "the force is judged settled after very few cycles",
-                        "at least 5 cycles", std::to_string(cycles), "lengthen dwell_s"});
+    warnings.push_back({"/settle/dwell_s", "dwell time too short to judge a settled force",
+                        "at least 5 cycles", std::to_string(cycles), "Raise dwell_s"});
   if (plan.limits.fabrics.empty())
     warnings.push_back(
-        {"/fabrics", "the rig names no fabrics, so these names were not checked", "", "", ""});
+        {"/fabrics", "fabric names not checked: the rig file lists no fabrics", "", "", ""});
   if (!plan.limits.slack_m)
     warnings.push_back({"",
-                        "the rig does not state its mount's slack: whether the probe rests by its "
-                        "weight alone shows in the first trial",
-                        "", "", "add probe.slack_mm to the rig file"});
+                        "slack of the probe mount unknown; the first trial shows whether the probe "
+                        "rests by its weight alone",
+                        "", "", "Add probe.slack_mm to the rig file"});
   if (!plan.limits.wrench_noise || !plan.limits.taxel_noise)
-    warnings.push_back({"",
-                        std::string("simulated without noise: readings that do not change are no "
-                                    "fault of the ") +
-                            (plan.limits.taxel_noise    ? "wrench"
-                             : plan.limits.wrench_noise ? "taxels"
-                                                        : "wrench or the taxels"),
-                        "", "", ""});
+    warnings.push_back(
+        {"",
+         std::string("simulated without noise: no check for frozen readings of the ") +
+             (plan.limits.taxel_noise    ? "wrench"
+              : plan.limits.wrench_noise ? "taxels"
+                                         : "wrench and the taxels"),
+         "", "", ""});
   const std::size_t once = plan.fabrics.size() * plan.operator_steps.size();
   const bool remounts = plan.repetition.remount_every > 0 || plan.repetition.pieces > 1;
   if (!remounts && plan.forecast.prompts > once)
-    warnings.push_back({"/operator_steps", "fabrics are changed more often than once",
+    warnings.push_back({"/operator_steps", "fabrics mounted more than once",
                         std::to_string(once) + " times",
                         std::to_string(plan.forecast.prompts) + " times",
-                        "a blocked order asks once for each fabric"});
+                        "Use a blocked order to mount each fabric once"});
   for (const auto& more : {warnings_about_budget(plan.finally), warnings_about_sweep(plan),
                            warnings_about_places(plan)})
     warnings.insert(warnings.end(), more.begin(), more.end());
@@ -345,7 +345,7 @@ bool resolve(json& document, std::string_view values_json, CheckReport& report,
     return problems.empty();
   std::string text = document.dump(2) + "\n";
   if (text.size() > max_recipe_bytes)
-    problems.add({"", "the recipe is too large with its values in their place",
+    problems.add({"", "resolved recipe too large",
                   "at most " + std::to_string(max_recipe_bytes) + " bytes",
                   std::to_string(text.size()) + " bytes", ""});
   report.recipe_json = std::move(text);
@@ -360,10 +360,10 @@ void check_rest(const StatedRecipe& stated, const RigLimits& limits, Problems& p
   if (!limits.has_wrench || !limits.slack_m || *limits.slack_m > needed_m) return;
   problems.add(
       {"/approach/seat_speed_mm_s",
-       "the stage may run past the slack of the probe's mount before it rests",
-       "a slack over " + json(needed_m * quantities::mm_per_m).dump() + " mm",
+       "seat speed too high: the stage may leave the slack of the probe mount",
+       "a slack above " + json(needed_m * quantities::mm_per_m).dump() + " mm",
        json(*limits.slack_m * quantities::mm_per_m).dump() + " mm (the rig's probe.slack_mm)",
-       "seat more slowly, or lower the rig's probe.rest_travel_mm"});
+       "Lower seat_speed_mm_s, or probe.rest_travel_mm of the rig"});
 }
 
 /// With the rotary stages at the level angles, z follows the plate to every patch.
@@ -377,8 +377,8 @@ void check_patches(const Plan& plan, Problems& problems) {
                    plan.limits.clearance_m);
     if (there) continue;
     return problems.add(
-        {"/repetition/path", "a patch is out of the stages' travel: " + there.error().what,
-         there.error().expected, there.error().got, "level the plate by hand first"});
+        {"/repetition/path", "patch outside the travel of the stages: " + there.error().what,
+         there.error().expected, there.error().got, "Level the plate by hand first"});
   }
 }
 
@@ -403,11 +403,10 @@ void check_resolved(const json& document, const RigLimits& limits,
   plan.forecast = forecast(plan);
   report.warnings = warnings_about(plan);
   if (adds_mounts)
-    report.warnings.push_back({"/operator_steps",
-                               "somebody must mount the fabrics on a real bench, and the recipe "
-                               "asks nobody for some: each of these is asked for before its first "
-                               "trial",
-                               "a step \"before\": \"fabric\"", "", ""});
+    report.warnings.push_back(
+        {"/operator_steps",
+         "no mounting step for some fabrics; one is added before the first trial of each",
+         "a step with \"before\": \"fabric\" for each fabric", "", ""});
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ class PhaseReader {
 
   void read(const json& list, const std::string& place) {
     if (list.size() > 2 * phase_order.size())
-      return problems_.add({place, "there are too many phases", "S, P, M, E",
-                            std::to_string(list.size()) + " phases", ""});
+      return problems_.add(
+          {place, "too many phases", "S, P, M, E", std::to_string(list.size()) + " phases", ""});
     for (std::size_t i = 0; i < list.size(); ++i) read_phase(list[i], child(place, i));
     check_order(place);
     check_constant_force(place);
@@ -64,22 +64,23 @@ class PhaseReader {
   void read_press(ObjectReader& reader, PhaseStep& step) {
     if (limits_.has_wrench) {
       for (const char* key : {"press_depth_mm", "press_depth_m"})
-        reader.explain(key, "the rig has a force sensor: state force_N");
+        reader.explain(key,
+                       "press depth not allowed on a rig with a force sensor; force_N is used");
       return read_force(reader, step, Need::required);
     }
     refuse_force(reader);
     step.depth_m = reader
                        .quantity(quantities::press_depth,
                                  {limits_.rest_travel_m, limits_.most_press_depth_m,
-                                  "from the rig's probe.rest_travel to limits.press_depth"})
+                                  "from probe.rest_travel to limits.press_depth of the rig"})
                        .value_or(0);
   }
 
   void refuse_force(ObjectReader& reader) {
     for (const char* key : {"force_N", "force_n", "force_band_N", "force_band_n"})
-      reader.explain(key,
-                     "the rig has no force sensor, so no force can be held: state press_depth_mm "
-                     "in phase P");
+      reader.explain(
+          key,
+          "force not allowed on a rig without a force sensor; press_depth_mm in phase P is used");
   }
 
   void read_force(ObjectReader& reader, PhaseStep& step, Need need) {
@@ -88,9 +89,10 @@ class PhaseReader {
                        force_bounds_reason};
     step.force_n = reader.quantity(quantities::force, force, need).value_or(unstated_n);
     if (step.force_n > 0 && step.force_n < least_n)
-      problems_.add({reader.at(quantities::force), "the force is within the sensor's noise",
+      problems_.add({reader.at(quantities::force), "force below the noise of the sensor",
                      "0, or at least " + json(least_n).dump() + " N",
-                     json(step.force_n).dump() + " N", "0 is a stroke above the cloth"});
+                     json(step.force_n).dump() + " N",
+                     "Raise the force; 0 moves the probe above the fabric"});
     const Bounds band{0.01, limits_.force_cap_n, {}};
     const double default_n =
         step.force_n > 0 ? std::min(default_band_n, step.force_n / 2) : default_band_n;
@@ -98,18 +100,18 @@ class PhaseReader {
         reader.quantity(quantities::force_band, band, Need::optional).value_or(default_n);
     if (step.force_n > 0 && step.force_band_n >= step.force_n)
       problems_.add({reader.at(quantities::force_band),
-                     "the band includes a force of 0: no contact",
-                     "below the force, " + json(step.force_n).dump() + " N",
+                     "force band includes 0 N, which is no contact",
+                     "below " + json(step.force_n).dump() + " N, the force",
                      json(step.force_band_n).dump() + " N", ""});
     const double top = step.force_n + step.force_band_n;
     if (step.force_n >= 0 && top > limits_.force_cap_n)
-      problems_.add({reader.at(quantities::force), "force and band together are over the cap",
+      problems_.add({reader.at(quantities::force), "sum of force and band above the cap",
                      "at most " + json(limits_.force_cap_n).dump() + " N", json(top).dump() + " N",
-                     "lower the force or narrow force_band_N"});
+                     "Lower the force or force_band_N"});
   }
 
   void read_motion(ObjectReader& reader, PhaseStep& step) {
-    reader.explain("duration_s", "phase M lasts as long as its path takes at its speed");
+    reader.explain("duration_s", "duration not allowed in phase M; path and speed set it");
     limits_.has_wrench ? read_force(reader, step, Need::optional) : refuse_force(reader);
     const Bounds speed{least_speed_mps, limits_.max_speed_mps, "the rig's limit"};
     step.speed_mps = reader.quantity(quantities::speed, speed).value_or(0);
@@ -118,7 +120,7 @@ class PhaseReader {
 
   void read_path(const json& path, const std::string& place, PhaseStep& step) {
     if (path.empty() || path.size() > most_legs)
-      return problems_.add({place, path.empty() ? "the path is empty" : "the path is too long",
+      return problems_.add({place, path.empty() ? "path empty" : "path has too many legs",
                             "1 to " + std::to_string(most_legs) + " legs",
                             std::to_string(path.size()), ""});
     Vec2 corner;
@@ -140,14 +142,14 @@ class PhaseReader {
     reader.finish();
     if (!dx || !dy) return std::nullopt;
     if (std::hypot(*dx, *dy) >= least_leg_m) return Vec2{*dx, *dy};
-    problems_.add({place, "the leg leads nowhere", "at least 0.001 mm", "", "remove it"});
+    problems_.add({place, "leg too short", "at least 0.001 mm", "", "Remove the leg"});
     return std::nullopt;
   }
 
   void explain_force(ObjectReader& reader, Phase phase) {
     for (const char* key : {"force_N", "force_n"})
-      reader.explain(
-          key, "phase " + letter(phase) + " has no force control: the probe's weight alone acts");
+      reader.explain(key, "force not allowed in phase " + letter(phase) +
+                              ", where only the weight of the probe acts");
   }
 
   /// Each phase once and in this order; a press has no M.
@@ -162,11 +164,11 @@ class PhaseReader {
       once = false;
       problems_.add({place,
                      "phase " + letter(phase) +
-                         (unwanted     ? " is none of a press"
-                          : count == 0 ? " is missing"
-                                       : " is given twice"),
+                         (unwanted     ? " not allowed in a press"
+                          : count == 0 ? " missing"
+                                       : " given twice"),
                      press_ ? "S, P, E, each once" : "S, P, M, E, each once", "",
-                     press_ ? "" : "the classifier needs all four"});
+                     press_ ? "" : "State all four phases"});
     }
     if (!once) return;
     std::vector<Phase> expected(phase_order.begin(), phase_order.end());
@@ -174,7 +176,7 @@ class PhaseReader {
     const auto same = [](const PhaseStep& p, Phase phase) { return p.phase == phase; };
     if (!std::equal(phases.begin(), phases.end(), expected.begin(), expected.end(), same))
       problems_.add(
-          {place, "the phases are in another order", press_ ? "S, P, E" : "S, P, M, E", "", ""});
+          {place, "phases in the wrong order", press_ ? "S, P, E" : "S, P, M, E", "", ""});
     if (press_) out_.path_pointer = place;  // its point must be on the plate
   }
 
@@ -192,9 +194,9 @@ class PhaseReader {
     if (motion == phases.end()) return;
     if (motion->force_n == unstated_n) motion->force_n = press->force_n;
     if (motion->force_n != press->force_n)
-      problems_.add({place, "phases P and M have different forces",
+      problems_.add({place, "forces of phases P and M differ",
                      json(press->force_n).dump() + " N in both",
-                     json(motion->force_n).dump() + " N in M", "leave force_N out of phase M"});
+                     json(motion->force_n).dump() + " N in M", "Remove force_N from phase M"});
   }
 
   bool press_;
@@ -210,8 +212,8 @@ std::optional<StopEarly> read_stop_early(ObjectReader& vote) {
   std::optional<ObjectReader> reader = vote.section("stop_early");
   if (!reader) return std::nullopt;
   StopEarly stop;
-  reader->set(stop.sure_probability, quantities::sure_probability,
-              {0.5, surest, "better than a coin"}, Need::required);
+  reader->set(stop.sure_probability, quantities::sure_probability, {0.5, surest, "above chance"},
+              Need::required);
   reader->set(stop.least_slide_s, quantities::least_slide, recorded_s, Need::required);
   reader->finish();
   return stop;
@@ -223,8 +225,9 @@ void read_live_vote(ObjectReader& exploration, StatedExploration& stated, Proble
   LiveVote vote;
   vote.model = reader->text("model").value_or("");
   if (reader->has("model") && (vote.model.empty() || vote.model.size() > longest_model_name))
-    problems.add({reader->at("model"), "not the name of a file", "1 to 1000 bytes",
-                  std::to_string(vote.model.size()), "weft fabric train --live makes one"});
+    problems.add({reader->at("model"), "length of the file name out of range", "1 to 1000 bytes",
+                  std::to_string(vote.model.size()) + " bytes",
+                  "Create the file with weft fabric train --live"});
   vote.stop_early = read_stop_early(*reader);
   reader->finish();
   stated.exploration.live_vote = std::move(vote);
@@ -243,22 +246,22 @@ void read_class(const std::string& name, const json& members, const std::string&
                 const std::vector<std::string>& fabrics, std::vector<std::string>& class_of,
                 Problems& problems) {
   if (!is_name(name))
-    problems.add({place, "not the name of a class", std::string(name_rule), brief(name), ""});
+    problems.add({place, "class name invalid", std::string(name_rule), brief(name), ""});
   if (!members.is_array() || members.empty())
-    return problems.add({place, "not the fabrics of a class", "a list of the recipe's fabrics",
+    return problems.add({place, "fabrics of a class invalid", "a list of fabrics of the recipe",
                          brief(members), ""});
   for (std::size_t i = 0; i < members.size(); ++i) {
     const auto found = members[i].is_string()
                            ? std::ranges::find(fabrics, members[i].get<std::string>())
                            : fabrics.end();
     if (found == fabrics.end()) {
-      problems.add({child(place, i), "the recipe has no such fabric", "one of /fabrics",
-                    brief(members[i]), ""});
+      problems.add(
+          {child(place, i), "fabric not in the recipe", "one of /fabrics", brief(members[i]), ""});
       continue;
     }
     std::string& its_class = class_of[static_cast<std::size_t>(found - fabrics.begin())];
     if (!its_class.empty())
-      problems.add({child(place, i), "the fabric has a class already", "each fabric once",
+      problems.add({child(place, i), "fabric in more than one class", "each fabric once",
                     *found + " in " + its_class, ""});
     its_class = name;
   }
@@ -278,7 +281,8 @@ StatedExploration read_exploration(const std::string& name, const json& value,
   read_live_vote(reader, stated, problems);
   const bool press = reader.choice("kind", {"slide", "press"}, Need::optional) == 1;
   if (press && stated.exploration.live_vote)
-    problems.add({reader.at("live_vote"), "a press has no slide to vote on", "", "", ""});
+    problems.add({reader.at("live_vote"), "live vote not allowed in a press, which has no phase M",
+                  "", "", ""});
   if (const json* phases = reader.array("phases"))
     PhaseReader(press, limits, problems, stated).read(*phases, reader.at("phases"));
   reader.finish();
@@ -291,14 +295,14 @@ std::vector<std::string> read_classes(ObjectReader& recipe, const std::vector<st
   if (classes == nullptr) return {};
   const std::string place = recipe.at("classes");
   if (classes->size() < 2)
-    problems.add({place, "there is nothing to tell apart", "at least 2 classes",
-                  std::to_string(classes->size()), ""});
+    problems.add(
+        {place, "too few classes", "at least 2 classes", std::to_string(classes->size()), ""});
   std::vector<std::string> class_of(fabrics.size());
   for (const auto& [name, members] : classes->items())
     read_class(name, members, child(place, name), fabrics, class_of, problems);
   for (std::size_t i = 0; i < fabrics.size(); ++i)
     if (class_of[i].empty())
-      problems.add({place, "a fabric is in no class", "each fabric once", fabrics[i], ""});
+      problems.add({place, "fabric without a class", "each fabric once", fabrics[i], ""});
   return class_of;
 }
 

@@ -24,7 +24,7 @@ void read_fixed_axes(const nlohmann::json& rig, Geometry& geometry, Problems& pr
   read(Axis::rx, {"rx", {{"rx_deg", deg_per_rad}, {"rx_rad", 1}}}, angle_rad);
   read(Axis::ry, {"ry", {{"ry_deg", deg_per_rad}, {"ry_rad", 1}}}, angle_rad);
   for (const char* const key : {"x_mm", "x_m", "z_mm", "z_m"})
-    reader.explain(key, "a slide needs a stage along x, and every touch one along z");
+    reader.explain(key, "x and z cannot be fixed: every rig needs a stage for both");
   reader.finish();
 }
 

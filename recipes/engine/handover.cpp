@@ -50,17 +50,17 @@ void check_left_to_train(const Handover& handover, const std::string& place, std
                          std::uint32_t repetitions, Problems& problems) {
   // zero fabrics or repetitions are reported elsewhere
   if (fabrics == 1)
-    problems.add({place, "there is nothing to tell apart", "at least 2 fabrics", "1", ""});
+    problems.add({place, "too few fabrics for a handover", "at least 2 fabrics", "1", ""});
   if (repetitions > 0 && left_to_train(repetitions, handover.groups) < least_trained)
-    problems.add({place, "too few repetitions are left to train on when a group is left out",
+    problems.add({place, "too few training repetitions when one group is left out",
                   "at least 2 of each fabric",
                   std::to_string(left_to_train(repetitions, handover.groups)),
-                  "raise \"repetitions\" or \"groups\""});
+                  "Raise \"repetitions\" or \"groups\""});
   // One group is the test part, another one is for the choice of the learner.
   const std::uint32_t used = std::min(handover.groups, repetitions);
   if (handover.from == HandoverSource::vibration && repetitions > 0 && used < 3)
-    problems.add({place, "too few groups of repetitions to choose a learner by", "at least 3",
-                  std::to_string(used), "raise \"repetitions\" or \"groups\""});
+    problems.add({place, "too few groups of repetitions to choose a learner", "at least 3",
+                  std::to_string(used), "Raise \"repetitions\" or \"groups\""});
 }
 
 std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
@@ -86,12 +86,12 @@ std::optional<Handover> read_handover(ObjectReader& recipe, std::size_t fabrics,
   reader.set(out.at_most_s, quantities::at_most, {1, longest_s, {}});
   reader.finish();
   if (out.from == HandoverSource::vibration && !has_vibration)
-    problems.add({place + "/from", "the rig has no vibration sensor", "a device of role vibro", "",
-                  "sim/rigs/vibrotactile.json has one"});
+    problems.add({place + "/from", "rig without a vibration sensor", "a device with role vibro", "",
+                  "Use a rig with a vibration sensor, such as sim/rigs/vibrotactile.json"});
   if (out.from == HandoverSource::imprints) {
     if (reader.has("groups"))
-      problems.add({reader.at("groups"), "imprints are left out one by one and by object",
-                    "no groups", std::to_string(out.groups), ""});
+      problems.add({reader.at("groups"), "groups not allowed for imprints", "no \"groups\"",
+                    std::to_string(out.groups), ""});
     return out;
   }
   check_left_to_train(out, place, fabrics, repetitions, problems);

@@ -117,15 +117,15 @@ Error step_timed_out(std::string place, const std::optional<Error>& awaited) {
   if (awaited) return Error(*awaited).in(place);
   return {.code = Errc::timeout,
           .where = std::move(place),
-          .what = "the step did not end in time",
+          .what = "step timed out",
           .expected = "an answer before the timer",
-          .hint = "Look at the log of the devices involved"};
+          .hint = "Check the log of the devices involved"};
 }
 
 Error still_bad(std::string place, std::uint32_t takes, const Error& last) {
   return {.code = Errc::measurement,
           .where = std::move(place) + (last.where.empty() ? "" : ", " + last.where),
-          .what = "the record is bad in all of " + std::to_string(takes) + " takes: " + last.what,
+          .what = "record rejected in all " + std::to_string(takes) + " attempts: " + last.what,
           .expected = last.expected,
           .got = last.got,
           .hint = last.hint};
@@ -134,40 +134,40 @@ Error still_bad(std::string place, std::uint32_t takes, const Error& last) {
 Error nothing_bears(std::string place) {
   return {.code = Errc::measurement,
           .where = std::move(place),
-          .what = "the probe reached its lowest height without bearing on the cloth",
+          .what = "no contact at the lowest height of the probe",
           .expected = "contact above the plate",
           .got = "none",
           .hint =
-              "Check that the cloth is mounted, the force sensor's sign (without one, "
-              "probe.touch_counts) and plate.surface_z_mm"};
+              "Check that the fabric is mounted, plate.surface_z_mm, and the sign of the force "
+              "sensor (without one, probe.touch_counts)"};
 }
 
 Error force_not_reached(std::string place, double wanted_n) {
   return {.code = Errc::measurement,
           .where = std::move(place),
-          .what = "z reached the end of its travel before the force reached its value",
+          .what = "force not reached at the end of the travel of z",
           .expected = "about " + format_newtons(wanted_n),
-          .hint = "Check the force sensor, and the probe's mount and its weight (probe.mass_kg)"};
+          .hint = "Check the force sensor, the mount of the probe and its mass (probe.mass_kg)"};
 }
 
 Error not_at_rest(std::string place, Phase phase, double mean_n, double weight_n) {
   const bool ended = phase == Phase::end;
   return {.code = Errc::measurement,
           .where = std::move(place),
-          .what = std::string("in phase ") + (ended ? "E" : "S") +
-                  " the cloth does not bear the probe's weight alone",
+          .what = std::string("force in phase ") + (ended ? "E" : "S") +
+                  " differs from the weight of the probe",
           .expected = format_newtons(weight_n),
           .got = format_newtons(mean_n),
           .hint =
-              "The mount is not within its slack: check probe.slack_mm, probe.rest_travel_mm "
-              "and probe.mass_kg"};
+              "Check probe.slack_mm, probe.rest_travel_mm and probe.mass_kg; the mount may be "
+              "outside its slack"};
 }
 
 Error rest_out_of_travel(std::string place, double rest_z_m) {
   return {.code = Errc::range,
           .where = std::move(place),
-          .what = "the rest position is outside the travel of z",
-          .expected = "within the stage's travel",
+          .what = "rest position outside the travel of z",
+          .expected = "within the travel of the stage",
           .got = std::to_string(rest_z_m) + " m",
           .hint = "Check plate.surface_z_mm and probe.rest_travel_mm"};
 }
@@ -205,9 +205,9 @@ std::vector<Diagnostic> warnings_about_budget(const Finally& finally) {
       if (const auto* const wait = std::get_if<WaitStep>(&step)) waits_s += wait->duration_s;
     if (waits_s >= finally.budget_s)
       out.push_back({child("/finally", cause),
-                     "its waits leave nothing of the budget: what is not done by then is left out",
+                     "waits use up the budget, so the other final steps are skipped",
                      "less than " + std::to_string(finally.budget_s) + " s",
-                     std::to_string(waits_s) + " s", "raise budget_s or shorten the waits"});
+                     std::to_string(waits_s) + " s", "Raise budget_s or shorten the waits"});
   };
   check_steps("on_success", finally.on_success);
   check_steps("on_stop", finally.on_stop);
@@ -218,9 +218,9 @@ std::vector<Diagnostic> warnings_about_budget(const Finally& finally) {
 Error budget_used_up(std::string place, double budget_s) {
   return {.code = Errc::timeout,
           .where = std::move(place),
-          .what = "what the recipe does finally took longer than its budget",
-          .expected = std::to_string(budget_s) + " s",
-          .hint = "The probe is up; a larger finally.budget_s leaves time for the rest"};
+          .what = "final steps exceeded their budget",
+          .expected = "at most " + std::to_string(budget_s) + " s",
+          .hint = "Raise finally.budget_s; the probe is at the clear height"};
 }
 
 }  // namespace weft::recipes

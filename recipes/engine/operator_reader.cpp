@@ -35,9 +35,9 @@ std::string read_text(ObjectReader& reader, Problems& problems) {
   const std::string text = reader.text("text").value_or("-");
   if (text.empty() || text.size() > longest_request_bytes || !is_request(text))
     problems.add(
-        {reader.at("text"), "not what a person can be asked",
+        {reader.at("text"), "text of the operator step invalid",
          "1 to " + std::to_string(longest_request_bytes) +
-             " bytes in one line, braces only in \"{fabric}\", \"{number}\", \"{piece}\" and "
+             " bytes on one line, braces only in \"{fabric}\", \"{number}\", \"{piece}\" and "
              "\"{mounting}\"",
          clipped(text), ""});
   return text;
@@ -49,7 +49,7 @@ std::optional<std::size_t> find_place(const json& value, const std::string& plac
   const auto found = std::find(known.begin(), known.end(), name);
   if (!name.empty() && found != known.end()) return static_cast<std::size_t>(found - known.begin());
   const std::vector<std::string_view> names(known.begin(), known.end());
-  problems.add({place, "no fabric of this recipe", "", brief(value), did_you_mean(name, names)});
+  problems.add({place, "fabric not in the recipe", "", brief(value), did_you_mean(name, names)});
   return std::nullopt;
 }
 
@@ -59,12 +59,13 @@ void read_only_fabrics(ObjectReader& reader, const std::vector<std::string>& kno
   if (list == nullptr) return;
   const std::string place = reader.at("fabrics");
   if (list->empty())
-    return problems.add({place, "there is no fabric", "at least one, or no \"fabrics\"", "0", ""});
+    return problems.add(
+        {place, "list of fabrics empty", "at least one, or no \"fabrics\"", "0", ""});
   for (std::size_t i = 0; i < list->size(); ++i) {
     const auto fabric = find_place((*list)[i], child(place, i), known, problems);
     if (!fabric) continue;
     if (std::find(step.fabrics.begin(), step.fabrics.end(), *fabric) != step.fabrics.end())
-      problems.add({child(place, i), "the fabric is listed twice", "", known[*fabric], ""});
+      problems.add({child(place, i), "fabric listed twice", "", known[*fabric], ""});
     step.fabrics.push_back(*fabric);
   }
 }
@@ -76,7 +77,7 @@ OperatorStep read_step(const json& value, const std::string& place,
   const auto before = reader.choice("before", {"campaign", "fabric", "mounting"});
   step.before = static_cast<OperatorStep::Before>(before.value_or(0));
   if (before == 0)
-    reader.explain("fabrics", "a step before the campaign belongs to no fabric");
+    reader.explain("fabrics", "fabrics not allowed in a step before the campaign");
   else
     read_only_fabrics(reader, fabrics, step, problems);
   step.text = read_text(reader, problems);
@@ -100,7 +101,7 @@ LastStep read_last_step(const json& value, const std::string& place, const RigLi
   ObjectReader reader(value, place, problems);
   const auto travel = [&](Axis axis) {
     const Range& range = limits.geometry.travel[index(axis)];
-    return Bounds{range.min, range.max, "the stage's travel"};
+    return Bounds{range.min, range.max, "the travel of the stage"};
   };
   LastStep step;
   switch (reader.choice("do", {"park", "wait"}).value_or(2)) {
@@ -126,8 +127,8 @@ std::vector<LastStep> read_last_steps(ObjectReader& finally, std::string_view ca
   if (list == nullptr) return steps;
   const std::string place = finally.at(cause);
   if (list->empty() || list->size() > most_last_steps) {
-    problems.add({place, "the number of steps cannot be used",
-                  "1 to " + std::to_string(most_last_steps), std::to_string(list->size()), ""});
+    problems.add({place, "number of steps out of range", "1 to " + std::to_string(most_last_steps),
+                  std::to_string(list->size()), ""});
     return steps;
   }
   for (std::size_t i = 0; i < list->size(); ++i)
@@ -142,7 +143,7 @@ void read_operator_steps(ObjectReader& recipe, StatedRecipe& stated, Problems& p
   if (list == nullptr) return;
   const std::string place = recipe.at("operator_steps");
   if (list->empty() || list->size() > most_operator_steps)
-    return problems.add({place, "the number of steps cannot be used",
+    return problems.add({place, "number of steps out of range",
                          "1 to " + std::to_string(most_operator_steps),
                          std::to_string(list->size()), ""});
   for (std::size_t i = 0; i < list->size(); ++i)

@@ -22,16 +22,15 @@ constexpr std::int64_t most_retakes = 20;
 void read_fabric(const json& value, const std::string& place, const RigLimits& limits,
                  std::vector<std::string>& fabrics, Problems& problems) {
   if (!value.is_string() || !is_name(value.get<std::string>()))
-    return problems.add(
-        {place, "not the name of a fabric", std::string(name_rule), brief(value), ""});
+    return problems.add({place, "fabric name invalid", std::string(name_rule), brief(value), ""});
   const std::string name = value.get<std::string>();
   if (std::find(fabrics.begin(), fabrics.end(), name) != fabrics.end())
-    return problems.add({place, "the fabric is listed twice", "every fabric once", name,
-                         "use \"repetitions\" to explore a fabric more often"});
+    return problems.add({place, "fabric listed twice", "every fabric once", name,
+                         "Use \"repetitions\" to explore a fabric more often"});
   fabrics.push_back(name);
   const std::vector<std::string_view> known(limits.fabrics.begin(), limits.fabrics.end());
   if (known.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
-  problems.add({place, "the rig has no such fabric", "", name,
+  problems.add({place, "fabric not in the rig file", "", name,
                 did_you_mean(name, known, "Known fabrics are " + one_of(known))});
 }
 
@@ -41,7 +40,7 @@ void read_fabrics(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& s
   if (list == nullptr) return;
   const std::string place = recipe.at("fabrics");
   if (list->empty() || list->size() > most_fabrics)
-    return problems.add({place, list->empty() ? "there is no fabric" : "there are too many fabrics",
+    return problems.add({place, list->empty() ? "list of fabrics empty" : "too many fabrics",
                          "1 to " + std::to_string(most_fabrics), std::to_string(list->size()), ""});
   for (std::size_t i = 0; i < list->size(); ++i)
     read_fabric((*list)[i], child(place, i), limits, stated.fabrics, problems);
@@ -55,7 +54,7 @@ void read_order(ObjectReader& recipe, StatedRecipe& stated) {
   stated.order = kind == 1 ? Order::randomised : Order::blocked;
   const auto seed = order->integer("seed", 0, largest_seed, Need::optional);
   if (seed) stated.order_seed = static_cast<std::uint64_t>(*seed);
-  if (kind == 0) order->explain("seed", "a blocked order has nothing to draw");
+  if (kind == 0) order->explain("seed", "seed not allowed in a blocked order");
   order->finish();
 }
 
@@ -67,16 +66,19 @@ void read_approach(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& 
   approach.transfer_speed_mps = top;
   std::optional<ObjectReader> reader = recipe.section("approach");
   if (!reader) return;
-  const Bounds speed{least_speed_mps, top, "the rig's limit"};
+  const Bounds speed{least_speed_mps, top, "the limit of the rig"};
   reader->set(approach.speed_mps, quantities::speed, speed);
   reader->set(approach.seat_speed_mps, quantities::seat_speed, speed);
   reader->set(approach.transfer_speed_mps, quantities::transfer_speed, speed);
   if (limits.has_wrench)
-    reader->set(approach.contact_force_n, quantities::contact_force,
-                {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the probe's weight"});
+    reader->set(
+        approach.contact_force_n, quantities::contact_force,
+        {0.02, 0.8 * limits.probe_weight_n, "between sensor noise and the weight of the probe"});
   else
     for (const char* key : {"contact_force_N", "contact_force_n"})
-      reader->explain(key, "the rig has no force sensor: its probe.touch_counts is the touch");
+      reader->explain(
+          key,
+          "contact force not allowed on a rig without a force sensor; probe.touch_counts is used");
   reader->finish();
 }
 
@@ -87,7 +89,8 @@ void read_settle(ObjectReader& recipe, StatedRecipe& stated, Problems& problems)
   reader->set(settle.dwell_s, quantities::dwell, {0, 60, {}});
   reader->set(settle.timeout_s, quantities::timeout, {0.1, 600, {}});
   if (settle.timeout_s <= settle.dwell_s)
-    problems.add({reader->pointer(), "the force could never settle", "timeout_s over dwell_s",
+    problems.add({reader->pointer(), "timeout_s too short",
+                  "above dwell_s, " + json(settle.dwell_s).dump() + " s",
                   json(settle.timeout_s).dump() + " s", ""});
   reader->finish();
 }
@@ -100,7 +103,7 @@ void read_repeat_bad(ObjectReader& recipe, StatedRecipe& stated) {
   reader->set(bad.lost_fraction, quantities::lost, {0, 1, "a fraction"});
   reader->set(bad.saturated_fraction, quantities::saturated, {0, 1, "a fraction"});
   reader->set(bad.still_taxel_s, quantities::still_taxel,
-              {0.5, 60, "taxels have noise of one count"});
+              {0.5, 60, "as good taxels may keep a value for less"});
   reader->set(bad.force_in_band_fraction, quantities::force_in_band, {0, 1, "a fraction"});
   reader->finish();
 }
@@ -111,12 +114,12 @@ void read_explorations(ObjectReader& recipe, const RigLimits& limits, StatedReci
   if (value == nullptr) return;
   const std::string place = recipe.at("explorations");
   if (value->empty() || value->size() > most_explorations)
-    return problems.add({place, "the number of explorations cannot be used",
+    return problems.add({place, "number of explorations out of range",
                          "1 to " + std::to_string(most_explorations), std::to_string(value->size()),
                          ""});
   for (const auto& [name, exploration] : value->items()) {
     if (!is_name(name))
-      problems.add({child(place, name), "the exploration's name cannot be used in file names",
+      problems.add({child(place, name), "exploration name not usable in file names",
                     std::string(name_rule), clipped(name), ""});
     stated.explorations.push_back(
         read_exploration(name, exploration, child(place, name), limits, problems));
@@ -132,7 +135,7 @@ void read_scalars(ObjectReader& recipe, StatedRecipe& stated, Problems& problems
   stated.seed = static_cast<std::uint64_t>(
       recipe.integer("seed", 0, largest_seed, Need::optional).value_or(1));
   if (recipe.has("sweep"))
-    recipe.explain("repetitions", "a sweep has \"replicates\" in the place of repetitions");
+    recipe.explain("repetitions", "repetitions not allowed with a sweep; \"replicates\" is used");
   else
     stated.repetitions =
         static_cast<std::uint32_t>(recipe.integer("repetitions", 1, most_repetitions).value_or(0));
@@ -148,32 +151,33 @@ void check_left_to_learn(const StatedRecipe& stated, Problems& problems) {
   for (const std::string& name : stated.class_of) ++objects[name];
   for (const auto& [name, count] : objects)
     if ((count - 1) * of_an_object < 2)
-      problems.add({"/classes/" + name, "too few imprints are left where one object is set aside",
+      problems.add({"/classes/" + name, "too few imprints when one object is left out",
                     "2 imprints of other objects of the class",
                     std::to_string((count - 1) * of_an_object),
-                    "Take more objects, or more repetitions of two objects"});
+                    "Use more objects, or more repetitions of two objects"});
 }
 
 /// Imprints need presses, and objects in classes.
 void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
   if (limits.imprint_array && stated.repeat_bad)
-    problems.add({"/repeat_bad", "an imprint array's taxels stand still under an object that does",
-                  "no repeat_bad on this rig", "", "Look at the imprints instead"});
+    problems.add({"/repeat_bad",
+                  "repeat_bad not allowed with an imprint array: its taxels keep their values",
+                  "no repeat_bad on this rig", "", "Remove repeat_bad and check the imprints"});
   if (!stated.handover || stated.handover->from != HandoverSource::imprints) return;
   const std::string place = "/hand_over/from";
   for (const StatedExploration& e : stated.explorations)
     if (e.exploration.slides())
-      problems.add({place, "an exploration slides: it leaves no imprint", "presses alone",
-                    e.exploration.name, "\"kind\": \"press\", and no phase M"});
+      problems.add({place, "exploration with a stroke gives no imprint", "presses only",
+                    e.exploration.name, "Set \"kind\" to \"press\" and remove phase M"});
   if (stated.class_of.empty())
-    problems.add({place, "the objects have no classes", "\"classes\" of the fabrics", "", ""});
+    problems.add({place, "classes missing", "\"classes\" of the fabrics", "", ""});
   if (!limits.imprint_array)
-    problems.add({place, "the rig has no imprint array", "taxels with rows and columns", "",
-                  "sim/rigs/imprint12.json has one"});
+    problems.add({place, "rig without an imprint array", "taxels with rows and columns", "",
+                  "Use a rig with an imprint array, such as sim/rigs/imprint12.json"});
   for (const StatedExploration& e : stated.explorations)
     if (!e.exploration.slides() &&
         e.exploration.step(Phase::press).duration_s * limits.taxel_rate_hz < 1)
-      problems.add({place, "phase P is over before the array has scanned",
+      problems.add({place, "phase P shorter than a scan of the array",
                     "at least " + std::to_string(1 / limits.taxel_rate_hz) + " s",
                     e.exploration.name, ""});
   check_left_to_learn(stated, problems);
@@ -183,8 +187,8 @@ void check_imprints(const StatedRecipe& stated, const RigLimits& limits, Problem
 void check_roles(const StatedRecipe& stated, const RigLimits& limits, Problems& problems) {
   if (limits.taxels > 0) return;
   const auto refuse = [&](const std::string& place) {
-    problems.add({place, "the rig has no taxels", "a device with the role taxels", "",
-                  "Take a rig that has one, or record the wrench alone"});
+    problems.add({place, "rig without taxels", "a device with role taxels", "",
+                  "Use a rig with taxels, or record the wrench only"});
   };
   if (stated.handover) refuse("/hand_over");
   for (const StatedExploration& e : stated.explorations)
@@ -223,8 +227,8 @@ void read_seed(std::optional<std::uint64_t> seed, StatedRecipe& stated, Problems
   if (!seed) return;
   stated.seed = *seed;
   if (*seed > static_cast<std::uint64_t>(largest_seed))
-    problems.add({"/seed", "the seed given in its place is out of range",
-                  "0 to " + std::to_string(largest_seed), std::to_string(*seed), ""});
+    problems.add({"/seed", "seed out of range", "0 to " + std::to_string(largest_seed),
+                  std::to_string(*seed), ""});
 }
 
 }  // namespace

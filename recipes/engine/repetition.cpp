@@ -31,7 +31,7 @@ std::uint32_t read_pieces(ObjectReader& reader) {
   if (piece == 1)
     return static_cast<std::uint32_t>(
         reader.integer("pieces", 2, most_pieces, Need::optional).value_or(2));
-  reader.explain("pieces", "only \"piece\": \"each_label_split\" has several");
+  reader.explain("pieces", "pieces not allowed without \"piece\": \"each_label_split\"");
   return 1;
 }
 
@@ -94,12 +94,13 @@ void check_repetition(const StatedRecipe& stated, const RigLimits& limits, Probl
   const Repetition& repetition = stated.repetition;
   if (repetition == Repetition{}) return;
   if (limits.imprint_array)
-    problems.add({"/repetition",
-                  "an imprint array presses objects, which have no pieces and no patches",
-                  "no \"repetition\" on this rig", "", ""});
+    problems.add(
+        {"/repetition",
+         "repetition not allowed with an imprint array: objects have no pieces and patches",
+         "no \"repetition\" on this rig", "", ""});
   const std::uint32_t repetitions = repetitions_of(stated);
   if (repetition.pieces > repetitions)
-    problems.add({"/repetition/pieces", "there are more pieces than repetitions",
+    problems.add({"/repetition/pieces", "more pieces than repetitions",
                   "at most " + std::to_string(repetitions), std::to_string(repetition.pieces), ""});
   if (repetition.path == Repetition::Path::same || repetitions == 1) return;
   for (const StatedExploration& e : stated.explorations) {
@@ -107,11 +108,11 @@ void check_repetition(const StatedRecipe& stated, const RigLimits& limits, Probl
     if (x.width() >= limits.footprint_m.x_m || y.width() >= limits.footprint_m.y_m) continue;
     const Vec2 plate = limits.geometry.plate_size_m;
     problems.add(
-        {"/repetition/path", "there is no room for another patch beside the first",
-         "a face more than " +
+        {"/repetition/path", "plate too small for a second patch",
+         "more than " +
              square_mm(plate.x_m - std::max(0.0, x.width()), plate.y_m - std::max(0.0, y.width())) +
-             ", which path and face of " + e.exploration.name + " take",
-         square_mm(plate.x_m, plate.y_m), "shorten the path"});
+             ", the size of path and face of " + e.exploration.name,
+         square_mm(plate.x_m, plate.y_m), "Shorten the path"});
   }
 }
 
@@ -172,22 +173,24 @@ std::vector<Diagnostic> warnings_about_places(const Plan& plan) {
        repetition.path == Repetition::Path::new_patch && e < plan.explorations.size(); ++e) {
     const double nearest_m = nearest_patches_m(plan, e);
     if (nearest_m < face_m)
-      out.push_back({"/repetition/path", "patches of " + plan.explorations[e].name + " overlap",
-                     "starts at least a face apart, " + json(face_m * 1e3).dump() + " mm",
-                     json(std::round(nearest_m * 1e4) / 10).dump() + " mm",
-                     "take fewer repetitions or a shorter path"});
+      out.push_back(
+          {"/repetition/path", "patches of " + plan.explorations[e].name + " overlap",
+           "starts at least " + json(face_m * 1e3).dump() + " mm apart, the size of the face",
+           json(std::round(nearest_m * 1e4) / 10).dump() + " mm",
+           "Use fewer repetitions or a shorter path"});
   }
   const auto most = std::ranges::max_element(
       plan.trials, {}, [](const TrialSpec& trial) { return trial.place.mounting; });
   const std::uint32_t mountings = most->place.mounting;
   if (repetition.remount_every > 0 && mountings == 1)
-    out.push_back({"/repetition/remount_every", "no cloth is mounted again", "", "",
-                   "there are no more trials of one fabric in a row"});
+    out.push_back({"/repetition/remount_every",
+                   "remount_every without effect: too few trials of one fabric in a row", "", "",
+                   "Lower remount_every or remove it"});
   if (repetition.remount_every == 0 && mountings > repetition.pieces)
-    out.push_back({"/order", "the order of trials mounts a cloth again each time it returns",
-                   "once, as \"remount_every\": \"never\" has it",
+    out.push_back({"/order", "fabric mounted several times by the order of trials",
+                   "once, as for \"remount_every\": \"never\"",
                    std::to_string(mountings) + " times",
-                   "a blocked order keeps the trials of a fabric together"});
+                   "Use a blocked order to keep the trials of a fabric together"});
   return out;
 }
 

@@ -54,36 +54,34 @@ class RigReader {
   void check_together() {
     const Range& z = limits_.geometry.travel[index(Axis::z)];
     if (!z.contains(limits_.geometry.surface_z_m) || !z.contains(limits_.clear_z_m()))
-      problems_.add({"/plate/surface_z_mm", "plate and clearance are not within the travel of z",
+      problems_.add({"/plate/surface_z_mm", "plate or clear height outside the travel of z",
                      mm(z.min) + " to " + mm(z.max),
                      mm(limits_.clear_z_m()) + " to " + mm(limits_.geometry.surface_z_m),
-                     "check plate.surface_z_mm and probe.clearance_mm"});
+                     "Check plate.surface_z_mm and probe.clearance_mm"});
     for (const Axis axis : {Axis::x, Axis::y, Axis::z}) check_home(axis);
     for (const Axis axis : {Axis::rx, Axis::ry})
       if (!is_fixed(axis) && !limits_.geometry.travel[index(axis)].contains(0))
-        problems_.add(
-            {"/limits/tilt_deg", "the probe cannot stand upright", "a range around 0", "", ""});
+        problems_.add({"/limits/tilt_deg", "tilt range excludes 0, the upright probe",
+                       "a range that contains 0", "", ""});
     if (limits_.slack_m && *limits_.slack_m <= limits_.rest_travel_m)
-      problems_.add({"/probe/slack_mm",
-                     "the slack does not exceed the rest travel: the probe would not rest "
-                     "on the cloth by its weight alone",
-                     "over " + mm(limits_.rest_travel_m), mm(*limits_.slack_m),
-                     "lower probe.rest_travel_mm"});
+      problems_.add({"/probe/slack_mm", "slack not above the rest travel",
+                     "above " + mm(limits_.rest_travel_m), mm(*limits_.slack_m),
+                     "Lower probe.rest_travel_mm, so that the probe rests by its weight alone"});
     check_press();
     if (limits_.has_wrench && limits_.probe_weight_n >= limits_.force_cap_n)
-      problems_.add({"/limits/force_cap_N", "the cap is not over the probe's own weight",
-                     "over " + json(limits_.probe_weight_n).dump() + " N",
+      problems_.add({"/limits/force_cap_N", "force cap not above the weight of the probe",
+                     "above " + json(limits_.probe_weight_n).dump() + " N",
                      json(limits_.force_cap_n).dump() + " N", ""});
   }
 
   void check_press() {
     if (limits_.has_wrench) return;
     if (limits_.most_press_depth_m <= limits_.rest_travel_m)
-      problems_.add({"/limits/press_depth_mm", "no press would be deeper than the rest",
-                     "over " + mm(limits_.rest_travel_m) + ", probe.rest_travel_mm",
+      problems_.add({"/limits/press_depth_mm", "press depth not above the rest travel",
+                     "above " + mm(limits_.rest_travel_m) + ", probe.rest_travel_mm",
                      mm(limits_.most_press_depth_m), ""});
     if (limits_.touch_counts >= limits_.taxel_cap_counts)
-      problems_.add({"/probe/touch_counts", "a touch would be over the cap",
+      problems_.add({"/probe/touch_counts", "touch_counts not below the cap",
                      "below " + json(limits_.taxel_cap_counts).dump() + ", limits.taxel_cap_counts",
                      json(limits_.touch_counts).dump(), ""});
   }
@@ -120,7 +118,7 @@ class RigReader {
     r.set(limits_.frozen_wrench_s, {"frozen_wrench", {{"frozen_wrench_s", 1}}}, {0, 3600, {}});
     const double least_frozen_s = limits_.has_wrench ? 0 : 0.05;
     r.set(limits_.frozen_taxels_s, {"frozen_taxels", {{"frozen_taxels_s", 1}}},
-          {least_frozen_s, 3600, "without a force sensor only the taxels show how z presses"});
+          {least_frozen_s, 3600, "required without a force sensor"});
     read_travel(r);
     read_tilt(r);
     r.finish();
@@ -132,7 +130,7 @@ class RigReader {
     r.set(limits_.torque_cap_nm, {"torque_cap", {{"torque_cap_Nm", 1}, {"torque_cap_nm", 1}}},
           {0.01, 100, {}}, Need::required);
     for (const char* const key : {"taxel_cap_counts", "press_depth_mm", "press_depth_m"})
-      r.explain(key, "only a rig without a force sensor presses by depth");
+      r.explain(key, "key not allowed on a rig with a force sensor");
   }
 
   void read_taxel_caps(ObjectReader& r) {
@@ -141,7 +139,7 @@ class RigReader {
     r.set(limits_.most_press_depth_m, mm_or_m("press_depth", "press_depth_mm", "press_depth_m"),
           {1e-6, 0.05, {}}, Need::required);
     for (const char* const key : {"force_cap_N", "force_cap_n", "torque_cap_Nm", "torque_cap_nm"})
-      r.explain(key, "no device has the role wrench, so nothing would guard this cap");
+      r.explain(key, "cap not allowed without a device with role wrench");
   }
 
   void read_travel(ObjectReader& r) {
@@ -150,7 +148,7 @@ class RigReader {
     ObjectReader travel(*value, r.at("travel_mm"), problems_);
     for (const Axis axis : {Axis::x, Axis::y, Axis::z})
       if (is_fixed(axis))
-        travel.explain(to_string(axis), "the axis is fixed, so it has no travel");
+        travel.explain(to_string(axis), "travel not allowed for a fixed axis");
       else
         read_range(travel, {to_string(axis), {{to_string(axis), mm_per_m}}}, position_m,
                    limits_.geometry.travel[index(axis)]);
@@ -160,7 +158,7 @@ class RigReader {
   /// One range for both tilts.
   void read_tilt(ObjectReader& r) {
     if (is_fixed(Axis::rx) && is_fixed(Axis::ry))
-      return r.explain("tilt_deg", "both tilts are fixed, so they have no range");
+      return r.explain("tilt_deg", "tilt range not allowed when both tilts are fixed");
     Range range;
     read_range(r, {"tilt", {{"tilt_deg", deg_per_rad}}}, {-1.5, 1.5, {}}, range);
     for (const Axis axis : {Axis::rx, Axis::ry})
@@ -171,11 +169,11 @@ class RigReader {
   void check_home(Axis axis) {
     const Range& range = limits_.geometry.travel[index(axis)];
     if (is_fixed(axis) || range.contains(0)) return;
-    problems_.add({"/limits/travel_mm/" + std::string(to_string(axis)),
-                   "the home position is outside the travel, and every campaign begins there",
-                   "a range with 0 in it", mm(range.min) + " to " + mm(range.max),
-                   "positions count from home; let the range reach to 0, and keep the probe from "
-                   "a part of it by plate.origin_mm and plate.size_mm"});
+    problems_.add(
+        {"/limits/travel_mm/" + std::string(to_string(axis)),
+         "travel excludes 0, the home position", "a range that contains 0",
+         mm(range.min) + " to " + mm(range.max),
+         "Extend the range to 0, and limit the probe with plate.origin_mm and plate.size_mm"});
   }
 
   void read_range(ObjectReader& r, const Quantity& quantity, const Bounds& bounds, Range& range) {
@@ -183,7 +181,7 @@ class RigReader {
     if (!pair) return;
     range = {pair->first, pair->second};
     if (range.min >= range.max)
-      problems_.add({r.at(quantity), "the range is empty", "[least, greatest]", "", ""});
+      problems_.add({r.at(quantity), "range empty", "[least, greatest]", "", ""});
   }
 
   void read_probe(ObjectReader& r) {
@@ -207,7 +205,7 @@ class RigReader {
 
   void read_touch(ObjectReader& r) {
     if (limits_.has_wrench)
-      r.explain("touch_counts", "the force sensor finds the touch");
+      r.explain("touch_counts", "touch_counts not allowed on a rig with a force sensor");
     else
       r.set(limits_.touch_counts, {"touch", {{"touch_counts", 1}}}, {1, 65535, {}}, Need::required);
   }
@@ -225,8 +223,9 @@ class RigReader {
       modelled_m = r.quantity(slack, slack_bounds_m, Need::optional);
     }
     if (modelled_m && limits_.slack_m && *modelled_m != *limits_.slack_m)
-      problems_.add({"/simulation/slack_mm", "the mount's slack is given twice, with two values",
-                     mm(*limits_.slack_m), mm(*modelled_m), "state it once, as probe.slack_mm"});
+      problems_.add({"/simulation/slack_mm",
+                     "slack of the probe mount given twice with different values",
+                     mm(*limits_.slack_m), mm(*modelled_m), "State it once, as probe.slack_mm"});
     if (!limits_.slack_m) limits_.slack_m = modelled_m.value_or(modelled_slack_m);
   }
 
@@ -253,7 +252,7 @@ class RigReader {
       const Range& travel = limits_.geometry.travel[index(axis)];
       r.set(into, quantity,
             {travel.min - travel_rounding, travel.max + travel_rounding,
-             is_fixed(axis) ? "where the axis is fixed" : "limits.tilt"},
+             is_fixed(axis) ? "the position of the fixed axis" : "limits.tilt"},
             Need::required);
       into = std::clamp(into, travel.min, travel.max);
     };
@@ -292,7 +291,7 @@ class RigReader {
         limits_.fabrics.push_back((*list)[i].get<std::string>());
       else
         problems_.add(
-            {child("/fabrics", i), "not the name of a fabric", "a text", brief((*list)[i]), ""});
+            {child("/fabrics", i), "fabric name invalid", "a text", brief((*list)[i]), ""});
     }
   }
 
@@ -346,7 +345,7 @@ Result<RigLimits> parse_rig_limits(std::string_view rig_json) {
     return fail({.code = Errc::invalid_argument,
                  .where = "rig file",
                  .what = sentences(problems),
-                 .hint = "The rig file's keys are described in docs/reference/rig-keys.md"});
+                 .hint = "See docs/reference/rig-keys.md for the keys of a rig file"});
   return limits;
 }
 

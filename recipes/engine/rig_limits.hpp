@@ -107,7 +107,7 @@ struct RigLimits {
 };
 
 inline constexpr std::string_view force_bounds_reason =
-    "from what the probe's mount can hold to the rig's cap";
+    "from the least force of the probe mount to the cap of the rig";
 
 /// Whether the device of this role ("wrench", "taxels") of a rig file is simulated without noise.
 /// For a force sensor its emulator has `noise_scale` 0; for an array /simulation/pads has

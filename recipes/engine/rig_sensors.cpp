@@ -60,8 +60,7 @@ void read_sensor(const json& device, ObjectReader& config, RigLimits& limits) {
   if (role == "vibro") return read_vibration(config, limits);
   if (role == "taxels") return read_array(device, config, limits.taxel_arrays.back(), limits);
   config.set(limits.wrench_rate_hz, {"rate_hz", {{"rate_hz", 1}}},
-             {least_wrench_rate_hz, 7000,
-              "the force loop cannot hold a force that it is told of less often"});
+             {least_wrench_rate_hz, 7000, "as required by the force control"});
 }
 
 void join_arrays(RigLimits& limits, Problems& problems) {
@@ -71,9 +70,9 @@ void join_arrays(RigLimits& limits, Problems& problems) {
   limits.taxels = 0;
   for (const TaxelArray& array : arrays) limits.taxels += array.taxels;
   if (limits.imprint_array && arrays.size() > 1)
-    problems.add({"/devices", "an imprint array has another beside it", "one array",
-                  std::to_string(arrays.size()) + " devices with the role taxels",
-                  "Record imprints with the one alone"});
+    problems.add({"/devices", "imprint array not alone", "one array",
+                  std::to_string(arrays.size()) + " devices with role taxels",
+                  "Remove the other arrays"});
 }
 
 /// A scene without taxels: the readings of the wrench carry the phases.
@@ -83,8 +82,8 @@ void forgo(const json& rig, RigLimits& limits, Problems& problems) {
   limits.taxels = 0;
   limits.taxel_rate_hz = limits.wrench_rate_hz;
   if (!limits.has_wrench)
-    problems.add({"/devices", "the rig has neither a force sensor nor taxels: no touch is found",
-                  "a device with the role wrench or taxels", "", ""});
+    problems.add({"/devices", "rig without a sensor for contact",
+                  "a device with role wrench or taxels", "", ""});
 }
 
 void read_noise(const json& rig, RigLimits& limits) {

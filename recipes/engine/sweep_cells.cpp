@@ -67,10 +67,10 @@ double shortest_leg_m(const Exploration& exploration) {
 void check_legs(const StatedExploration& stated, Problems& problems) {
   const double shortest = shortest_leg_m(stated.exploration);
   if (shortest >= least_leg_m) return;
-  problems.add({stated.path_pointer, "the stroke makes a leg of the path that leads nowhere",
+  problems.add({stated.path_pointer, "leg of the path too short at this stroke",
                 "legs of at least 0.001 mm",
                 nlohmann::json(shortest * 1e3).dump() + " mm in " + stated.exploration.name,
-                "take a longer stroke, or leave the short leg out"});
+                "Use a longer stroke, or remove the short leg"});
 }
 
 /// Reports the longest name among the cells of one exploration, once.
@@ -80,8 +80,8 @@ void check_names(const std::string& pointer, std::span<const StatedExploration> 
       cells, {}, [](const StatedExploration& cell) { return cell.exploration.name.size(); });
   const std::string& name = longest->exploration.name;
   if (name.size() > longest_name)
-    problems.add({pointer, "the exploration's name is too long for the names of its cells",
-                  "at most 64 bytes with its values", name, "shorten the name"});
+    problems.add({pointer, "exploration name too long for the names of its cells",
+                  "at most 64 bytes with its values", name, "Shorten the name"});
 }
 
 std::string mm(double metres) {
@@ -139,7 +139,7 @@ Range extent(const std::vector<Vec2>& path, const LayoutAxis& direction) {
 }
 
 std::string room_hint(const Range& room) {
-  return "the probe's face must stay on the plate and the stage within its travel: " +
+  return "Keep the face of the probe on the plate and the stage within its travel: " +
          mm(room.min) + " to " + mm(room.max);
 }
 
@@ -148,10 +148,9 @@ bool check_stage(const LayoutAxis& direction, const RigLimits& limits, const Ran
                  const StatedExploration& stated, Problems& problems) {
   if (!limits.geometry.is_fixed(direction.axis) || path.width() <= 0) return true;
   problems.add({stated.path_pointer,
-                std::string("the path moves along ") + direction.name +
-                    ", and the rig has no stage along it",
+                std::string("path along ") + direction.name + ", where the rig has no stage",
                 std::string(direction.key) + " 0 in every leg", mm(path.width()),
-                "take explorations along x alone, or a rig with that stage"});
+                "Use explorations along x only, or a rig with that stage"});
   return false;
 }
 
@@ -160,7 +159,7 @@ bool check_centred(const LayoutAxis& direction, const Range& room, const Range& 
                    StatedExploration& stated, Problems& problems) {
   stated.exploration.start_m.*direction.part = (room.min + room.max - path.min - path.max) / 2;
   if (path.width() <= room.width() + travel_rounding) return true;
-  problems.add({stated.path_pointer, std::string("the path is too long along ") + direction.name,
+  problems.add({stated.path_pointer, std::string("path too long along ") + direction.name,
                 "at most " + mm(std::max(0.0, room.width())), mm(path.width()), room_hint(room)});
   return false;
 }
@@ -172,9 +171,9 @@ bool check_start(const LayoutAxis& direction, const Range& room, const Range& pa
   const Range reached{start + path.min, start + path.max};
   if (within(room, reached)) return true;
   problems.add({stated.path_pointer,
-                std::string("the path leaves the plate or the travel along ") + direction.name,
+                std::string("path outside the plate or the travel along ") + direction.name,
                 mm(room.min) + " to " + mm(room.max), mm(reached.min) + " to " + mm(reached.max),
-                "move its start or shorten " + std::string(direction.key)});
+                "Move its start or shorten " + std::string(direction.key)});
   return false;
 }
 
@@ -189,10 +188,9 @@ void check_level(const StatedExploration& stated, const RigLimits& limits, doubl
     along_warp = {std::min(along_warp.min, corner.x_m), std::max(along_warp.max, corner.x_m)};
   const double rise_m = by_turn_m + std::tan(std::abs(limits.level.ry_rad)) * along_warp.width();
   if (rise_m <= most_rise_m) return;
-  problems.add({stated.path_pointer,
-                "the plate leans, and a press by depth does not follow it along the path",
+  problems.add({stated.path_pointer, "plate too tilted along the path for a press by depth",
                 "at most " + mm(most_rise_m) + " of rise", mm(rise_m),
-                "level the plate or shorten the path: no force is measured that z could follow"});
+                "Level the plate or shorten the path"});
 }
 
 /// With the rotary stages at the level angles, z follows the plate along the path.
@@ -211,13 +209,12 @@ void check_height(const StatedExploration& stated, const RigLimits& limits, Prob
   const Range& travel = limits.geometry.travel[index(Axis::z)];
   if (!limits.has_wrench) check_level(stated, limits, used.width(), problems);
   if (within(travel, used)) return;
-  problems.add({stated.path_pointer,
-                "the path leaves the travel of z where the rotary stages are at the rig's level",
+  problems.add({stated.path_pointer, "path outside the travel of z at the plate tilt of the rig",
                 mm(travel.min) + " to " + mm(travel.max), mm(used.min) + " to " + mm(used.max),
-                "move its start, or level the plate by hand first"});
+                "Move its start, or level the plate by hand first"});
 }
 
-constexpr const char* for_analysis = "weft design analyse will have to leave it out";
+constexpr const char* for_analysis = "weft design analyse leaves it out";
 
 std::size_t samples(double seconds, double rate_hz) {
   return static_cast<std::size_t>(seconds * rate_hz);
@@ -235,11 +232,12 @@ void check_phase(const Plan& plan, std::size_t exploration, Phase phase, std::si
                        });
   const std::size_t got = samples(shortest->step(phase).duration_s, plan.limits.taxel_rate_hz);
   if (got < least)
-    out.push_back({child("/explorations", plan.sweep->explorations[exploration]),
-                   std::string("too few samples in phase ") + to_char(phase) + ": " + for_analysis,
-                   "at least " + std::to_string(least) + " in every cell",
-                   std::to_string(got) + " in " + shortest->name,
-                   phase == Phase::motion ? "slide further or slower" : "hold it for longer"});
+    out.push_back(
+        {child("/explorations", plan.sweep->explorations[exploration]),
+         std::string("too few samples in phase ") + to_char(phase) + ", so " + for_analysis,
+         "at least " + std::to_string(least) + " in every cell",
+         std::to_string(got) + " in " + shortest->name,
+         phase == Phase::motion ? "Use a longer path or a lower speed" : "Make the phase longer"});
 }
 
 }  // namespace
@@ -307,20 +305,21 @@ std::vector<Diagnostic> warnings_about_sweep(const Plan& plan) {
   std::vector<Diagnostic> out;
   if (!plan.sweep) return out;
   if (plan.fabrics.size() < least_swept_fabrics)
-    out.push_back({"/fabrics", "there is nothing to tell apart: weft design analyse will refuse it",
-                   std::to_string(least_swept_fabrics) + " fabrics or more",
+    out.push_back({"/fabrics", "too few fabrics for weft design analyse",
+                   "at least " + std::to_string(least_swept_fabrics),
                    std::to_string(plan.fabrics.size()), ""});
   if (plan.sweep->replicates < least_swept_replicates)
-    out.push_back({"/sweep/replicates",
-                   "too few replicates to leave one out: weft design analyse will refuse it",
-                   "at least " + std::to_string(least_swept_replicates),
-                   std::to_string(plan.sweep->replicates),
-                   "or analyse it together with another sweep of the same cells"});
+    out.push_back(
+        {"/sweep/replicates", "too few replicates for weft design analyse",
+         "at least " + std::to_string(least_swept_replicates),
+         std::to_string(plan.sweep->replicates),
+         "Raise replicates, or analyse it together with another sweep of the same cells"});
   const std::size_t cells = plan.sweep->cells.size();
   for (std::size_t e = 0; e < plan.sweep->explorations.size(); ++e) {
     if (!plan.explorations[e * cells].slides()) {
       out.push_back({child("/explorations", plan.sweep->explorations[e]),
-                     std::string("a press has no phase M: ") + for_analysis, "a slide", "", ""});
+                     std::string("press without phase M, so ") + for_analysis,
+                     "an exploration with phase M", "", ""});
       continue;
     }
     check_phase(plan, e, Phase::press, least_press_samples, out);

@@ -62,7 +62,7 @@ Bounds bounds_of(FactorKind kind, const RigLimits& limits) {
     case FactorKind::force:
       return {limits.least_force_n(), limits.force_cap_n, force_bounds_reason};
     case FactorKind::speed:
-      return {least_speed_mps, limits.max_speed_mps, "the rig's limit"};
+      return {least_speed_mps, limits.max_speed_mps, "the limit of the rig"};
     case FactorKind::press:
       return {least_press_s, longest_press_s, {}};
     case FactorKind::stroke:
@@ -92,7 +92,7 @@ class SweepReader {
     sweep_.randomised = reader.choice("order", {"randomised", "as_listed"}, Need::optional) != 1;
     const auto seed = reader.integer("seed", 0, largest_seed, Need::optional);
     sweep_.seed = seed ? static_cast<std::uint64_t>(*seed) : stated_.seed;
-    if (!sweep_.randomised) reader.explain("seed", "an order as listed has nothing to draw");
+    if (!sweep_.randomised) reader.explain("seed", "seed not allowed in an order as listed");
     const auto block = reader.choice("block_by", {"fabric", "replicate", "none"}, Need::optional);
     sweep_.block_by = static_cast<BlockBy>(block.value_or(0));
     reader.finish();
@@ -102,13 +102,12 @@ class SweepReader {
  private:
   void read_factors(const json& list, const std::string& place) {
     if (list.empty())
-      return problems_.add({place, "there is no factor", "at least one", "0",
-                            "known factors are " + one_of(spelled_names())});
+      return problems_.add({place, "list of factors empty", "at least one", "0",
+                            "Choose from " + one_of(spelled_names())});
     if (list.size() > kind_readers().size())
-      return problems_.add({place, "the sweep has more factors than there are",
+      return problems_.add({place, "too many factors",
                             "at most " + std::to_string(kind_readers().size()) + ", each once",
-                            std::to_string(list.size()),
-                            "known factors are " + one_of(spelled_names())});
+                            std::to_string(list.size()), "Choose from " + one_of(spelled_names())});
     for (std::size_t i = 0; i < list.size(); ++i) read_factor(list[i], child(place, i));
   }
 
@@ -122,8 +121,8 @@ class SweepReader {
     if (!known) return unknown_factor(*name, reader.at("name"));
     const auto same = [&](const Factor& other) { return other.kind == known->kind; };
     if (std::ranges::any_of(sweep_.factors, same))
-      problems_.add({reader.at("name"), "the factor is given twice", "every factor once", *name,
-                     "put all its values into one list"});
+      problems_.add({reader.at("name"), "factor given twice", "every factor once", *name,
+                     "Put all its values into one list"});
     if (known->kind == FactorKind::speed || known->kind == FactorKind::stroke)
       refuse_presses(reader.at("name"), *name);
     Factor factor{known->kind, {}, {}};
@@ -133,34 +132,34 @@ class SweepReader {
 
   void unknown_factor(const std::string& name, std::string place) {
     problems_.add(
-        {std::move(place), "the factor is not known", "", clipped(name),
+        {std::move(place), "factor unknown", "", clipped(name),
          did_you_mean(name, spelled_names(), "Known factors are " + one_of(spelled_names()))});
   }
 
   void refuse_presses(const std::string& place, const std::string& name) {
     for (const StatedExploration& e : stated_.explorations)
       if (!e.exploration.phases.empty() && !e.exploration.slides())
-        problems_.add({place, "a press has no slide whose " + name + " could be varied",
-                       "explorations that slide", e.exploration.name, ""});
+        problems_.add({place, "factor " + name + " not allowed with a press",
+                       "explorations with phase M", e.exploration.name, ""});
   }
 
   void read_values(const json& list, const std::string& place, const Spelled& known,
                    Factor& factor) {
     if (list.empty())
-      return problems_.add({place, "the factor has no value", "at least one", "0",
-                            "leave the factor out, or give it values"});
+      return problems_.add({place, "factor without values", "at least one", "0",
+                            "Remove the factor, or give it values"});
     if (list.size() > most_cells)
-      return problems_.add({place, "the factor has too many values",
+      return problems_.add({place, "too many values of a factor",
                             "at most " + std::to_string(most_cells), std::to_string(list.size()),
-                            "give fewer values"});
+                            "Give fewer values"});
     std::set<std::string> seen;  // by cell name: two values with one name would be one cell
     for (std::size_t i = 0; i < list.size(); ++i) {
       const std::string at = child(place, i);
       const auto si = read_value(list[i], at, known);
       if (!si) continue;
       if (!seen.insert(format_factor(known.kind, *si)).second) {
-        problems_.add({at, "the value is listed twice", "every value once", brief(list[i]),
-                       "use \"replicates\" to do every cell more often"});
+        problems_.add({at, "value listed twice", "every value once", brief(list[i]),
+                       "Use \"replicates\" to repeat every cell"});
         continue;
       }
       factor.values.push_back(*si);
@@ -171,26 +170,26 @@ class SweepReader {
   std::optional<double> read_value(const json& value, const std::string& place,
                                    const Spelled& known) {
     if (!value.is_number()) {
-      problems_.add({place, "the value has the wrong type", "a number", brief(value), ""});
+      problems_.add({place, "value has the wrong type", "a number", brief(value), ""});
       return std::nullopt;
     }
     if (known.kind == FactorKind::force && !limits_.has_wrench) {
-      problems_.add({place, "the rig has no force sensor, so no force can be held",
+      problems_.add({place, "force not allowed as a factor on a rig without a force sensor",
                      "another factor", brief(value), ""});
       return std::nullopt;
     }
     const double si = value.get<double>() / known.spelling.per_si;
     const Bounds bounds = bounds_of(known.kind, limits_);
     if (!std::isfinite(si) || si < bounds.min || si > bounds.max) {
-      problems_.add({place, "the factor's value is out of range",
-                     range_text(bounds, known.spelling), brief(value), ""});
+      problems_.add({place, "value of the factor out of range", range_text(bounds, known.spelling),
+                     brief(value), ""});
       return std::nullopt;
     }
     const double top_n = si + widest_band_n(stated_);
     if (known.kind == FactorKind::force && top_n > limits_.force_cap_n) {
-      problems_.add({place, "force and band together are over the cap",
+      problems_.add({place, "sum of force and band above the cap",
                      "at most " + json(limits_.force_cap_n).dump() + " N",
-                     json(top_n).dump() + " N", "lower the force or narrow force_band_N"});
+                     json(top_n).dump() + " N", "Lower the force or force_band_N"});
       return std::nullopt;
     }
     return si;
@@ -203,8 +202,8 @@ class SweepReader {
     const std::string place = reader.at("design");
     if (design == "full") return;
     if (!design.is_object())
-      return problems_.add({place, "not a design that is known",
-                            R"("full" or {"cell_fraction": 0.5})", brief(design), ""});
+      return problems_.add(
+          {place, "design unknown", R"("full" or {"cell_fraction": 0.5})", brief(design), ""});
     ObjectReader parts(design, place, problems_);
     Fraction fraction;
     fraction.share =
@@ -237,11 +236,10 @@ class SweepReader {
     const auto rows = model_rows(sweep_.factors, sweep_.fraction->model);
     const std::size_t count = count_cells();
     if (count < rows.front().size())
-      return problems_.add({place + "/design/cell_fraction",
-                            "too few cells are left to fit the model that they are chosen for",
+      return problems_.add({place + "/design/cell_fraction", "too few cells for the model",
                             "at least " + std::to_string(rows.front().size()) + " cells",
                             std::to_string(count) + " of " + std::to_string(all.size()),
-                            "raise the fraction, or set \"model\" to \"linear\""});
+                            "Raise the fraction, or set \"model\" to \"linear\""});
     const Subset subset = d_optimal(rows, count);
     sweep_.d_efficiency = subset.d_efficiency;
     for (const std::size_t row : subset.rows) sweep_.cells.push_back(all[row]);
@@ -259,26 +257,25 @@ class SweepReader {
         static_cast<double>(stated_.explorations.size()) * sweep_.replicates *
         static_cast<double>(sweep_.fraction ? count_cells() : sweep_.full_cells());
     if (trials > static_cast<double>(max_trials)) {
-      problems_.add({place, "the sweep has too many trials",
-                     "at most " + std::to_string(max_trials), json(trials).dump(),
-                     "give fewer values, fewer replicates or a fraction of the design"});
+      problems_.add({place, "too many trials in the sweep", "at most " + std::to_string(max_trials),
+                     json(trials).dump(),
+                     "Give fewer values, fewer replicates or a fraction of the design"});
       return false;
     }
     const std::uint64_t most = sweep_.fraction ? most_cells_to_choose_from : most_cells;
     if (sweep_.full_cells() > most) {
-      problems_.add({place, "the factors have too many combinations",
-                     "at most " + std::to_string(most), std::to_string(sweep_.full_cells()),
-                     "give fewer values"});
+      problems_.add({place, "too many combinations of factors", "at most " + std::to_string(most),
+                     std::to_string(sweep_.full_cells()), "Give fewer values"});
       return false;
     }
     const std::uint64_t cells = sweep_.fraction ? count_cells() : sweep_.full_cells();
     const std::uint64_t explorations = stated_.explorations.size() * cells;
     if (explorations <= most_cells) return true;
-    problems_.add({place, "the explorations and cells are too many together",
+    problems_.add({place, "too many cells of all explorations",
                    "at most " + std::to_string(most_cells),
                    std::to_string(stated_.explorations.size()) + " explorations in " +
                        std::to_string(cells) + " cells: " + std::to_string(explorations),
-                   "give fewer values, or sweep one exploration at a time"});
+                   "Give fewer values, or sweep one exploration at a time"});
     return false;
   }
 
@@ -294,8 +291,8 @@ void read_sweep(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& sta
                 Problems& problems) {
   const json* value = recipe.object("sweep", Need::optional);
   if (value == nullptr) return;
-  recipe.explain("order", "a sweep has an order of its own");
-  recipe.explain("hand_over", "a sweep is looked at by weft design analyse, not handed over");
+  recipe.explain("order", "order not allowed beside a sweep; the order inside \"sweep\" is used");
+  recipe.explain("hand_over", "handover not allowed for a sweep; weft design analyse evaluates it");
   SweepReader(limits, stated, problems).read(*value, recipe.at("sweep"));
   stated.repetitions = stated.sweep->replicates;
 }

@@ -77,8 +77,7 @@ ProbePose forward(const Geometry& geometry, const Joints& joints) {
 Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
   if (!finite(pose) || std::abs(pose.tilt_x_rad) >= quarter_turn ||
       std::abs(pose.tilt_y_rad) >= quarter_turn)
-    return unusable("the probe pose is not usable",
-                    "finite numbers and tilts under a quarter turn");
+    return unusable("probe pose invalid", "finite numbers and tilts below a quarter turn");
   const double arm = geometry.probe_arm_m;
   const auto [a, b] = turned(pose.contact_m.y_m - geometry.tilt_axis_y_m,
                              pose.clearance_m + geometry.tilt_axis_depth_m, pose.tilt_x_rad);
@@ -92,7 +91,7 @@ Result<Joints> inverse(const Geometry& geometry, const ProbePose& pose) {
   if (std::string list = unreachable(geometry, joints); !list.empty())
     return fail({.code = Errc::range,
                  .where = "kinematics",
-                 .what = "the pose is out of the stages' reach",
+                 .what = "pose outside the travel of the stages",
                  .expected = "every stage within its travel",
                  .got = std::move(list)});
   return joints;
@@ -115,13 +114,13 @@ Direction probe_axis(const Tilts& tilts) {
 Result<Tilts> tilts_along(const Direction& normal) {
   const double size = size_of(normal);
   if (!std::isfinite(size) || !(size > 0))
-    return unusable("the normal has no direction", "finite components, not all zero");
+    return unusable("normal without a direction", "finite components, not all zero");
   const double across = std::hypot(normal.v, normal.up);
   if (across <= least_across * size)
-    return unusable("the normal lies along the warp, where rx is undetermined",
+    return unusable("normal along the warp, so rx is undetermined",
                     "a normal that points away from the plate");
   if (!(normal.up > 0))
-    return unusable("the normal does not point away from the plate", "a lean under a quarter turn");
+    return unusable("normal does not point away from the plate", "a tilt below a quarter turn");
   return Tilts{std::atan2(normal.v, normal.up), std::atan2(-normal.u, across)};
 }
 
@@ -135,8 +134,7 @@ Result<SurfacePose> surface_pose(const Geometry& geometry, const Joints& joints)
   const auto is_number = [](double value) { return std::isfinite(value); };
   if (!std::ranges::all_of(joints.value, is_number) || std::abs(joints[Axis::rx]) >= quarter_turn ||
       std::abs(joints[Axis::ry]) >= quarter_turn)
-    return unusable("the stage positions are not usable",
-                    "finite numbers and tilts under a quarter turn");
+    return unusable("stage positions invalid", "finite numbers and tilts below a quarter turn");
   const ProbePose pose = forward(geometry, joints);
   return SurfacePose{pose.contact_m, pose.clearance_m,
                      probe_axis({pose.tilt_x_rad, pose.tilt_y_rad})};

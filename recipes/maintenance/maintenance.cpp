@@ -117,7 +117,7 @@ class MaintenancePlanner {
     if (is_homed(axis)) return {};
     return fail({.code = Errc::wrong_state,
                  .where = std::string(to_string(axis)),
-                 .what = "the stage has not been homed, so its position is not known",
+                 .what = "stage not homed",
                  .expected = "homed",
                  .hint = "Retract the probe; the next run homes the stages"});
   }
@@ -125,8 +125,8 @@ class MaintenancePlanner {
   [[nodiscard]] Status no_stage(Axis axis) const {
     return fail({.code = Errc::unsupported,
                  .where = std::string(to_string(axis)),
-                 .what = "the rig has no stage for this axis",
-                 .expected = "an axis that is a device's role in the rig file",
+                 .what = "no stage for this axis",
+                 .expected = "an axis that is the role of a device in the rig file",
                  .got = "fixed at " + with_unit(axis, found_.joints[axis])});
   }
 
@@ -136,7 +136,7 @@ class MaintenancePlanner {
     if (within(range, {target, target})) return {};
     return fail({.code = Errc::range,
                  .where = std::string(to_string(axis)),
-                 .what = "the jog ends outside the travel or below the plate",
+                 .what = "jog ends outside the travel or below the plate",
                  .expected = with_unit(axis, range.min) + " to " + with_unit(axis, range.max),
                  .got = with_unit(axis, target),
                  .hint = "Jog a shorter distance"});
@@ -151,7 +151,7 @@ class MaintenancePlanner {
     if (plan_.begins_up) return {};
     return fail({.code = Errc::unsupported,
                  .where = "wrench",
-                 .what = "the rig has no force sensor, so the probe must be up for a jog",
+                 .what = "probe too low for a jog without a force sensor",
                  .expected = "z at the clear height",
                  .hint = "Retract the probe first"});
   }
@@ -167,7 +167,7 @@ class MaintenancePlanner {
                    .what = found_.force_n ? "force too large for a jog" : "no force reading",
                    .expected = "below " + std::to_string(cap_n) + " N",
                    .got = found_.force_n ? std::to_string(*found_.force_n) + " N" : "none",
-                   .hint = "Retract the probe and look at the force sensor"});
+                   .hint = "Retract the probe and check the force sensor"});
     plan_.limits.force_cap_n = std::min(jog_force_n, cap_n - *found_.force_n);
     return {};
   }
@@ -212,8 +212,8 @@ class MaintenanceMachine {
     if (!answers(event.ticket)) return;
     note({.code = Errc::measurement,
           .where = "jog",
-          .what = "the probe met something on its way down, and z stopped",
-          .expected = "less than " + std::to_string(plan_.limits.force_cap_n) + " N"});
+          .what = "probe met an obstacle on its way down, so z stopped",
+          .expected = "below " + std::to_string(plan_.limits.force_cap_n) + " N"});
     end(Outcome::failed, rest_fact());
   }
   void on(const TimerExpired& event) {

@@ -1,7 +1,5 @@
 #include "recipes/schema/diagnostic.hpp"
 
-#include <algorithm>
-#include <cctype>
 #include <utility>
 
 #include "protocols/base/result.hpp"
@@ -11,10 +9,6 @@ namespace {
 
 constexpr std::size_t most_problems = 200;
 constexpr std::size_t longest_quote = 64;
-
-char upper(char c) {
-  return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-}
 
 }  // namespace
 
@@ -28,7 +22,6 @@ std::string to_string(const Diagnostic& diagnostic) {
 }
 
 void Problems::add(Diagnostic diagnostic) {
-  if (!diagnostic.hint.empty()) diagnostic.hint[0] = upper(diagnostic.hint[0]);
   if (list_.size() < most_problems)
     list_.push_back(std::move(diagnostic));
   else
@@ -37,8 +30,8 @@ void Problems::add(Diagnostic diagnostic) {
 
 std::vector<Diagnostic> Problems::take() {
   if (left_out_ > 0)
-    list_.push_back({"", "and " + std::to_string(left_out_) + " more problems like these", "", "",
-                     "mend the first ones and check again"});
+    list_.push_back({"", std::to_string(left_out_) + " more problems, not listed", "", "",
+                     "Correct the listed ones, then check again"});
   left_out_ = 0;
   return std::exchange(list_, {});
 }

@@ -18,13 +18,13 @@ struct Diagnostic {
   std::string hint;
 };
 
-/// "/explorations/M1: message (expected X, got Y). Hint."
+/// "/explorations/M1: message: got (expected X). Hint."
 std::string to_string(const Diagnostic& diagnostic);
 
 /// Collects findings. After a few hundred it only counts them, because no person reads more.
 class Problems {
  public:
-  /// Adds a finding; the first letter of its hint becomes a capital.
+  /// Adds a finding; its hint is printed as written.
   void add(Diagnostic diagnostic);
   [[nodiscard]] bool empty() const { return list_.empty(); }
   /// The findings in order; if some were left out, the last one gives their number.

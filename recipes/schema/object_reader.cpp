@@ -118,8 +118,8 @@ std::optional<std::int64_t> ObjectReader::integer(std::string_view key, std::int
                          value->get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX);
   const std::int64_t number = too_large ? INT64_MAX : value->get<std::int64_t>();
   if (!too_large && number >= min && number <= max) return number;
-  problems_.add({at(key), "the number is out of range",
-                 std::to_string(min) + " to " + std::to_string(max), brief(*value), ""});
+  problems_.add({at(key), "number out of range", std::to_string(min) + " to " + std::to_string(max),
+                 brief(*value), ""});
   return std::nullopt;
 }
 
@@ -142,8 +142,8 @@ std::optional<std::string> ObjectReader::text(std::string_view key, Need need) {
 std::optional<std::string> ObjectReader::name(std::string_view key, Need need) {
   std::optional<std::string> value = text(key, need);
   if (!value || is_name(*value)) return value;
-  problems_.add({at(key), "the name cannot be used in file names", std::string(name_rule),
-                 clipped(*value), ""});
+  problems_.add(
+      {at(key), "name not usable in file names", std::string(name_rule), clipped(*value), ""});
   return std::nullopt;
 }
 
@@ -154,8 +154,8 @@ std::optional<std::size_t> ObjectReader::choice(std::string_view key,
   if (!value) return std::nullopt;
   const auto found = std::find(words.begin(), words.end(), *value);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
-  problems_.add({at(key), "the word is not known here", one_of(words), clipped(*value),
-                 did_you_mean(*value, words)});
+  problems_.add(
+      {at(key), "word unknown", one_of(words), clipped(*value), did_you_mean(*value, words)});
   return std::nullopt;
 }
 
@@ -195,7 +195,7 @@ void ObjectReader::leave(std::string_view key) {
 void ObjectReader::explain(std::string_view key, std::string message) {
   if (!has(key)) return;
   reported_.emplace_back(key);
-  problems_.add({at(key), std::move(message), "", "", "remove the key"});
+  problems_.add({at(key), std::move(message), "", "", "Remove the key"});
 }
 
 void ObjectReader::finish() {
@@ -226,8 +226,7 @@ const json* ObjectReader::find(std::string_view key, Need need) {
   const auto found = object_->find(std::string(key));
   if (found != object_->end()) return &*found;
   if (need == Need::required)
-    problems_.add(
-        {pointer_, "the key " + std::string(key) + " is missing", std::string(key), "", ""});
+    problems_.add({pointer_, "key " + std::string(key) + " missing", std::string(key), "", ""});
   return nullptr;
 }
 
@@ -251,11 +250,10 @@ const Spelling* ObjectReader::spelling_used(const Quantity& quantity, Need need)
   }
   const bool wrong_unit = report_wrong_units(quantity);
   if (count > 1)
-    problems_.add({pointer_, "the same quantity is given in two units", one_of(keys_of(quantity)),
-                   "", "keep one of them"});
+    problems_.add({pointer_, "quantity given in two units", one_of(keys_of(quantity)), "",
+                   "Keep one of them"});
   else if (count == 0 && need == Need::required && !wrong_unit && object_ != nullptr)
-    problems_.add({pointer_,
-                   "the key " + std::string(quantity.spellings.front().key) + " is missing",
+    problems_.add({pointer_, "key " + std::string(quantity.spellings.front().key) + " missing",
                    one_of(keys_of(quantity)), "", ""});
   return count == 1 ? used : nullptr;
 }
@@ -269,8 +267,8 @@ bool ObjectReader::report_wrong_units(const Quantity& quantity) {
     if (contains(accepted, key) || !is_wrong_unit_of(quantity.stem, key)) continue;
     any = true;
     reported_.push_back(key);
-    problems_.add({at(key), "the unit must be one that this key is accepted in", one_of(accepted),
-                   key, "Did you mean " + std::string(accepted.front()) + "?"});
+    problems_.add({at(key), "unit of the key not accepted", one_of(accepted), key,
+                   "Did you mean " + std::string(accepted.front()) + "?"});
   }
   return any;
 }
@@ -283,18 +281,17 @@ std::optional<double> ObjectReader::number(const json& value, const std::string&
   }
   const double si = value.get<double>() / spelling.per_si;
   if (std::isfinite(si) && si >= bounds.min && si <= bounds.max) return si;
-  problems_.add(
-      {place, "the number is out of range", range_text(bounds, spelling), brief(value), ""});
+  problems_.add({place, "number out of range", range_text(bounds, spelling), brief(value), ""});
   return std::nullopt;
 }
 
 void ObjectReader::wrong_type(std::string place, std::string expected, const json& got) {
   problems_.add(
-      {std::move(place), "the value has the wrong type", std::move(expected), brief(got), ""});
+      {std::move(place), "value has the wrong type", std::move(expected), brief(got), ""});
 }
 
 void ObjectReader::report_unknown(const std::string& key) {
-  problems_.add({at(key), "the key is not known here", "", "",
+  problems_.add({at(key), "key unknown", "", "",
                  did_you_mean(key, known_, "Known keys are " + one_of(known_))});
 }
 

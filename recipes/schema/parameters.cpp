@@ -94,19 +94,19 @@ std::string unit_text(std::string_view unit) {
 json usable_value(const Parameter& parameter, const json& value, const std::string& place,
                   Problems& problems) {
   if (!has_type(parameter, value)) {
-    problems.add({place, "the parameter's value has the wrong type", type_text(parameter),
+    problems.add({place, "value of the parameter has the wrong type", type_text(parameter),
                   brief(value), ""});
     return nullptr;
   }
   if (value.is_string() && value.get_ref<const std::string&>().size() > longest_text) {
-    problems.add({place, "the parameter's text is too long",
+    problems.add({place, "text of the parameter too long",
                   "at most " + std::to_string(longest_text) + " bytes", brief(value), ""});
     return nullptr;
   }
   if (!value.is_number()) return value;
   const double number = value.get<double>() + 0.0;  // -0.0 is 0.0
   if (number < parameter.bounds.min || number > parameter.bounds.max) {
-    problems.add({place, "the parameter's value is out of range",
+    problems.add({place, "value of the parameter out of range",
                   range_text(parameter.bounds, {"", 1}), brief(value), ""});
     return nullptr;
   }
@@ -117,13 +117,15 @@ void read_choices(const json& list, const std::string& place, Parameter& paramet
                   Problems& problems) {
   parameter.type = Type::choice;
   if (list.empty() || list.size() > most_choices)
-    problems.add({place, "the number of choices cannot be used",
-                  "1 to " + std::to_string(most_choices), std::to_string(list.size()), ""});
+    problems.add({place, "number of choices out of range", "1 to " + std::to_string(most_choices),
+                  std::to_string(list.size()), ""});
   for (const json& one : list) {
     if (one.is_string() && one.get_ref<const std::string&>().size() <= longest_text)
       parameter.choices.push_back(one.get<std::string>());
     else
-      problems.add({place, "not a choice", "a text", brief(one), ""});
+      problems.add({place, "choice invalid",
+                    "a text of at most " + std::to_string(longest_text) + " bytes", brief(one),
+                    ""});
   }
 }
 
@@ -143,7 +145,7 @@ void read_numeric(const std::string& name, ObjectReader& reader, Parameter& para
                   Problems& problems) {
   if (parameter.type != Type::number && parameter.type != Type::integer) {
     for (const char* key : {"unit", "min", "max"})
-      reader.explain(key, "only a number or an integer has a unit and a range");
+      reader.explain(key, "unit and range not allowed for this type");
     return;
   }
   std::vector<std::string_view> names;
@@ -151,21 +153,21 @@ void read_numeric(const std::string& name, ObjectReader& reader, Parameter& para
     if (std::ranges::find(names, unit) == names.end()) names.push_back(unit);
   if (const auto unit = reader.choice("unit", names, Need::optional)) parameter.unit = names[*unit];
   if (unit_of(name) != parameter.unit)
-    problems.add({reader.at("unit"), "the parameter's name ends with another unit",
+    problems.add({reader.at("unit"), "unit differs from the end of the parameter name",
                   unit_text(unit_of(name)), unit_text(parameter.unit),
-                  "a force in newtons is \"force_N\" with \"unit\": \"N\""});
+                  "Use the same unit in both, such as \"force_N\" with \"unit\": \"N\""});
   reader.set(parameter.bounds.min, {"min", {{"min", 1}}}, {});
   reader.set(parameter.bounds.max, {"max", {{"max", 1}}}, {});
   if (parameter.bounds.min > parameter.bounds.max)
-    problems.add({reader.at("max"), "the range is empty", "min up to max",
-                  json(parameter.bounds.max).dump(), ""});
+    problems.add(
+        {reader.at("max"), "range empty", "at least min", json(parameter.bounds.max).dump(), ""});
 }
 
 void read_declaration(const std::string& name, const json& declaration, const std::string& place,
                       Parameters& parameters, Problems& problems) {
   if (!is_parameter_name(name))
-    problems.add({place, "not the name of a parameter", std::string(parameter_name_rule),
-                  clipped(name), ""});
+    problems.add(
+        {place, "parameter name invalid", std::string(parameter_name_rule), clipped(name), ""});
   Parameter& parameter = parameters[name];
   ObjectReader reader(declaration, place, problems);
   if (!declaration.is_object()) return;
@@ -181,8 +183,9 @@ void read_declaration(const std::string& name, const json& declaration, const st
 Parameters read_declarations(const json& block, Problems& problems) {
   Parameters parameters;
   if (!block.is_object() || block.size() > most_parameters) {
-    problems.add({"/parameters", "the parameters cannot be used",
-                  "an object of at most " + std::to_string(most_parameters), brief(block), ""});
+    problems.add({"/parameters", "parameters invalid",
+                  "an object of at most " + std::to_string(most_parameters) + " parameters",
+                  brief(block), ""});
     return parameters;
   }
   for (const auto& [name, declaration] : block.items())
@@ -194,7 +197,7 @@ void unknown_parameter(std::string place, const std::string& name, const Paramet
                        Problems& problems) {
   std::vector<std::string_view> known;
   for (const auto& [each, parameter] : parameters) known.push_back(each);
-  problems.add({std::move(place), "the recipe has no such parameter",
+  problems.add({std::move(place), "parameter not in the recipe",
                 known.empty() ? "no parameters" : one_of(known), clipped(name),
                 did_you_mean(name, known)});
 }
@@ -211,8 +214,8 @@ void bind_values(std::string_view values_json, Parameters& parameters, Problems&
     return;
   }
   if (!values.is_object())
-    return problems.add({"/parameters", "the values have the wrong type", "an object",
-                         brief(values), "{\"NAME\": value}"});
+    return problems.add({"/parameters", "values have the wrong type", "an object", brief(values),
+                         "Write {\"NAME\": value}"});
   for (const auto& [name, value] : values.items()) {
     const std::string place = child("/parameters", name);
     const auto found = parameters.find(name);
@@ -253,7 +256,7 @@ class Resolver {
     const bool is_number = parameter.type == Type::number || parameter.type == Type::integer;
     const std::string_view wanted = unit_of(key);
     if (is_number && !wanted.empty() && parameter.unit != wanted)
-      problems_.add({place, "the parameter " + name + " has another unit than the key",
+      problems_.add({place, "unit of parameter " + name + " differs from the key",
                      unit_text(wanted), unit_text(parameter.unit), ""});
     value = parameter.value;
   }
@@ -266,11 +269,11 @@ void check_bound(const Parameters& parameters, Problems& problems) {
   for (const auto& [name, parameter] : parameters) {
     const std::string place = child("/parameters", name);
     if (!parameter.is_used)
-      problems.add({place, "nothing in the recipe refers to the parameter",
-                    "{\"parameter\": \"" + name + "\"} in the place of a value", "", ""});
+      problems.add({place, "parameter not used in the recipe",
+                    "{\"parameter\": \"" + name + "\"} in place of a value", "", ""});
     else if (parameter.value.is_null())
-      problems.add({place, "the parameter has no value", type_text(parameter), "",
-                    "give it one: it has no default"});
+      problems.add({place, "parameter without a value", type_text(parameter), "",
+                    "Give it a value; it has no default"});
   }
 }
 
@@ -291,8 +294,8 @@ bool bind_parameters(json& document, std::string_view values_json, Problems& pro
     return false;
   }
   if (document.contains("bound_parameters"))
-    problems.add({"/bound_parameters", "a recipe with parameters is not resolved yet", "", "",
-                  "remove the key"});
+    problems.add({"/bound_parameters", "key not allowed in a recipe with parameters", "", "",
+                  "Remove the key"});
   parameters = read_declarations(*block, problems);
   document.erase(block);
   if (!problems.empty())
@@ -312,7 +315,7 @@ void read_bound_parameters(ObjectReader& recipe, Problems& problems) {
   if (bound == nullptr) return;
   for (const auto& [name, value] : bound->items())
     if (!is_parameter_name(name) || !value.is_primitive() || value.is_null())
-      problems.add({child(recipe.at("bound_parameters"), name), "not a parameter with its value",
+      problems.add({child(recipe.at("bound_parameters"), name), "resolved parameter invalid",
                     "a number, a text or a flag", brief(value), ""});
 }
 
