@@ -363,7 +363,7 @@ Status RdtEmulator::set_condition(const rdt::WriteCondition& write) {
   constexpr std::size_t reported_conditions = 32;
   if (write.index >= reported_conditions || write.axis > 5 || std::abs(write.comparison) != 1)
     return fail({.code = Errc::range,
-                 .what = "no such threshold condition",
+                 .what = "threshold condition out of range",
                  .expected = "index 0 to 31, axis 0 to 5, comparison 1 or -1"});
   if (write.index >= settings_.threshold.size()) return {};
   rdt::Threshold& threshold = settings_.threshold[write.index];

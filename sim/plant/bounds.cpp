@@ -18,7 +18,7 @@ Status check_bounds(const char* where, std::initializer_list<Bound> bounds) {
     if (!inside(bound.value, bound.low, bound.high))
       return fail({.code = Errc::range,
                    .where = where,
-                   .what = std::string(bound.name) + " is outside what can be simulated",
+                   .what = std::string(bound.name) + " out of range",
                    .expected = printed("%g to ", bound.low) + printed("%g", bound.high),
                    .got = printed("%g", bound.value)});
   return {};

@@ -38,7 +38,7 @@ struct Field {
 };
 constexpr Field fields[]{
     {"dataset_sha256", are_texts, "a list of texts"},
-    {"counts_scale", is_scale, "a number over 0"},
+    {"counts_scale", is_scale, "a number above 0"},
     {"parameters", are_parameters,
      "a list of objects with name, cloth and standing (texts) and value (a number)"}};
 
@@ -46,15 +46,16 @@ constexpr Field fields[]{
 
 Status check_calibrations(const json& calibrations) {
   if (!calibrations.is_object())
-    return parse_error("/calibrations", {.what = "not usable", .expected = "an object"});
+    return parse_error("/calibrations",
+                       {.what = "value has the wrong type", .expected = "an object"});
   for (const auto& [name, calibration] : calibrations.items()) {
     const std::string where = "/calibrations/" + name;
     if (!calibration.is_object())
-      return parse_error(where, {.what = "not usable", .expected = "an object"});
+      return parse_error(where, {.what = "value has the wrong type", .expected = "an object"});
     for (const Field& field : fields)
       if (calibration.contains(field.key) && !field.is_usable(calibration[field.key]))
         return parse_error(where + "/" + field.key,
-                           {.what = "not usable", .expected = field.expected});
+                           {.what = "value invalid", .expected = field.expected});
   }
   return {};
 }

@@ -113,7 +113,7 @@ Result<Structure::Line> parse_line(const json& object, const std::string& where)
 
 Status parse_lines(const json& list, const std::string& where, Structure& structure) {
   if (!list.is_array() || list.size() > most_lines)
-    return parse_error(where, {.what = "not a list of lines", .expected = "at most 16 lines"});
+    return parse_error(where, {.what = "list of lines invalid", .expected = "at most 16 lines"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     auto line = parse_line(list[i], where + "/" + std::to_string(i));
     if (!line) return pass(line.error());
@@ -135,7 +135,7 @@ Result<Structure> parse_structure(const json& object, const std::string& where) 
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (source != "estimated")
     return parse_error(where + "/standing",
-                       {.what = "numbers without their standing", .expected = "estimated"});
+                       {.what = "numbers without a valid standing", .expected = "estimated"});
   if (lines != nullptr)
     if (const Status status = parse_lines(*lines, where + "/lines", structure); !status)
       return pass(status.error());
@@ -144,7 +144,7 @@ Result<Structure> parse_structure(const json& object, const std::string& where) 
   if (std::abs(total - 1) > 1e-6)
     return fail({.code = Errc::range,
                  .where = where,
-                 .what = "shares of the variance do not add up",
+                 .what = "sum of the variance shares wrong",
                  .expected = "1",
                  .got = std::to_string(total)});
   return structure;
@@ -154,7 +154,7 @@ Result<Structures> parse_structures(const json& object) {
   Structures structures;
   if (!object.is_object())
     return parse_error("/structures",
-                       {.what = "not an object", .expected = "an object of structures"});
+                       {.what = "value has the wrong type", .expected = "an object of structures"});
   for (const auto& [name, value] : object.items()) {
     auto structure = parse_structure(value, "/structures/" + name);
     if (!structure) return pass(structure.error());
@@ -183,17 +183,17 @@ Result<Fabric> parse_fabric(const json& object, const std::string& where,
   reader.number("height_um", fabric.height_rms_m, 0.01, 1000, m_per_um);
   reader.number("waviness_um", fabric.waviness_rms_m, 0.01, 100, m_per_um);
   if (const Status status = reader.finish(); !status) return pass(status.error());
-  if (fabric.name.empty()) return parse_error(where + "/name", {.what = "a fabric without a name"});
+  if (fabric.name.empty()) return parse_error(where + "/name", {.what = "fabric without a name"});
   const auto found = structures.find(structure);
   if (found == structures.end())
     return fail({.code = Errc::not_found,
                  .where = where + "/structure",
-                 .what = "no such structure",
+                 .what = "structure not found",
                  .expected = "a key of /structures",
                  .got = structure});
   fabric.structure = found->second;
   if (!fabric.structure.lines.empty() && !(fabric.warp_per_m > 0 && fabric.weft_per_m > 0))
-    return parse_error(where, {.what = "a structure with yarns needs their counts",
+    return parse_error(where, {.what = "yarn counts missing for a structure with lines",
                                .expected = "warp_per_cm and weft_per_cm"});
   if (auto law = law_from_kes(fabric.kes); !law) return pass(law.error(), where);
   return fabric;
@@ -285,13 +285,13 @@ Status parse_table(const json& table, const Structures& structures, const json& 
                    FabricLibrary& library) {
   if (!table.is_array() || table.empty() || table.size() > most_fabrics)
     return parse_error("/fabrics",
-                       {.what = "not a table of fabrics", .expected = "1 to 10000 fabrics"});
+                       {.what = "list of fabrics invalid", .expected = "1 to 10000 fabrics"});
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::string where = "/fabrics/" + std::to_string(i);
     auto fabric = parse_fabric(table[i], where, structures, sources);
     if (!fabric) return pass(fabric.error());
     if (library.find(fabric->name) != nullptr)
-      return parse_error(where + "/name", {.what = "a fabric twice", .got = fabric->name});
+      return parse_error(where + "/name", {.what = "fabric listed twice", .got = fabric->name});
     library.fabrics.push_back(std::move(*fabric));
   }
   return {};
@@ -324,7 +324,7 @@ Result<FabricLibrary> parse_document(const json& document) {
   const json& table = child_or_none("fabrics");
   if (const Status status = reader.finish(); !status) return pass(status.error());
   if (format != "weft-fabrics-1" && format != "weft-fabrics-2")
-    return parse_error("/format", {.what = "not a table of fabrics",
+    return parse_error("/format", {.what = "format of the fabric table unknown",
                                    .expected = "weft-fabrics-1 or weft-fabrics-2",
                                    .got = format});
   FabricLibrary library;
@@ -350,44 +350,44 @@ Status check(const MaterialParams& params) {
   const auto& base = params.relaxation_base;
   const auto& slope = params.relaxation_slope;
   const WavinessSpec& waves = params.waviness;
-  return check_bounds(
-      "cloths", {{"the first relaxation share", base[0], 0, 0.999},
-                 {"the second relaxation share", base[1], 0, 0.999},
-                 {"the first share per hysteresis", slope[0], 0, 0.999},
-                 {"the second share per hysteresis", slope[1], 0, 0.999},
-                 {"the first relaxation time in s", params.relaxation_time_s[0], 1e-6, 1e9},
-                 {"the second relaxation time in s", params.relaxation_time_s[1], 1e-6, 1e9},
-                 {"the hysteresis' length", params.hysteresis_length, 1e-3, 100},
-                 {"the friction's exponent", params.friction_exponent, 0, 2},
-                 {"the friction's reference load in N", params.friction_reference_n, 1e-6, 1e6},
-                 {"the bristles' length in m", params.bristle_length_m, 1e-9, 1},
-                 {"the height per roughness", params.height_per_roughness, 0, 100},
-                 {"the roughness' exponent", params.roughness_exponent, 0, 10},
-                 {"the wear", params.wear.most, 0, 1},
-                 {"the wear's scale in Pa m", params.wear.scale_pa_m, 1e-6, 1e15},
-                 {"the cover in m", params.cover.lambda_m, 0, 1},
-                 {"the cover's pressure in Pa", params.cover.pressure_pa, 1e-3, 1e9},
-                 {"the waviness in m", waves.rms_m, 0, 1e-2},
-                 {"the shortest wave in m", waves.shortest_wave_m, 1e-6, 10},
-                 {"the longest wave in m", waves.longest_wave_m, waves.shortest_wave_m, 10}});
+  return check_bounds("cloths",
+                      {{"first relaxation share", base[0], 0, 0.999},
+                       {"second relaxation share", base[1], 0, 0.999},
+                       {"first share per hysteresis", slope[0], 0, 0.999},
+                       {"second share per hysteresis", slope[1], 0, 0.999},
+                       {"first relaxation time [s]", params.relaxation_time_s[0], 1e-6, 1e9},
+                       {"second relaxation time [s]", params.relaxation_time_s[1], 1e-6, 1e9},
+                       {"hysteresis length", params.hysteresis_length, 1e-3, 100},
+                       {"friction exponent", params.friction_exponent, 0, 2},
+                       {"friction reference load [N]", params.friction_reference_n, 1e-6, 1e6},
+                       {"bristle length [m]", params.bristle_length_m, 1e-9, 1},
+                       {"height per roughness", params.height_per_roughness, 0, 100},
+                       {"roughness exponent", params.roughness_exponent, 0, 10},
+                       {"wear", params.wear.most, 0, 1},
+                       {"wear scale [Pa m]", params.wear.scale_pa_m, 1e-6, 1e15},
+                       {"cover [m]", params.cover.lambda_m, 0, 1},
+                       {"cover pressure [Pa]", params.cover.pressure_pa, 1e-3, 1e9},
+                       {"waviness [m]", waves.rms_m, 0, 1e-2},
+                       {"shortest wave [m]", waves.shortest_wave_m, 1e-6, 10},
+                       {"longest wave [m]", waves.longest_wave_m, waves.shortest_wave_m, 10}});
 }
 
 Status check(const Spread& spread) {
   const auto& [piece, mounting, touch] = spread;
-  return check_bounds("spread", {{"of lambda", piece.lambda, 0, 1},
-                                 {"of the pressure", piece.pressure, 0, 1},
-                                 {"of the friction", piece.friction, 0, 1},
-                                 {"of the thickness", piece.thickness, 0, 1},
-                                 {"of the roughness", piece.roughness, 0, 1},
-                                 {"of the pitch", piece.pitch, 0, 1},
-                                 {"of the position in m", mounting.position_m, 0, 1},
-                                 {"of the skew in rad", mounting.skew_rad, 0, 1},
-                                 {"of the tension", mounting.tension, 0, 1},
-                                 {"of the tilt", mounting.tilt, 0, 1},
-                                 {"of the pads' height in m", mounting.pad_height_m, 0, 1},
-                                 {"of the path in m", touch.path_m, 0, 1},
-                                 {"of the gain", touch.gain, 0, 1},
-                                 {"of the pads' ratio", touch.pad_ratio, 0, 1}});
+  return check_bounds("spread", {{"spread of lambda", piece.lambda, 0, 1},
+                                 {"spread of the pressure", piece.pressure, 0, 1},
+                                 {"spread of the friction", piece.friction, 0, 1},
+                                 {"spread of the thickness", piece.thickness, 0, 1},
+                                 {"spread of the roughness", piece.roughness, 0, 1},
+                                 {"spread of the pitch", piece.pitch, 0, 1},
+                                 {"spread of the position [m]", mounting.position_m, 0, 1},
+                                 {"spread of the skew [rad]", mounting.skew_rad, 0, 1},
+                                 {"spread of the tension", mounting.tension, 0, 1},
+                                 {"spread of the tilt", mounting.tilt, 0, 1},
+                                 {"spread of the pad height [m]", mounting.pad_height_m, 0, 1},
+                                 {"spread of the path [m]", touch.path_m, 0, 1},
+                                 {"spread of the gain", touch.gain, 0, 1},
+                                 {"spread of the pad ratio", touch.pad_ratio, 0, 1}});
 }
 
 namespace {
@@ -419,8 +419,8 @@ Result<Patch> cut_patch(const Fabric& fabric, const MaterialParams& params, cons
   if (!(surface.height_rms_m < steepest_surface * lambda_m))
     return fail({.code = Errc::range,
                  .where = fabric.name,
-                 .what = "surface too rough for so stiff a cloth and cover",
-                 .expected = "std(h) below 6 lambda, both together"});
+                 .what = "surface too rough for the stiffness of fabric and cover",
+                 .expected = "std(h) below 6 lambda of both together"});
   const auto seed = [&](std::uint64_t level) { return mix(mix(0, fabric.name), level); };
   const std::uint64_t piece = seed(seeds.piece), mounting = seed(seeds.mounting);
   Patch patch;

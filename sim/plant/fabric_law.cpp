@@ -28,12 +28,11 @@ double solve_linearity(double linearity) {
 }  // namespace
 
 Result<FabricLaw> law_from_kes(const KesCompression& kes) {
-  if (const Status s = check_limits(
-          {{"LC", "no exponential law has this linearity", kes.linearity, linearity_at(largest_x),
-            linearity_at(smallest_x), "0.004 to 0.999"},
-           {"WC", "work of compression outside what cloth can take", kes.work_j_m2, 1e-6, 1e3,
-            "1e-6 to 1e3 J/m2"},
-           {"RC", "resilience is not a fraction", kes.resilience, 0.01, 1, "0.01 to 1"}});
+  if (const Status s =
+          check_limits({{"LC", "LC out of range", kes.linearity, linearity_at(largest_x),
+                         linearity_at(smallest_x), "0.004 to 0.999"},
+                        {"WC", "WC out of range", kes.work_j_m2, 1e-6, 1e3, "1e-6 to 1e3 J/m2"},
+                        {"RC", "RC out of range", kes.resilience, 0.01, 1, "0.01 to 1"}});
       !s)
     return pass(s.error());
   const double x = solve_linearity(kes.linearity);

@@ -33,10 +33,10 @@ tl::unexpected<Error> parse_error(std::string where, Error error) {
 FieldReader::FieldReader(const nlohmann::json& object, std::string pointer)
     : object_(object), pointer_(std::move(pointer)) {
   if (!object_.is_object())
-    refuse(
-        parse_error(pointer_,
-                    {.what = "not an object", .expected = "an object", .got = short_dump(object_)})
-            .value());
+    refuse(parse_error(pointer_, {.what = "value has the wrong type",
+                                  .expected = "an object",
+                                  .got = short_dump(object_)})
+               .value());
 }
 
 std::string FieldReader::at(std::string_view key) const {
@@ -78,7 +78,7 @@ const nlohmann::json* FieldReader::find_source(const nlohmann::json& value, std:
   const bool fitted = named && value.size() == 4 && value[3].is_array() && value[3].size() == 2 &&
                       (value[1] == "calibrated" || value[1] == "bounded" || value[1] == "not_seen");
   if (estimated || sourced || fitted) return &value[0];
-  complain(key, {.what = "a number without its standing",
+  complain(key, {.what = "number without a valid standing",
                  .expected = "[value, \"estimated\"], [value, \"sourced\", a key of /sources] or "
                              "[value, \"calibrated\", a key of /calibrations, [low, high]]",
                  .got = short_dump(value)});
@@ -91,7 +91,7 @@ std::optional<double> FieldReader::finite(const nlohmann::json& value, std::stri
   if (number >= low && number <= high) return number;
   refuse({.code = value.is_number() ? Errc::range : Errc::parse,
           .where = at(key),
-          .what = "not a usable number",
+          .what = value.is_number() ? "number out of range" : "value has the wrong type",
           .expected = plain(low) + " to " + plain(high),
           .got = short_dump(value)});
   return std::nullopt;
@@ -109,7 +109,7 @@ FieldReader& FieldReader::number(std::string_view key, double& value, double low
 FieldReader& FieldReader::required(std::string_view key, double& value, double low, double high,
                                    double to_si) {
   if (object_.is_object() && !object_.contains(std::string(key)))
-    complain(key, {.what = "a key is missing", .expected = plain(low) + " to " + plain(high)});
+    complain(key, {.what = "key missing", .expected = plain(low) + " to " + plain(high)});
   return number(key, value, low, high, to_si);
 }
 
@@ -119,7 +119,9 @@ FieldReader& FieldReader::flag(std::string_view key, bool& value) {
   if (found->is_boolean())
     value = found->get<bool>();
   else
-    complain(key, {.what = "not a switch", .expected = "true or false", .got = short_dump(*found)});
+    complain(key, {.what = "value has the wrong type",
+                   .expected = "true or false",
+                   .got = short_dump(*found)});
   return *this;
 }
 
@@ -129,7 +131,8 @@ FieldReader& FieldReader::text(std::string_view key, std::string& value) {
   if (found->is_string())
     value = found->get<std::string>();
   else
-    complain(key, {.what = "not a text", .expected = "a text", .got = short_dump(*found)});
+    complain(key,
+             {.what = "value has the wrong type", .expected = "a text", .got = short_dump(*found)});
   return *this;
 }
 
@@ -140,7 +143,7 @@ FieldReader& FieldReader::pair(std::string_view key, double& first, double& seco
   if (found == nullptr) return *this;
   if (!found->is_array() || found->size() != 2) {
     complain(key,
-             {.what = "not a pair of numbers", .expected = "[a, b]", .got = short_dump(*found)});
+             {.what = "value has the wrong type", .expected = "[a, b]", .got = short_dump(*found)});
     return *this;
   }
   const auto a = finite((*found)[0], key, low, high);
@@ -158,7 +161,7 @@ FieldReader& FieldReader::interval(std::string_view key, double& first, double& 
   if (first > second)
     refuse({.code = Errc::range,
             .where = at(key),
-            .what = "an interval that ends before it begins",
+            .what = "interval ends before it begins",
             .expected = "low <= high",
             .got = plain(first / to_si) + " to " + plain(second / to_si)});
   return *this;
@@ -168,7 +171,7 @@ Status FieldReader::finish() const {
   if (error_) return tl::unexpected<Error>(*error_);
   for (const auto& [key, value] : object_.items())
     if (std::find(known_.begin(), known_.end(), key) == known_.end())
-      return parse_error(at(key), {.what = "unknown key"});
+      return parse_error(at(key), {.what = "key unknown"});
   return {};
 }
 

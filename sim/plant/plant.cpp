@@ -25,8 +25,8 @@ double worn_share(const Wear& wear, double dose_pa_m) {
 Status check(const PlantParams& params, const ContactMaterial& material) {
   if (Status s = check(params.geometry, params.mount, material, params.dynamics); !s) return s;
   if (Status s = check(params.pads); !s) return s;
-  if (Status s = check_bounds("plant", {{"the rig's tilt", params.rig_tilt, 0, 1},
-                                        {"the set point in N", params.set_point_n, 0, 1e6}});
+  if (Status s = check_bounds("plant", {{"rig tilt", params.rig_tilt, 0, 1},
+                                        {"set point [N]", params.set_point_n, 0, 1e6}});
       !s)
     return s;
   if (params.level < Level::modal) return {};

@@ -78,7 +78,7 @@ Result<AtiDigitalParams> read_digital(const nlohmann::json& emulator, const std:
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (framing != "rtu" && framing != "tcp")
     return parse_error(where + "/framing",
-                       {.what = "no such framing", .expected = "rtu or tcp", .got = framing});
+                       {.what = "framing unknown", .expected = "rtu or tcp", .got = framing});
   params.modbus_tcp = framing == "tcp";
   return params;
 }
@@ -96,16 +96,17 @@ Result<VibroChannelParams> sample(const ChannelKeys& keys, std::int64_t step_ns,
                                   ConverterParams& converter, const std::string& where) {
   const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / keys.rate_hz));
   if (period_ns % step_ns != 0)
-    return fail({.code = Errc::range,
-                 .where = where + "/" + keys.rate_key,
-                 .what = "the plant does not sample at this rate",
-                 .expected = std::to_string(1'000'000'000 / step_ns) + " divided by a whole number",
-                 .got = std::to_string(keys.rate_hz)});
+    return fail(
+        {.code = Errc::range,
+         .where = where + "/" + keys.rate_key,
+         .what = "rate not available",
+         .expected = std::to_string(1'000'000'000 / step_ns) + " Hz divided by a whole number",
+         .got = std::to_string(keys.rate_hz) + " Hz"});
   const double values = keys.block_readings * static_cast<double>(keys.axes);
   if (values > static_cast<double>(protocols::vibro::max_values))
     return fail({.code = Errc::range,
                  .where = where + "/" + keys.block_key,
-                 .what = "a block of so many readings does not fit a frame",
+                 .what = "readings of a block exceed a frame",
                  .expected = "at most " + std::to_string(protocols::vibro::max_values / keys.axes),
                  .got = std::to_string(keys.block_readings)});
   converter.bandwidth_hz *=
@@ -152,18 +153,18 @@ Result<VibroEmulatorParams> read_vibro(const json& emulator, const std::string& 
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form != "stream" && form != "datagram")
     return parse_error(where + "/form",
-                       {.what = "no such form", .expected = "stream or datagram", .got = form});
+                       {.what = "form unknown", .expected = "stream or datagram", .got = form});
   for (ChannelKeys* keys : {&acceleration, &sound})
     if (keys->rate_hz != 0 && keys->rate_hz < 1)
       return fail({.code = Errc::range,
                    .where = where + "/" + keys->rate_key,
-                   .what = "too slow for a vibration",
-                   .expected = "0 or 1 to 16000",
-                   .got = std::to_string(keys->rate_hz)});
+                   .what = "rate too low for vibration",
+                   .expected = "0 or 1 to 16000 Hz",
+                   .got = std::to_string(keys->rate_hz) + " Hz"});
   if (acceleration.rate_hz == 0 && sound.rate_hz == 0)
     return fail({.code = Errc::range,
                  .where = where + "/sound_rate_hz",
-                 .what = "a vibration sensor without a channel",
+                 .what = "vibration sensor without a channel",
                  .expected = "a rate above 0 for one of them",
                  .got = "0 for both"});
   params.datagrams = form == "datagram";
@@ -204,14 +205,14 @@ Status read_controller(FieldReader& reader, const std::string& where, AptStagePa
       static_cast<std::size_t>(taken) != firmware.size() || std::max({major, interim, minor}) > 255)
     return parse_error(
         where + "/firmware",
-        {.what = "not a version", .expected = "1.2.3, each up to 255", .got = firmware});
+        {.what = "version invalid", .expected = "1.2.3, each up to 255", .got = firmware});
   if (retarget != "replan" && retarget != "ignore")
     return parse_error(where + "/retarget",
-                       {.what = "no such policy", .expected = "replan or ignore", .got = retarget});
+                       {.what = "policy unknown", .expected = "replan or ignore", .got = retarget});
   if (params.model.empty() || params.model.size() > 8)
     return parse_error(
         where + "/model",
-        {.what = "not a model name", .expected = "1 to 8 characters", .got = params.model});
+        {.what = "model name invalid", .expected = "1 to 8 characters", .got = params.model});
   params.firmware = {static_cast<std::uint8_t>(major), static_cast<std::uint8_t>(interim),
                      static_cast<std::uint8_t>(minor)};
   params.retarget = retarget == "ignore" ? RetargetPolicy::ignore : RetargetPolicy::replan;
@@ -244,9 +245,8 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
                                   const std::string& role, StageParams& stage) {
   const auto axis = std::find(axis_roles.begin(), axis_roles.end(), role);
   if (axis == axis_roles.end())
-    return parse_error(where, {.what = "a stage needs an axis as its role",
-                               .expected = "x, y, z, rx or ry",
-                               .got = role});
+    return parse_error(
+        where, {.what = "role of a stage invalid", .expected = "x, y, z, rx or ry", .got = role});
   AptStageParams params;
   params.axis = static_cast<AxisId>(axis - axis_roles.begin());
   std::string name = "LTS150";
@@ -256,7 +256,7 @@ Result<AptStageParams> read_stage(const json& emulator, const std::string& where
   if (params.stage == nullptr)
     return fail({.code = Errc::not_found,
                  .where = where + "/stage",
-                 .what = "no such stage",
+                 .what = "stage unknown",
                  .expected = "a Thorlabs stage",
                  .got = name});
   const Status controller = read_controller(reader, where, params);
@@ -279,7 +279,7 @@ Result<RdtEmulatorParams> read_box(const json& emulator, const std::string& wher
   if (params.torque_unit != "N-m" && params.torque_unit != "Nm")
     return parse_error(
         where + "/torque_unit",
-        {.what = "no such spelling", .expected = "N-m or Nm", .got = params.torque_unit});
+        {.what = "torque unit unknown", .expected = "N-m or Nm", .got = params.torque_unit});
   return params;
 }
 
@@ -292,11 +292,13 @@ std::string text_at(const json& object, const char* key) {
 Status no_emulator(const std::string& kind, const std::string& where) {
   if (kind == "accelerometer" || kind == "microphone")
     return parse_error(
-        where, {.what = "a channel of a vibration sensor, not a device",
-                .expected = "vibro",
-                .got = kind,
-                .hint = "acceleration_rate_hz or sound_rate_hz 0 leaves the other channel out"});
-  return parse_error(where, {.what = "no such emulator", .expected = kinds, .got = kind});
+        where,
+        {.what = "emulator is a channel of a vibration sensor, not a device",
+         .expected = "vibro",
+         .got = kind,
+         .hint =
+             "Use vibro, and set acceleration_rate_hz or sound_rate_hz to 0 to omit a channel"});
+  return parse_error(where, {.what = "emulator unknown", .expected = kinds, .got = kind});
 }
 
 template <class Params>
@@ -334,10 +336,10 @@ Status read_emulator(const json& emulator, const std::string& where, const std::
 Result<EmulatedDevice> read_device(const json& device, const std::string& where,
                                    RigConfig& config) {
   if (!device.is_object())
-    return parse_error(where, {.what = "not a device", .expected = "an object"});
+    return parse_error(where, {.what = "value has the wrong type", .expected = "an object"});
   EmulatedDevice out;
   out.name = text_at(device, "name");
-  if (out.name.empty()) return parse_error(where + "/name", {.what = "a device without a name"});
+  if (out.name.empty()) return parse_error(where + "/name", {.what = "device without a name"});
   const json emulator = device.value("emulator", json::object());
   const Status ok =
       read_emulator(emulator, where + "/emulator", text_at(device, "role"), config, out);

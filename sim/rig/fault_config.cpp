@@ -30,20 +30,20 @@ Result<const FaultType*> kind_for(const Fields& fields, const std::string& where
   if (device == nullptr)
     return fail({.code = Errc::not_found,
                  .where = where + "/device",
-                 .what = "the rig file has no such device",
+                 .what = "device not in the rig file",
                  .got = fields.device});
   const std::uint8_t exposure = exposure_of(*device);
   const FaultType* type = find_fault(fields.kind);
   if (type == nullptr)
     return fail({.code = Errc::not_found,
                  .where = where + "/fault",
-                 .what = "no such fault",
+                 .what = "fault unknown",
                  .expected = names_for(exposure),
                  .got = fields.kind});
   if ((type->whom & exposure) == 0)
     return fail({.code = Errc::unsupported,
                  .where = where + "/fault",
-                 .what = "this fault cannot befall " + fields.device,
+                 .what = "fault not available for " + fields.device,
                  .expected = names_for(exposure),
                  .got = fields.kind});
   return type;
@@ -75,7 +75,7 @@ std::uint8_t exposure_of(const EmulatedDevice& device) {
 Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& where,
                                const std::vector<EmulatedDevice>& devices, TimePoint origin) {
   if (!object.is_object())
-    return parse_error(where, {.what = "not a fault", .expected = "an object"});
+    return parse_error(where, {.what = "value has the wrong type", .expected = "an object"});
   Fields fields;
   FieldReader reader(object, where);
   reader.text("device", fields.device).text("fault", fields.kind).text("towards", fields.towards);
@@ -90,10 +90,12 @@ Result<DeviceFault> read_fault(const nlohmann::json& object, const std::string& 
   if (fields.towards != "host" && fields.towards != "device")
     return parse_error(
         where + "/towards",
-        {.what = "not a direction", .expected = "host or device", .got = fields.towards});
+        {.what = "direction invalid", .expected = "host or device", .got = fields.towards});
   fault.to_device = fields.towards == "device";
   if (fault.to_device && ((*type)->whom & exposed::wire) == 0)
-    return parse_error(where + "/towards", {.what = "only faults of the wire have a direction"});
+    return parse_error(where + "/towards", {.what = "direction not allowed for this fault",
+                                            .expected = "a fault of the wire",
+                                            .got = fields.kind});
   fault.probability = fields.probability;
   fault.from = origin + from_seconds(fields.start_s);
   if (fields.duration_s != for_ever_s) fault.until = fault.from + from_seconds(fields.duration_s);

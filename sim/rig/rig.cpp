@@ -116,12 +116,13 @@ Status check_faces(const RigConfig& config, const FabricLibrary& library) {
   if (!presses) return {};
   for (const std::string& name : library.names())
     if (find_object(name) == nullptr)
-      return fail({.code = Errc::not_found,
-                   .where = name,
-                   .what = "no face is known of this object",
-                   .expected = "an object of sim/plant/imprint/objects.cpp, such as RASP1",
-                   .got = name,
-                   .hint = "Name it as there, or leave it out of the rig's fabrics"});
+      return fail(
+          {.code = Errc::not_found,
+           .where = name,
+           .what = "object without a known face",
+           .expected = "an object of sim/plant/imprint/objects.cpp, such as RASP1",
+           .got = name,
+           .hint = "Use a name from that list, or remove the object from the fabrics of the rig"});
   return {};
 }
 
@@ -145,7 +146,7 @@ Status Rig::attach(std::string_view device_name, Link& device_end, Loop& loop) {
   if (device == nullptr)
     return fail({.code = Errc::not_found,
                  .where = std::string(device_name),
-                 .what = "the rig file has no such device"});
+                 .what = "device not in the rig file"});
   parts_->bench_plant.advance_to(loop.now());
   const auto attachment =
       std::make_shared<Attachment>(parts_->power_on(*device, loop.now()), device_end, loop);
@@ -171,7 +172,7 @@ Status Rig::attach_page(std::string_view device_name, Link& device_end, Loop& lo
   if (emulator == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = std::string(device_name),
-                 .what = "this device has no settings page"});
+                 .what = "device without a settings page"});
   const auto attachment = std::make_shared<Attachment>(std::move(emulator), device_end, loop);
   parts_->pages[std::string(device_name)] = attachment;
   attachment->connect();
@@ -218,7 +219,7 @@ Status Rig::mount(std::string_view fabric, const PatchSeeds& seeds, std::uint32_
   const Fabric* found = parts_->library.find(fabric);
   if (found == nullptr)
     return fail({.code = Errc::not_found,
-                 .what = "no such fabric",
+                 .what = "fabric unknown",
                  .expected = "a name of the fabric table",
                  .got = std::string(fabric)});
   const auto patch = cut_patch(*found, parts_->library.params, parts_->library.spread,
@@ -251,13 +252,13 @@ Status Rig::clear_faults(std::string_view device_name, std::string_view fault) {
   if (board == parts_->boards.end())
     return fail({.code = Errc::not_found,
                  .where = "/device",
-                 .what = "the rig file has no such device",
+                 .what = "device not in the rig file",
                  .got = std::string(device_name)});
   const FaultType* type = find_fault(fault);
   if (!fault.empty() && type == nullptr)
     return fail({.code = Errc::not_found,
                  .where = "/fault",
-                 .what = "no such fault",
+                 .what = "fault unknown",
                  .got = std::string(fault)});
   if (type != nullptr)
     board->second.clear(type->kind);

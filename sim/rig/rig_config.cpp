@@ -124,15 +124,16 @@ Status read_dynamics(const json& object, DynamicsParams& dynamics) {
 Status read_traits(const json& list, std::vector<Trait>& traits) {
   const std::string where = "/simulation/traits";
   if (!list.is_array() || list.size() > all_traits.size())
-    return parse_error(where,
-                       {.what = "not a list of traits", .expected = "names of traits, each once"});
+    return parse_error(
+        where, {.what = "list of traits invalid", .expected = "names of traits, each once"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string at = where + "/" + std::to_string(i);
-    if (!list[i].is_string()) return parse_error(at, {.what = "not a trait", .expected = "a name"});
+    if (!list[i].is_string())
+      return parse_error(at, {.what = "value has the wrong type", .expected = "a name"});
     const auto trait = trait_from(list[i].get<std::string>());
     if (!trait) return parse_error(at, trait.error());
     if (std::find(traits.begin(), traits.end(), *trait) != traits.end())
-      return parse_error(at, {.what = "a trait twice", .got = std::string(name_of(*trait))});
+      return parse_error(at, {.what = "trait listed twice", .got = std::string(name_of(*trait))});
     traits.push_back(*trait);
   }
   return {};
@@ -165,7 +166,7 @@ Status read_chosen(const json& object, RigConfig& config) {
   const auto control = [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; };
   if (std::ranges::none_of(config.chosen_because, control)) return {};
   return parse_error("/simulation/chosen/because",
-                     {.what = "not a line of text", .expected = "no control characters"});
+                     {.what = "text with control characters", .expected = "no control characters"});
 }
 
 /// Reads the keys of `simulation` that set the fidelity.
@@ -195,7 +196,8 @@ Status read_fidelity(FieldReader& reader, RigConfig& config) {
 Status read_faults(const json& list, RigConfig& config) {
   const std::string where = "/simulation/faults";
   if (!list.is_array() || list.size() > most_faults)
-    return parse_error(where, {.what = "not a list of faults", .expected = "at most 1000 faults"});
+    return parse_error(where,
+                       {.what = "list of faults invalid", .expected = "at most 1000 faults"});
   for (std::size_t i = 0; i < list.size(); ++i) {
     auto fault = read_fault(list[i], where + "/" + std::to_string(i), config.devices, {});
     if (!fault) return pass(fault.error());
@@ -284,18 +286,18 @@ bool is_vibro(const EmulatedDevice& device) {
 Status read_devices(const json& devices, RigConfig& config) {
   if (!devices.is_array() || devices.size() > most_devices)
     return parse_error("/devices",
-                       {.what = "not a list of devices", .expected = "at most 64 devices"});
+                       {.what = "list of devices invalid", .expected = "at most 64 devices"});
   for (std::size_t i = 0; i < devices.size(); ++i) {
     auto device = read_device(devices[i], "/devices/" + std::to_string(i), config);
     if (!device) return pass(device.error());
     for (const EmulatedDevice& other : config.devices)
       if (other.name == device->name)
         return parse_error("/devices/" + std::to_string(i) + "/name",
-                           {.what = "a device twice", .got = device->name});
+                           {.what = "device name used twice", .got = device->name});
       else if (is_vibro(other) && is_vibro(*device))
         return fail({.code = Errc::unsupported,
                      .where = "/devices/" + std::to_string(i),
-                     .what = "the plant has one vibration sensor",
+                     .what = "too many vibration sensors",
                      .expected = "one device of kind vibro",
                      .got = "two"});
     config.devices.push_back(std::move(*device));
@@ -329,7 +331,7 @@ Result<RigConfig> parse_rig_config(std::string_view rig_json, const SensorParams
   if (!document) return pass(document.error(), "rig file");
   const json& rig = *document;
   if (!rig.is_object())
-    return parse_error("rig file", {.what = "not a JSON object", .expected = "an object"});
+    return parse_error("rig file", {.what = "value has the wrong type", .expected = "an object"});
   RigConfig config;
   config.bench_plant.plant.mount.slack_m = default_slack_m;
   config.bench_plant.plant.cover = sensor.cover;

@@ -81,10 +81,10 @@ Result<SimulationChoice> by_table(const RigConfig& config, const Scene& scene,
   if (table == nullptr)
     return fail({.code = Errc::not_found,
                  .where = "/simulation/fidelity",
-                 .what = "the rig file names no table to choose from",
+                 .what = "fidelity table missing",
                  .expected = "a path relative to the rig file",
-                 .got = "nothing",
-                 .hint = "sim/fidelity.json is made by weft trade sim --table"});
+                 .got = "none",
+                 .hint = "Name a table such as sim/fidelity.json, made by weft trade sim --table"});
   const ForceScene forces = make_force_scene(config, request);
   FidelityRequest fidelity = request.fidelity;
   fidelity.run.has_pads = config.bench_plant.plant.watched.pads;
@@ -109,10 +109,10 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
   const auto too_light = [least_n](double force_n) {
     return fail({.code = Errc::unsupported,
                  .where = level_place,
-                 .what = "level L0 cannot simulate a force below or near the probe's weight",
-                 .expected = "L1 or above, or set points from " + printed("%g N", least_n) + " on",
+                 .what = "force too small for level L0",
+                 .expected = "L1 or above, or set points of at least " + printed("%g N", least_n),
                  .got = "L0, with " + printed("%g N", force_n),
-                 .hint = "Choose that level"});
+                 .hint = "Choose level L1 or above"});
   };
   if (config.set_point_by_hand && config.bench_plant.plant.set_point_n < least_n)
     return too_light(config.bench_plant.plant.set_point_n);
@@ -122,10 +122,10 @@ Status write_set_point(const RigConfig& config, const SimulationRequest& request
   if (*least != *most)
     return fail({.code = Errc::unsupported,
                  .where = level_place,
-                 .what = "level L0 knows one set point, and the recipe holds several",
+                 .what = "several set points not allowed at level L0",
                  .expected = "L1 or above",
                  .got = "L0, with " + printed("%g to ", *least) + printed("%g N", *most),
-                 .hint = "Choose that level, or let simulation.set_point_n name one force"});
+                 .hint = "Choose level L1 or above, or set one force in simulation.set_point_n"});
   if (*least < least_n) return too_light(*least);
   simulation["set_point_n"] = *least;
   return {};

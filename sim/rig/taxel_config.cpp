@@ -20,8 +20,8 @@ Status read_places(const json& list, const std::string& where, TaxelEmulatorPara
                       return v.is_number() && std::abs(v.get<double>()) <= 1000;
                     });
   if (!good || list.empty())
-    return parse_error(where, {.what = "not places of taxels",
-                               .expected = "x and y [mm] of 1 to 64 taxels, one after the other"});
+    return parse_error(where, {.what = "taxel positions invalid",
+                               .expected = "x and y [mm] of 1 to 64 taxels in one list"});
   for (std::size_t i = 0; i < list.size(); i += 2)
     params.places.push_back(
         {list[i].get<double>() * m_per_mm, list[i + 1].get<double>() * m_per_mm});
@@ -38,7 +38,7 @@ Status read_shape(const json& emulator, const std::string& where, FieldReader& r
   reader.number("noise_counts", params.noise_counts, 0, 1000).ignore("positions_mm");
   if (rows * cols > protocols::taxel::max_taxels)
     return parse_error(where + "/rows", {.what = "too many taxels",
-                                         .expected = "rows times cols up to 64",
+                                         .expected = "rows x cols of at most 64",
                                          .got = std::to_string(rows * cols)});
   if (rate_hz > 0) params.period_ns = static_cast<std::int64_t>(std::llround(1e9 / rate_hz));
   if (emulator.contains("positions_mm"))
@@ -58,12 +58,12 @@ Result<TaxelEmulatorParams> read_taxels(const json& emulator, const std::string&
   if (Status s = read_shape(emulator, where, reader, params); !s) return pass(s.error());
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (form == "cpm_udp" && !params.places.empty())
-    return parse_error(where + "/form", {.what = "the CPM-Finger has 16 pads and its own rate",
+    return parse_error(where + "/form", {.what = "form cpm_udp not allowed with taxel positions",
                                          .expected = "form weft",
                                          .got = form});
   if (form != "weft" && form != "cpm_udp")
     return parse_error(where + "/form",
-                       {.what = "no such form", .expected = "weft or cpm_udp", .got = form});
+                       {.what = "form unknown", .expected = "weft or cpm_udp", .got = form});
   params.wire = form == "weft" ? TaxelWire::weft : TaxelWire::cpm_udp;
   return params;
 }

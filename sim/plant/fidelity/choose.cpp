@@ -45,8 +45,8 @@ std::string format_range(const RangeCheck& check, const MeasuredRange& range) {
 Status check_ranges(const TableConditions& conditions, const ForceScene& forces) {
   const RangeCheck checks[]{
       {"force", "N", 1, forces.force_n, conditions.force_n},
-      {"speed of a slide", "mm/s", 1e3, forces.speed_mps, conditions.speed_mps},
-      {"length of a press", "s", 1, forces.press_s, conditions.press_s},
+      {"slide speed", "mm/s", 1e3, forces.speed_mps, conditions.speed_mps},
+      {"press duration", "s", 1, forces.press_s, conditions.press_s},
       {"seat speed",
        "mm/s",
        1e3,
@@ -65,10 +65,10 @@ Status check_ranges(const TableConditions& conditions, const ForceScene& forces)
       continue;
     return fail({.code = Errc::unsupported,
                  .where = table_place,
-                 .what = std::string(check.what) + " outside what the table was measured for",
+                 .what = std::string(check.what) + " outside the range of the fidelity table",
                  .expected = format_range(check, check.measured),
                  .got = format_range(check, check.found),
-                 .hint = "Leave --accuracy and --budget out, or name the level in the rig file"});
+                 .hint = "Omit --accuracy and --budget, or set simulation.level in the rig file"});
   }
   return {};
 }
@@ -78,7 +78,7 @@ Result<double> scale_of(const std::string& fabric, const ForceScene& forces) {
   if (found == nullptr)
     return fail({.code = Errc::not_found,
                  .where = table_place,
-                 .what = "no error was measured for a fabric, and the cloth table lacks it",
+                 .what = "fabric without a measured error and without a row in the fabric table",
                  .got = fabric});
   const auto law = law_from_kes(found->kes);
   if (!law) return pass(law.error(), fabric);
@@ -131,15 +131,14 @@ std::string format_request(const FidelityRequest& request) {
 }
 
 std::string format_nearest(const std::vector<FidelityOffer>& all, const FidelityRequest& request) {
-  if (all.empty()) return "the nearest: none";
+  if (all.empty()) return "none";
   const FidelityOffer& fastest = all.front();
   const std::string accurate =
       to_string(*std::min_element(all.begin(), all.end(), is_more_accurate));
-  if (!request.times_real_time) return "the nearest: " + accurate;
-  const std::string fast = "the fastest setting reaches about " + format_times(speed_of(fastest)) +
-                           " (" + to_string(fastest.setting) + "); " +
-                           format_parts(fastest.forecast);
-  return request.accuracy_n ? "the nearest: " + accurate + "; " + fast : fast;
+  if (!request.times_real_time) return "nearest " + accurate;
+  const std::string fast = "fastest about " + format_times(speed_of(fastest)) + " (" +
+                           to_string(fastest.setting) + "); " + format_parts(fastest.forecast);
+  return request.accuracy_n ? "nearest " + accurate + "; " + fast : fast;
 }
 
 struct Amount {
@@ -196,10 +195,10 @@ Result<FidelityOffer> choose(const FidelityTable& table, const Scene& scene,
   if (good.empty())
     return fail({.code = Errc::unsupported,
                  .where = "scene " + std::string(scene.name),
-                 .what = "no measured setting does what is asked",
+                 .what = "no measured setting meets the request",
                  .expected = format_request(request),
                  .got = format_nearest(*all, request),
-                 .hint = "Ask for less of the one or of the other"});
+                 .hint = "Request a larger error or a lower speed"});
   return request.accuracy_n ? good.front()
                             : *std::min_element(good.begin(), good.end(), is_more_accurate);
 }
@@ -209,8 +208,8 @@ Result<double> parse_accuracy_n(std::string_view text) {
     return fail(
         {.code = Errc::invalid_argument,
          .where = "--accuracy",
-         .what = "not an accuracy",
-         .expected = "an error of the force over 0 and up to 1000 N, such as 10mN, 0.01N or 0.5%",
+         .what = "accuracy invalid",
+         .expected = "an error of the force above 0, at most 1000 N, such as 10mN, 0.01N or 0.5%",
          .got = std::string(text)});
   };
   const auto read = amount(text);
@@ -229,8 +228,8 @@ Result<double> parse_times_real_time(std::string_view text) {
   if (!read || read->unit != "x" || !(read->value > 0 && read->value <= 1e12))
     return fail({.code = Errc::invalid_argument,
                  .where = "--budget",
-                 .what = "not a speed",
-                 .expected = "a multiple of real time over 0, such as 1000x",
+                 .what = "speed invalid",
+                 .expected = "a multiple of real time above 0, such as 1000x",
                  .got = std::string(text)});
   return read->value;
 }

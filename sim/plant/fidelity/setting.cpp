@@ -25,7 +25,7 @@ std::string_view to_string(Integrator integrator) {
 }
 
 Result<Integrator> integrator_from(std::string_view name) {
-  return value_from(integrator_names, name, "no such integrator", "midpoint, tr_bdf2 or adaptive");
+  return value_from(integrator_names, name, "integrator unknown", "midpoint, tr_bdf2 or adaptive");
 }
 
 std::string to_string(const FidelitySetting& setting) {

@@ -43,12 +43,13 @@ constexpr CostField cost_fields[]{{"pads_us_per_s", &HostCost::pads_us_per_s},
 
 Result<const json*> list_at(const json* list, const std::string& where) {
   if (list != nullptr && list->is_array() && list->size() <= most_rows) return list;
-  return parse_error(where, {.what = "not a list", .expected = "at most 10000 entries"});
+  return parse_error(where,
+                     {.what = "list missing or too long", .expected = "at most 10000 entries"});
 }
 
 Status require_object(const json* object, const std::string& where) {
   if (object != nullptr && object->is_object()) return {};
-  return parse_error(where, {.what = "missing or not an object", .expected = "an object"});
+  return parse_error(where, {.what = "object missing", .expected = "an object"});
 }
 
 Result<ClothError> read_cloth(const json& object, const std::string& where) {
@@ -68,7 +69,7 @@ Result<FidelitySetting> make_setting(const std::string& level, const std::string
   const auto known = level_from(level);
   if (!known || !moves(*known))
     return parse_error(where + "/level",
-                       {.what = "no such level of motion", .expected = "L0 to L3", .got = level});
+                       {.what = "fidelity level unknown", .expected = "L0 to L3", .got = level});
   FidelitySetting out{.level = *known, .step_s = step_us * 1e-6};
   if (*known < Level::dynamic) return out;
   const auto method = integrator_from(integrator);
@@ -92,13 +93,12 @@ Status read_any(const json* any, const std::string& where, MeasuredSetting& out)
 /// Refuses a margin that was not verified on enough held-out runs.
 Status require_held(const Margin& margin, double share, const std::string& where) {
   if (margin.held_share >= share) return {};
-  return fail(
-      {.code = Errc::unsupported,
-       .where = where + "/held_share",
-       .what = "the margin was not shown to hold for enough of the runs that were held back",
-       .expected = printed("%g or more", share),
-       .got = printed("%g", margin.held_share),
-       .hint = "Run weft trade sim --table FILE to make a new one"});
+  return fail({.code = Errc::unsupported,
+               .where = where + "/held_share",
+               .what = "margin holds for too few of the held-out runs",
+               .expected = printed("at least %g", share),
+               .got = printed("%g", margin.held_share),
+               .hint = "Make a new table with weft trade sim --table FILE"});
 }
 
 Result<MeasuredSetting> read_setting(const json& object, double share, const std::string& where) {
@@ -159,14 +159,14 @@ Status read_costs(const json* object, HostCost& out) {
 Status check_version(const json& root) {
   const auto found = root.find("schema_version");
   if (found == root.end() || !found->is_number_integer())
-    return parse_error("/schema_version", {.what = "missing or not a whole number"});
+    return parse_error("/schema_version", {.what = "schema version missing or not a whole number"});
   if (*found == fidelity_table_version) return {};
   return fail({.code = Errc::unsupported,
                .where = "/schema_version",
-               .what = "a table of another version",
+               .what = "table version not supported",
                .expected = std::to_string(fidelity_table_version),
                .got = found->dump(),
-               .hint = "Run weft trade sim --table FILE to make a new one"});
+               .hint = "Make a new table with weft trade sim --table FILE"});
 }
 
 Result<FidelityTable> read_table(const json& root) {
@@ -183,7 +183,8 @@ Result<FidelityTable> read_table(const json& root) {
   if (Status s = reader.finish(); !s) return pass(s.error());
   if (bench != "simulated")
     return parse_error(
-        "/bench", {.what = "not a table of simulations", .expected = "simulated", .got = bench});
+        "/bench",
+        {.what = "table is not from a simulated bench", .expected = "simulated", .got = bench});
   if (Status s = read_conditions(conditions, table.conditions); !s) return pass(s.error());
   if (Status s = read_costs(costs, table.host_cost); !s) return pass(s.error());
   if (!settings) return pass(settings.error());
@@ -234,7 +235,8 @@ Result<FidelityTable> parse_fidelity(std::string_view text) {
   const Result<json> root = parse_json(text);
   if (!root) return pass(root.error(), "fidelity table");
   if (!root->is_object())
-    return parse_error("fidelity table", {.what = "not a JSON object", .expected = "an object"});
+    return parse_error("fidelity table",
+                       {.what = "value has the wrong type", .expected = "an object"});
   return read_table(*root);
 }
 

@@ -30,10 +30,10 @@ std::vector<double> influences(std::size_t rows, std::size_t cols, double spacin
 
 Status check(const HalfSpaceParams& params) {
   return check_limits(
-      {{"modulus_pa", "no medium has this modulus", params.modulus_pa, 1, 1e12, "1 to 1e12 Pa"},
-       {"tolerance", "the tolerance cannot be met", params.tolerance, 1e-14, 0.1, "1e-14 to 0.1"},
-       {"iteration_limit", "not a limit of iterations", static_cast<double>(params.iteration_limit),
-        1, 1e6, "1 to 1000000", true}});
+      {{"modulus_pa", "modulus out of range", params.modulus_pa, 1, 1e12, "1 to 1e12 Pa"},
+       {"tolerance", "tolerance out of range", params.tolerance, 1e-14, 0.1, "1e-14 to 0.1"},
+       {"iteration_limit", "iteration limit out of range",
+        static_cast<double>(params.iteration_limit), 1, 1e6, "1 to 1000000", true}});
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ Result<Imprint> HalfSpace::press(const HeightMap& map, double force_n) {
   if (map.rows != rows_ || map.cols != cols_ || map.spacing_m != spacing_m_)
     return fail({.code = Errc::range,
                  .where = "map",
-                 .what = "the map is not on this array's grid",
+                 .what = "size of the map differs from the array",
                  .expected = std::to_string(rows_) + " x " + std::to_string(cols_),
                  .got = std::to_string(map.rows) + " x " + std::to_string(map.cols)});
   Imprint imprint{rows_, cols_, std::vector<double>(map.height_m.size(), 0.0), 0, 0};
@@ -83,7 +83,7 @@ Result<Imprint> HalfSpace::press(const HeightMap& map, double force_n) {
   if (!solve(map, load_pa))
     return fail({.code = Errc::timeout,
                  .where = "half-space",
-                 .what = "the contact did not settle",
+                 .what = "contact did not converge",
                  .expected = "a tolerance of " + std::to_string(params_.tolerance),
                  .got = std::to_string(iterations_) + " iterations",
                  .hint = "Raise iteration_limit or tolerance"});

@@ -65,10 +65,10 @@ double solve(const Law& law, double load, std::vector<double>& touching) {
 }
 
 Status check(const SpringLaw& law) {
-  return check_limits(
-      {{"pressure_pa", "no spring bed has this pressure", law.pressure_pa, 1e-6, 1e12,
-        "1e-6 to 1e12 Pa"},
-       {"length_m", "no spring bed has this length", law.length_m, 1e-9, 1, "1e-9 to 1 m"}});
+  return check_limits({{"pressure_pa", "pressure of the spring bed out of range", law.pressure_pa,
+                        1e-6, 1e12, "1e-6 to 1e12 Pa"},
+                       {"length_m", "length of the spring bed out of range", law.length_m, 1e-9, 1,
+                        "1e-9 to 1 m"}});
 }
 
 constexpr double largest_pressure_pa = 1e30;
@@ -78,7 +78,7 @@ Status check_pressures(const Imprint& imprint, const CoverState& cover) {
   if (n != imprint.rows * imprint.cols || (!cover.felt_pa.empty() && cover.felt_pa.size() != n))
     return fail({.code = Errc::range,
                  .where = "pressure_pa",
-                 .what = "imprint and cover are not of one size",
+                 .what = "sizes of imprint and cover differ",
                  .expected = std::to_string(cover.felt_pa.empty() ? imprint.rows * imprint.cols
                                                                   : cover.felt_pa.size()),
                  .got = std::to_string(n)});
@@ -88,7 +88,7 @@ Status check_pressures(const Imprint& imprint, const CoverState& cover) {
       if (!inside((*values)[i], 0, largest_pressure_pa))
         return fail({.code = Errc::range,
                      .where = name + std::to_string(i) + "]",
-                     .what = "a pressure is not a pressure",
+                     .what = "pressure out of range",
                      .expected = "0 to 1e30 Pa",
                      .got = std::to_string((*values)[i])});
   return {};
@@ -100,11 +100,11 @@ Status check_grid(std::size_t rows, std::size_t cols, double spacing_m) {
   if (rows == 0 || cols == 0 || rows > most_taxels || cols > most_taxels / rows)
     return fail({.code = Errc::range,
                  .where = "rows x cols",
-                 .what = "no array has this size",
+                 .what = "size of the array out of range",
                  .expected = "1 to 2^22 taxels",
                  .got = std::to_string(rows) + " x " + std::to_string(cols)});
   return check_limits(
-      {{"spacing_m", "no array has this spacing", spacing_m, 1e-6, 0.1, "1e-6 to 0.1 m"}});
+      {{"spacing_m", "spacing out of range", spacing_m, 1e-6, 0.1, "1e-6 to 0.1 m"}});
 }
 
 Status check(const HeightMap& map) {
@@ -112,15 +112,15 @@ Status check(const HeightMap& map) {
   if (map.height_m.size() != map.rows * map.cols)
     return fail({.code = Errc::range,
                  .where = "height_m",
-                 .what = "a height map is not rows x cols heights",
-                 .expected = std::to_string(map.rows * map.cols),
+                 .what = "number of heights wrong",
+                 .expected = std::to_string(map.rows * map.cols) + ", rows x cols",
                  .got = std::to_string(map.height_m.size())});
   const auto bad = std::find_if(map.height_m.begin(), map.height_m.end(),
                                 [](double h) { return !(std::abs(h) <= largest_height_m); });
   if (bad != map.height_m.end())
     return fail({.code = Errc::range,
                  .where = "height_m[" + std::to_string(bad - map.height_m.begin()) + "]",
-                 .what = "a height is not a height",
+                 .what = "height out of range",
                  .expected = "-1 to 1 m",
                  .got = std::to_string(*bad)});
   return {};
@@ -128,7 +128,7 @@ Status check(const HeightMap& map) {
 
 Status check_press(double force_n) {
   return check_limits(
-      {{"force_n", "nobody presses with this force", force_n, 0, largest_force_n, "0 to 1e6 N"}});
+      {{"force_n", "force out of range", force_n, 0, largest_force_n, "0 to 1e6 N"}});
 }
 
 double highest_m(const HeightMap& map) {
@@ -149,7 +149,7 @@ Result<Imprint> extract_part(const Imprint& whole, std::size_t row, std::size_t 
     return fail(
         {.code = Errc::range,
          .where = "part",
-         .what = "the part is not inside the imprint",
+         .what = "part outside the imprint",
          .expected = "within " + std::to_string(whole.rows) + " x " + std::to_string(whole.cols),
          .got = std::to_string(rows) + " x " + std::to_string(cols) + " from " +
                 std::to_string(row) + ", " + std::to_string(col)});
@@ -191,13 +191,11 @@ Result<Imprint> press_winkler(const HeightMap& map, const SpringLaw& spring, dou
 
 Status check(const TaxelParams& params) {
   return check_limits(
-      {{"full_scale_pa", "no array has this full scale", params.full_scale_pa, 1, 1e9,
-        "1 to 1e9 Pa"},
-       {"bits", "no array has this many bits", static_cast<double>(params.bits), 1, 12, "1 to 12",
+      {{"full_scale_pa", "full scale out of range", params.full_scale_pa, 1, 1e9, "1 to 1e9 Pa"},
+       {"bits", "number of bits out of range", static_cast<double>(params.bits), 1, 12, "1 to 12",
         true},
-       {"hysteresis", "no cover lingers like this", params.hysteresis, 0, 4, "0 to 4"},
-       {"noise_counts", "noise is not a number of counts", params.noise_counts, 0, 100,
-        "0 to 100"}});
+       {"hysteresis", "hysteresis out of range", params.hysteresis, 0, 4, "0 to 4"},
+       {"noise_counts", "noise out of range", params.noise_counts, 0, 100, "0 to 100"}});
 }
 
 Result<TaxelFrame> read_taxels(const TaxelParams& params, const Imprint& imprint, CoverState& cover,

@@ -198,10 +198,10 @@ Status check(const ObjectSpec& object) {
   const auto wrong = [&](std::string_view what, double value) {
     return fail({.code = Errc::range,
                  .where = std::string(what),
-                 .what = "an object is not described by this",
+                 .what = "dimension of the object out of range",
                  .expected = "0 to 1",
                  .got = std::to_string(value),
-                 .hint = "Lengths are in metres"});
+                 .hint = "State lengths in metres"});
   };
   const std::pair<std::string_view, double> all[] = {{"pitch_x_m", object.pitch_x_m},
                                                      {"pitch_y_m", object.pitch_y_m},

@@ -16,13 +16,13 @@ constexpr double ns_per_s = 1e9;
 constexpr std::array butterworth{0.9238795325112867, 0.3826834323650898};
 
 Status check(const ConverterParams& params, std::int64_t step_ns) {
-  constexpr std::string_view what = "no converter samples like this";
+  constexpr std::string_view what = "converter parameter out of range";
   if (params.period_ns < step_ns || params.period_ns > 3'600'000'000'000 ||
       params.period_ns % step_ns != 0)
     return fail({.code = Errc::range,
                  .where = "period_ns",
                  .what = std::string(what),
-                 .expected = "a multiple of " + std::to_string(step_ns) + ", up to an hour",
+                 .expected = "a multiple of " + std::to_string(step_ns) + ", at most 3600000000000",
                  .got = std::to_string(static_cast<double>(params.period_ns))});
   const double nyquist_hz = 0.5 * ns_per_s / static_cast<double>(step_ns);
   if (params.bandwidth_hz != 0)
@@ -122,7 +122,7 @@ Response response(Wide q, Wide kappa) {
 }
 
 Status check(const Oscillator& oscillator, double step_s) {
-  constexpr std::string_view what = "no oscillator is stepped with this";
+  constexpr std::string_view what = "oscillator parameter out of range";
   const Oscillator& o = oscillator;
   if (auto ok = check_limits({{"mass_kg", what, o.mass_kg, 1e-12, 1e9, "1e-12 to 1e9"},
                               {"damping_n_s_m", what, o.damping_n_s_m, 0, 1e12, "0 to 1e12"},
@@ -131,7 +131,7 @@ Status check(const Oscillator& oscillator, double step_s) {
       !ok)
     return ok;
   const double rate = std::max(o.damping_n_s_m / o.mass_kg, std::sqrt(o.stiffness_n_m / o.mass_kg));
-  return check_limits({{"rate times step", what, rate * step_s, 0, 1e9, "up to 1e9"}});
+  return check_limits({{"rate times step", what, rate * step_s, 0, 1e9, "at most 1e9"}});
 }
 
 }  // namespace

@@ -117,22 +117,22 @@ bool bounded(const std::array<double, n>& values) {
 
 Status check(const Mode& mode, double rate_hz) {
   if (!inside(mode.frequency_hz, 1e-6 * rate_hz, 0.49 * rate_hz))
-    return fail(
-        {.code = Errc::range,
-         .where = "frequency_hz",
-         .what = "a mode is not within the band",
-         .expected = std::to_string(1e-6 * rate_hz) + " to " + std::to_string(0.49 * rate_hz),
-         .got = std::to_string(mode.frequency_hz),
-         .hint = "Raise the rate or leave the mode out"});
-  if (auto ok = check_limits(
-          {{"damping_ratio", "a mode does not ring", mode.damping_ratio, 0, 0.9, "0 to 0.9"}});
+    return fail({.code = Errc::range,
+                 .where = "frequency_hz",
+                 .what = "frequency of a mode out of range",
+                 .expected = std::to_string(1e-6 * rate_hz) + " to " +
+                             std::to_string(0.49 * rate_hz) + " Hz",
+                 .got = std::to_string(mode.frequency_hz) + " Hz",
+                 .hint = "Raise the rate or remove the mode"});
+  if (auto ok = check_limits({{"damping_ratio", "damping ratio out of range", mode.damping_ratio, 0,
+                               0.9, "0 to 0.9"}});
       !ok)
     return ok;
   if (!bounded(mode.drive_1_kg) || !bounded(mode.weight))
     return fail({.code = Errc::range,
                  .where = "drive_1_kg, weight",
-                 .what = "a drive or weight is absurd",
-                 .expected = "up to 1e9"});
+                 .what = "drive or weight out of range",
+                 .expected = "at most 1e9"});
   return {};
 }
 
@@ -143,7 +143,7 @@ constexpr std::size_t most_modes = 64;
 // (beta_n L)^2 of a clamped-free beam over its first.
 constexpr std::array overtones{1.0, 6.26689, 17.54748, 34.38606};
 
-constexpr std::string_view no_structure = "no structure is made like this";
+constexpr std::string_view no_structure = "parameter of the structure out of range";
 
 /// Shape of a plate's mode at the point of contact.
 double shape(const PlateParams& p, int m, int n) {
@@ -166,12 +166,11 @@ ModalBank::ModalBank(std::size_t modes, std::size_t channels)
 
 Result<ModalBank> ModalBank::make(std::span<const Mode> modes, std::size_t channels,
                                   double rate_hz) {
-  if (auto ok =
-          check_limits({{"modes", "not a bank of modes", static_cast<double>(modes.size()), 1, 4096,
-                         "1 to 4096", true},
-                        {"channels", "no bank has as many channels", static_cast<double>(channels),
-                         1, bank_channels, "1 to 3", true},
-                        {"rate_hz", "no bank runs at this rate", rate_hz, 1, 1e7, "1 to 1e7"}});
+  if (auto ok = check_limits({{"modes", "number of modes out of range",
+                               static_cast<double>(modes.size()), 1, 4096, "1 to 4096", true},
+                              {"channels", "number of channels out of range",
+                               static_cast<double>(channels), 1, bank_channels, "1 to 3", true},
+                              {"rate_hz", "rate out of range", rate_hz, 1, 1e7, "1 to 1e7"}});
       !ok)
     return pass(ok.error());
   ModalBank bank(modes.size(), channels);
@@ -242,8 +241,8 @@ Result<std::vector<Mode>> arm_modes(const ArmParams& params, double rate_hz) {
   if (modes.empty())
     return fail({.code = Errc::range,
                  .where = "arm fundamental_hz",
-                 .what = "the arm has no mode in the band",
-                 .expected = "below " + std::to_string(highest_share * rate_hz),
+                 .what = "arm without a mode in the band",
+                 .expected = "below " + std::to_string(highest_share * rate_hz) + " Hz",
                  .hint = "Raise the rate"});
   return modes;
 }
@@ -271,9 +270,9 @@ Result<std::vector<Mode>> plate_modes(const PlateParams& params, double rate_hz)
       if (modes.size() == most_modes)
         return fail({.code = Errc::range,
                      .where = "plate",
-                     .what = "the plate has too many modes in the band",
-                     .expected = "up to 64",
-                     .hint = "Make it stiffer or smaller, or lower the rate"});
+                     .what = "too many modes of the plate in the band",
+                     .expected = "at most 64",
+                     .hint = "Use a stiffer or smaller plate, or lower the rate"});
       modes.push_back({plate_frequency_hz(params, m, n),
                        params.damping_ratio,
                        {0, 0, shape(params, m, n) / modal_mass},
@@ -282,9 +281,9 @@ Result<std::vector<Mode>> plate_modes(const PlateParams& params, double rate_hz)
   if (modes.empty())
     return fail({.code = Errc::range,
                  .where = "plate",
-                 .what = "the plate has no mode in the band",
+                 .what = "plate without a mode in the band",
                  .expected = "a mode below " + std::to_string(highest) + " Hz",
-                 .got = std::to_string(plate_frequency_hz(params, 1, 1)),
+                 .got = std::to_string(plate_frequency_hz(params, 1, 1)) + " Hz",
                  .hint = "Raise the rate"});
   return modes;
 }

@@ -140,10 +140,10 @@ Rubbing::Rubbing(const RubbingParams& params, const HeightField& field, std::uin
 
 Result<Rubbing> Rubbing::make(const RubbingParams& params, const HeightField& field,
                               std::uint64_t seed, double skew_rad) {
-  constexpr std::string_view what = "no face rubs like this";
+  constexpr std::string_view what = "parameter of the face out of range";
   if (auto ok =
           check_limits({{"face_half_width_m", what, params.face_half_width_m, 0, 1, "0 to 1"},
-                        {"waves", what, static_cast<double>(params.waves), 0, 4096, "up to 4096"},
+                        {"waves", what, static_cast<double>(params.waves), 0, 4096, "at most 4096"},
                         {"asperity_share", what, params.asperity_share, 0, 10, "0 to 10"},
                         {"coarsest_m", what, params.coarsest_m, 1e-6, 1, "1e-6 to 1"},
                         {"finest_share", what, params.finest_share, 0, 1, "0 to 1"},

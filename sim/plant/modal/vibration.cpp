@@ -20,7 +20,8 @@ constexpr Duration longest = std::chrono::seconds(1);  // limits the memory of o
 Result<Vibration::Probe> Vibration::probe(const AccelerometerParams& params, std::int64_t step_ns,
                                           std::uint64_t seed, std::int64_t first_step) {
   for (const double g : params.gravity_mps2)
-    if (auto ok = check_limits({{"gravity_mps2", "no such gravity", g, -1e4, 1e4, "-1e4 to 1e4"}});
+    if (auto ok =
+            check_limits({{"gravity_mps2", "gravity out of range", g, -1e4, 1e4, "-1e4 to 1e4"}});
         !ok)
       return pass(ok.error());
   const auto modes = arm_modes(params.arm, rate_hz(step_ns));
@@ -50,11 +51,10 @@ Result<Vibration::Sound> Vibration::sound(const MicrophoneParams& params, std::i
 Result<Vibration> Vibration::make(const VibrationParams& params, const HeightField& field,
                                   std::uint64_t seed, const VibrationStart& start) {
   constexpr double any = std::numeric_limits<double>::infinity();
-  if (auto ok =
-          check_limits({{"step_ns", "no vibration is stepped like this",
-                         static_cast<double>(params.step_ns), 1000, 1e8, "1000 to 100000000", true},
-                        {"first_step", "no vibration starts before time zero",
-                         static_cast<double>(start.first_step), 0, any, "0 or more", true}});
+  if (auto ok = check_limits({{"step_ns", "step out of range", static_cast<double>(params.step_ns),
+                               1000, 1e8, "1000 to 100000000", true},
+                              {"first_step", "first step out of range",
+                               static_cast<double>(start.first_step), 0, any, "at least 0", true}});
       !ok)
     return pass(ok.error());
   auto rubbing = Rubbing::make(params.rubbing, field, mix(seed, "rubbing"), start.skew_rad);

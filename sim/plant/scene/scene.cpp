@@ -45,11 +45,10 @@ Status check_each(const std::vector<Wanted>& wanted, const Scene& scene, Level l
         some_level_provides(w, least) ? std::string(to_string(least)) + " or above" : "nothing";
     return fail({.code = Errc::unsupported,
                  .where = "scene " + std::string(scene.name),
-                 .what = "level " + std::string(to_string(level)) + " cannot produce " +
-                         std::string(to_string(w)),
+                 .what = "channel not available at this level, " + std::string(to_string(w)),
                  .expected = needs,
                  .got = std::string(to_string(level)),
-                 .hint = "Choose that level or leave the channel out of the scene"});
+                 .hint = "Choose the expected level, or remove the channel from the scene"});
   }
   return {};
 }
@@ -90,7 +89,7 @@ Result<Level> level_from(std::string_view text) {
   if (const auto level = value_in(level_names, text)) return *level;
   return fail({.code = Errc::invalid_argument,
                .where = "level",
-               .what = "no such level of fidelity",
+               .what = "fidelity level unknown",
                .expected = "Z, Z+, L0, L1, L2 or L3",
                .got = std::string(text)});
 }
@@ -115,7 +114,7 @@ Result<Trait> trait_from(std::string_view name) {
   }
   return fail({.code = Errc::invalid_argument,
                .where = "trait",
-               .what = "no such trait",
+               .what = "trait unknown",
                .expected = listed(known),
                .got = std::string(name)});
 }
@@ -172,8 +171,8 @@ Result<Level> least_level(const Scene& scene) {
     if (check(scene, level)) return level;
   return fail({.code = Errc::unsupported,
                .where = "scene " + std::string(scene.name),
-               .what = "no level produces all that the scene asks for",
-               .hint = "Static imprints and moving sensors are two scenes"});
+               .what = "no level provides all channels and traits of the scene",
+               .hint = "Use one scene for static imprints and another for moving sensors"});
 }
 
 Status check(const Scene& scene, Level level) {
