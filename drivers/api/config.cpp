@@ -42,7 +42,7 @@ ConfigReader::ConfigReader(std::string_view json) : document_(std::make_unique<D
   }
   document_->object = nlohmann::json::object();
   problem_ = {.code = Errc::parse,
-              .what = "the configuration is not a JSON object",
+              .what = "configuration is not a JSON object",
               .expected = "{\"key\": value, ...}"};
   if (!parsed) problem_ = parsed.error();
 }
@@ -74,18 +74,20 @@ double ConfigReader::number(std::string_view key, double fallback, NumberRange r
   const nlohmann::json* value = find(key);
   if (value == nullptr) return fallback;
   if (!value->is_number()) {
-    note(Errc::invalid_argument, key, "not a number", range_text(range), value->type_name());
+    note(Errc::invalid_argument, key, "value has the wrong type", "a number, " + range_text(range),
+         value->type_name());
     return fallback;
   }
   const double x = value->get<double>();
   if (x >= range.low && x <= range.high) return x;
-  refuse(key, "out of range", range_text(range), value->dump());
+  refuse(key, "value out of range", range_text(range), value->dump());
   return fallback;
 }
 
 std::int64_t ConfigReader::integer(std::string_view key, std::int64_t fallback, NumberRange range) {
   const double x = number(key, static_cast<double>(fallback), range);
-  if (x != std::floor(x)) refuse(key, "not a whole number", range_text(range), std::to_string(x));
+  if (x != std::floor(x))
+    refuse(key, "value not a whole number", range_text(range), std::to_string(x));
   return static_cast<std::int64_t>(x);
 }
 
@@ -93,7 +95,8 @@ bool ConfigReader::flag(std::string_view key, bool fallback) {
   const nlohmann::json* value = find(key);
   if (value == nullptr) return fallback;
   if (value->is_boolean()) return value->get<bool>();
-  note(Errc::invalid_argument, key, "not true or false", "", value->type_name());
+  note(Errc::invalid_argument, key, "value has the wrong type", "true or false",
+       value->type_name());
   return fallback;
 }
 
@@ -108,7 +111,7 @@ std::string ConfigReader::choice(std::string_view key, std::string_view fallback
   std::string expected;
   for (const std::string_view c : choices)
     expected += (expected.empty() ? "" : ", ") + std::string(c);
-  note(Errc::invalid_argument, key, "not one of the choices", expected,
+  note(Errc::invalid_argument, key, "value not one of the choices", expected,
        value->is_string() ? value->get<std::string>() : value->type_name());
   return std::string(fallback);
 }
@@ -119,8 +122,8 @@ std::string ConfigReader::text(std::string_view key, std::string_view fallback,
   if (value == nullptr) return std::string(fallback);
   if (value->is_string() && value->get_ref<const std::string&>().size() <= longest)
     return value->get<std::string>();
-  note(Errc::invalid_argument, key, "not a text", "at most " + std::to_string(longest) + " bytes",
-       value->type_name());
+  note(Errc::invalid_argument, key, "value has the wrong type or length",
+       "a text of at most " + std::to_string(longest) + " bytes", value->type_name());
   return std::string(fallback);
 }
 
@@ -131,14 +134,14 @@ std::vector<double> ConfigReader::numbers(std::string_view key, std::vector<doub
   const std::string expected =
       std::to_string(fallback.size()) + " numbers, each " + range_text(range);
   if (!value->is_array() || value->size() != fallback.size()) {
-    note(Errc::invalid_argument, key, "not a list of the right length", expected,
+    note(Errc::invalid_argument, key, "list missing or of the wrong length", expected,
          value->is_array() ? std::to_string(value->size()) + " entries" : value->type_name());
     return fallback;
   }
   std::vector<double> out;
   for (const nlohmann::json& entry : *value) {
     if (!entry.is_number() || entry < range.low || entry > range.high) {
-      refuse(key, "an entry is out of range", expected,
+      refuse(key, "entry of the list out of range", expected,
              entry.is_number() ? entry.dump() : entry.type_name());
       return fallback;
     }
@@ -154,8 +157,8 @@ Status ConfigReader::finish() {
     const std::string near = nearest_name(key, known_);
     return fail({.code = Errc::invalid_argument,
                  .where = "/" + key,
-                 .what = "unknown key",
-                 .hint = near.empty() ? std::string() : "Perhaps \"" + near + "\" is meant"});
+                 .what = "key unknown",
+                 .hint = near.empty() ? std::string() : "Did you mean " + near + "?"});
   }
   return {};
 }

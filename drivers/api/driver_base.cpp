@@ -19,25 +19,24 @@ std::string to_json(const DeviceIdentity& identity) {
 
 Status DriverBase::require(DriverState wanted, std::string_view action) const {
   if (state_ == wanted) return {};
-  return fail(
-      {.code = Errc::wrong_state,
-       .what = std::string(action) + " is refused: the driver is " + std::string(to_string(state_)),
-       .expected = std::string(to_string(wanted)),
-       .got = std::string(to_string(state_)),
-       .hint = state_ == DriverState::faulted ? "Close the driver and open it again" : ""});
+  return fail({.code = Errc::wrong_state,
+               .what = std::string(action) + " refused in this state of the driver",
+               .expected = std::string(to_string(wanted)),
+               .got = std::string(to_string(state_)),
+               .hint = state_ == DriverState::faulted ? "Close the driver and open it again" : ""});
 }
 
 Status DriverBase::attach() {
   if (Status allowed = require(DriverState::closed, "open"); !allowed) return allowed;
   if (attached_)
-    return fail({.code = Errc::wrong_state, .what = "open is refused: opening is under way"});
+    return fail({.code = Errc::wrong_state, .what = "open refused: the driver is already opening"});
   attached_ = true;
   host_->link().on_receive(
       [this](ByteView bytes, TimePoint arrival) { guard([&] { received(bytes, arrival); }); });
   host_->link().on_closed([this](const Error& why) {
     raise(Error{.code = why.code,
                 .where = why.where,
-                .what = "the link to the device closed: " + why.what,
+                .what = "link to the device closed: " + why.what,
                 .expected = why.expected,
                 .got = why.got,
                 .hint = "Check the cable and the power of the device"});
@@ -72,9 +71,10 @@ void DriverBase::enter(LifecycleEvent event) {
 
 void DriverBase::raise_exception(const char* why) {
   raise({.code = Errc::driver,
-         .what = "the driver threw an exception in received",
+         .what = "exception in the driver while receiving",
          .got = printable(why, 80),
-         .hint = "Report it to the author of the driver; check that the device is of its kind"});
+         .hint = "Check that the device fits the driver; report the exception to the author of the "
+                 "driver"});
 }
 
 void DriverBase::raise(const Error& error) {

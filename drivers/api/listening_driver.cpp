@@ -13,16 +13,17 @@ constexpr Duration damage_report_period = std::chrono::seconds(1);
 Status ListeningDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
   if (arming_)
-    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
+    return fail({.code = Errc::wrong_state, .what = "arm refused: the driver is already arming"});
   arming_ = true;
   await_frames();
   return {};
 }
 
 Result<std::uint32_t> ListeningDriver::command(const Command&) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+  if (Status allowed = require(DriverState::armed, "command"); !allowed)
     return pass(std::move(allowed.error()));
-  return fail({.code = Errc::unsupported, .what = std::string(device_) + " takes no commands"});
+  return fail(
+      {.code = Errc::unsupported, .what = "command not supported by " + std::string(device_)});
 }
 
 void ListeningDriver::stop() noexcept {
@@ -61,7 +62,7 @@ void ListeningDriver::count_damaged(std::uint64_t frames, TimePoint arrival) {
   if (!first && arrival - damage_reported_at_ < damage_report_period) return;
   damaged_reported_ = damaged_;
   damage_reported_at_ = arrival;
-  host().log(LogLevel::warning, "damaged frames so far: " + std::to_string(damaged_));
+  host().log(LogLevel::warning, "damaged frames since opening: " + std::to_string(damaged_));
 }
 
 }  // namespace weft

@@ -17,7 +17,7 @@ void contain(const weft_host_v1& host, const Code& code) noexcept {
   } catch (const std::exception& e) {
     host.threw(host.self, e.what());
   } catch (...) {
-    host.threw(host.self, "something that is no std::exception");
+    host.threw(host.self, "an exception that is not a std::exception");
   }
 }
 

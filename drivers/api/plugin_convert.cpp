@@ -18,7 +18,7 @@ const C* value_as(const weft_sample_v1& sample) {
 
 tl::unexpected<Error> broken_sample(const char* what) {
   return fail(
-      {.code = Errc::range, .what = std::string("a sample of the plugin is broken: ") + what});
+      {.code = Errc::range, .what = std::string("invalid sample from the plugin: ") + what});
 }
 
 Result<Sample> with(const weft_sample_v1& sample, SampleValue value) {
@@ -27,14 +27,14 @@ Result<Sample> with(const weft_sample_v1& sample, SampleValue value) {
 
 Result<Sample> stage_of(const weft_sample_v1& sample) {
   const auto* c = value_as<weft_stage_sample_v1>(sample);
-  if (c == nullptr) return broken_sample("the stage reading's size");
+  if (c == nullptr) return broken_sample("size of the stage reading");
   return with(sample,
               StageSample{c->position, c->moving != 0, c->homed != 0, c->limit != 0, c->move_id});
 }
 
 Result<Sample> wrench_of(const weft_sample_v1& sample) {
   const auto* c = value_as<weft_wrench_sample_v1>(sample);
-  if (c == nullptr) return broken_sample("the wrench's size");
+  if (c == nullptr) return broken_sample("size of the wrench");
   WrenchSample wrench;
   for (std::size_t i = 0; i < 3; ++i) {
     wrench.force_n[i] = c->force_n[i];
@@ -47,9 +47,9 @@ Result<Sample> wrench_of(const weft_sample_v1& sample) {
 
 Result<Sample> taxels_of(const weft_sample_v1& sample) {
   const auto* c = value_as<weft_taxel_sample_v1>(sample);
-  if (c == nullptr) return broken_sample("the taxel frame's size");
+  if (c == nullptr) return broken_sample("size of the taxel frame");
   if (c->taxel_count > most_taxels || (c->counts == nullptr && c->taxel_count != 0))
-    return broken_sample("its number of taxels");
+    return broken_sample("number of taxels");
   return with(
       sample,
       TaxelSample{
@@ -57,11 +57,11 @@ Result<Sample> taxels_of(const weft_sample_v1& sample) {
 }
 
 Result<std::span<const double>> block_values(const weft_block_sample_v1* c, std::size_t axes) {
-  if (c == nullptr) return broken_sample("the block's size");
+  if (c == nullptr) return broken_sample("size of the block");
   if (c->value_count > most_block_values || c->value_count % axes != 0 ||
       (c->values == nullptr && c->value_count != 0))
-    return broken_sample("its number of values");
-  if (!(c->rate_hz > 0) || !std::isfinite(c->rate_hz)) return broken_sample("its rate");
+    return broken_sample("number of values");
+  if (!(c->rate_hz > 0) || !std::isfinite(c->rate_hz)) return broken_sample("rate");
   return std::span(c->values, c->value_count);
 }
 
@@ -134,9 +134,9 @@ Result<Command> command_of(const weft_command_v1& command) {
       return Command(BiasCommand{});
     default:
       return fail({.code = Errc::unsupported,
-                   .what = "a command that the driver's build does not know",
+                   .what = "command unknown to this build of the driver",
                    .got = "kind " + std::to_string(command.kind),
-                   .hint = "Build the driver again"});
+                   .hint = "Build the driver again with the current headers"});
   }
 }
 
@@ -154,7 +154,7 @@ Result<Sample> sample_of(const weft_sample_v1& sample) {
       return block_of<SoundSample>(sample, 1);
     default:
       return fail({.code = Errc::unsupported,
-                   .what = "a sample that this weft does not know",
+                   .what = "sample unknown to this version of Weft",
                    .got = "kind " + std::to_string(sample.kind)});
   }
 }

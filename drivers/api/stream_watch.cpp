@@ -48,10 +48,10 @@ std::optional<Error> PaceWatch::check_pace(std::uint32_t device_us, TimePoint ar
   const double device_s = static_cast<std::uint32_t>(device_us - first_us_) * 1e-6;
   if (!settings_.has_clock || !clock_.confirmed(device_s, seconds)) return std::nullopt;
   return Error{.code = Errc::device_data,
-               .what = "the sensor's clock runs wrong",
+               .what = "clock of the sensor too fast or too slow",
                .expected = std::to_string(seconds) + " s",
-               .got = std::to_string(device_s) + " s by the sensor's clock",
-               .hint = "Look at the microcontroller's clock source"};
+               .got = std::to_string(device_s) + " s by the clock of the sensor",
+               .hint = "Check the clock source of the microcontroller"};
 }
 
 }  // namespace weft::drivers

@@ -37,11 +37,12 @@ std::optional<Error> WrenchWatch::check_stuck(const std::array<double, 6>& count
   if (++same_ < least_same || settings_.stuck_after <= Duration::zero() ||
       arrival - changed_at_ < settings_.stuck_after)
     return std::nullopt;
-  return Error{.code = Errc::device_data,
-               .what = "the force is stuck: all six values stay the same",
-               .expected = "the noise that a sensor has",
-               .got = "no change for " + std::to_string(to_seconds(arrival - changed_at_)) + " s",
-               .hint = "Switch the sensor off and on; stuck_after_s 0 is for one without noise"};
+  return Error{
+      .code = Errc::device_data,
+      .what = "force readings frozen: all six values are constant",
+      .expected = "noise",
+      .got = "no change for " + std::to_string(to_seconds(arrival - changed_at_)) + " s",
+      .hint = "Switch the sensor off and on; set stuck_after_s to 0 for a sensor without noise"};
 }
 
 std::optional<Error> WrenchWatch::check_rate(std::uint32_t lost, TimePoint arrival) {
@@ -59,7 +60,7 @@ std::optional<Error> WrenchWatch::check_rate(std::uint32_t lost, TimePoint arriv
   if (!rate_.confirmed(seen_hz, settings_.rate_hz)) return std::nullopt;
   return Error{.code = Errc::device_settings,
                .where = "/rate_hz",
-               .what = "the stream has another rate than configured",
+               .what = "rate of the stream differs from the configuration",
                .expected = std::to_string(settings_.rate_hz) + " records/s",
                .got = std::to_string(seen_hz) + " records/s",
                .hint = std::string(settings_.rate_hint)};

@@ -32,7 +32,7 @@ DigitalDriver::DigitalDriver(const DigitalSettings& settings, DriverHost& driver
                 [this](ByteView bytes) { send(bytes); }),
       stale_(driver_host.loop(), [this] { on_stale(); }),
       watch_({settings.rate_hz, settings.stuck_after,
-              "rate_hz is the sensor's records a second divided by average"}) {}
+              "Set rate_hz to the records per second of the sensor divided by average"}) {}
 
 Status DigitalDriver::open() noexcept {
   if (Status taken = attach(); !taken) return taken;
@@ -41,26 +41,29 @@ Status DigitalDriver::open() noexcept {
   bias_ = {};
   // A host that died may have left the sensor streaming.
   exchange_.hush([this](const Status& quiet) { on_hushed(quiet); });
-  if (!attached()) return fail({.code = Errc::io, .what = "the link refused the first bytes"});
+  if (!attached())
+    return fail({.code = Errc::io, .what = "first bytes not sent: the link did not accept them"});
   return {};
 }
 
 Status DigitalDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
   if (phase_ != Phase::idle)
-    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
+    return fail({.code = Errc::wrong_state, .what = "arm refused: the driver is already arming"});
   phase_ = Phase::starting;
   send_request(Vendor{Function::vendor_stream, start_stream}, &DigitalDriver::on_started);
-  if (!attached()) return fail({.code = Errc::io, .what = "the link refused the start request"});
+  if (!attached())
+    return fail({.code = Errc::io, .what = "start request not sent: the link did not accept it"});
   return {};
 }
 
 Result<std::uint32_t> DigitalDriver::command(const Command& command) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+  if (Status allowed = require(DriverState::armed, "command"); !allowed)
     return pass(std::move(allowed.error()));
   if (!std::holds_alternative<BiasCommand>(command))
     return fail({.code = Errc::unsupported,
-                 .what = "a force/torque sensor does not move: it takes a bias only"});
+                 .what = "command not supported by a force/torque sensor",
+                 .expected = "a bias"});
   bias_ = last_;
   return 0;
 }
@@ -120,11 +123,12 @@ void DigitalDriver::on_status(const Reply& reply) {
   if ((status_word_ & ~watchdog_bit) != 0)
     return raise({.code = Errc::device,
                   .where = "status word",
-                  .what = "the force/torque sensor reports a fault",
+                  .what = "fault reported by the force/torque sensor",
                   .expected = "0",
                   .got = std::to_string(status_word_) + " (" + status_text(status_word_) + ")",
-                  .hint = "Switch it off and on; look at its cable"});
-  if (status_word_ != 0) host().log(LogLevel::warning, "the sensor's watchdog has restarted it");
+                  .hint = "Switch the sensor off and on, and check its cable"});
+  if (status_word_ != 0)
+    host().log(LogLevel::warning, "the force/torque sensor was restarted by its watchdog");
   request_piece();
 }
 
@@ -151,10 +155,10 @@ void DigitalDriver::on_calibration() {
   if (!settings_.calibration_serial.empty() && settings_.calibration_serial != calibration_.serial)
     return raise({.code = Errc::device_identity,
                   .where = place + ": /calibration_serial",
-                  .what = "the sensor holds another calibration than the rig file names",
+                  .what = "calibration of the sensor differs from the rig file",
                   .expected = settings_.calibration_serial,
                   .got = calibration_.serial,
-                  .hint = "Correct the rig file, or choose another of the sensor's calibrations"});
+                  .hint = "Correct the rig file, or choose another calibration of the sensor"});
   if (!matrix) return raise(Error(matrix.error()).in(place));
   matrix_ = *matrix;
   setup_ = {Vendor{Function::vendor_lock, lock},
@@ -184,7 +188,7 @@ bool DigitalDriver::accepted(const Reply& reply) {
   if (vendor == nullptr || vendor->data == done) return true;
   raise({.code = Errc::device_refused,
          .where = "function " + std::to_string(static_cast<int>(vendor->function)),
-         .what = "the force/torque sensor refuses a command",
+         .what = "command refused by the force/torque sensor",
          .expected = "1",
          .got = std::to_string(vendor->data)});
   return false;
@@ -195,13 +199,13 @@ void DigitalDriver::on_read_back(const Reply& reply) {
   if (!std::equal(calibration_.gain.begin(), calibration_.gain.end(), active.begin()) ||
       !std::equal(calibration_.offset.begin(), calibration_.offset.end(), active.begin() + gauges))
     return raise({.code = Errc::device_refused,
-                  .what = "the sensor did not take the gains and offsets of its calibration",
-                  .expected = "the values that were written",
-                  .got = "others",
-                  .hint = "Switch it off and on"});
+                  .what = "gains and offsets of the calibration not stored in the sensor",
+                  .expected = "the written values",
+                  .got = "other values",
+                  .hint = "Switch the sensor off and on"});
   phase_ = Phase::idle;
   if (exchange_.echoes())
-    host().log(LogLevel::info, "the line gives back what is sent on it; that is skipped");
+    host().log(LogLevel::info, "the line echoes sent bytes; the echo is skipped");
   host().identified({.reported = {{"serial", calibration_.serial},
                                   {"part_number", calibration_.part_number},
                                   {"family", calibration_.family},
@@ -259,7 +263,7 @@ Sample DigitalDriver::to_sample(TimePoint arrival) {
   wrench.force_n[2] *= settings_.sign_z;
   wrench.status = status_word_ | (mean_.status_error() ? stream_status_error : 0);
   if (mean_.status_error() && !errors_)
-    host().log(LogLevel::warning, "the force/torque sensor's records carry its error bit");
+    host().log(LogLevel::warning, "records of the force/torque sensor have the error bit set");
   errors_ = mean_.status_error();
   wrench.valid = !mean_.status_error() && within_rating(last_);
   const std::uint32_t lost = mean_.begin_next(settings_.average);
@@ -275,8 +279,8 @@ bool DigitalDriver::within_rating(const std::array<double, 6>& wrench) {
     within = within && std::abs(wrench[i]) <= matrix_.rating[i];
   if (!within && !overrange_)
     host().log(LogLevel::warning, mean_.saturated()
-                                      ? "a gauge of the force/torque sensor is saturated"
-                                      : "a load is beyond the sensor's rating");
+                                      ? "gauge of the force/torque sensor saturated"
+                                      : "load beyond the rating of the force/torque sensor");
   overrange_ = !within;
   return within;
 }
@@ -286,24 +290,24 @@ void DigitalDriver::report_damage(TimePoint arrival) {
   if (!first && arrival - damage_reported_at_ < damage_report_period) return;
   damage_reported_ = stream_.resynchronisations();
   damage_reported_at_ = arrival;
-  host().log(LogLevel::warning, "the stream was damaged " + std::to_string(damage_reported_) +
-                                    " times so far, and its frame was looked for again");
+  host().log(LogLevel::warning, "stream resynchronised " + std::to_string(damage_reported_) +
+                                    " times since opening because of damaged bytes");
 }
 
 void DigitalDriver::on_stale() {
   if (arrival_ != TimePoint{} && now() - arrival_ < settings_.stale_after)
     return raise({.code = Errc::device_data,
-                  .what = "only damaged records come from the force/torque sensor",
-                  .expected = "a whole one every " +
+                  .what = "only damaged records from the force/torque sensor",
+                  .expected = "a valid record every " +
                               std::to_string(to_seconds(settings_.stale_after)) + " s",
-                  .got = "bytes whose sums do not hold",
-                  .hint = "Check the line's speed, its cable and what runs beside it"});
+                  .got = "bytes with wrong checksums",
+                  .hint = "Check the speed of the line, its cable and sources of interference"});
   raise(
       {.code = Errc::timeout,
-       .what = "no record came from the force/torque sensor",
-       .expected = "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
-       .got = "silence",
-       .hint = "Check the sensor's power and cable"});
+       .what = "no record from the force/torque sensor",
+       .expected = "one at least every " + std::to_string(to_seconds(settings_.stale_after)) + " s",
+       .got = "nothing received",
+       .hint = "Check power and cable of the sensor"});
 }
 
 constinit const DriverEntry ati_digital_entry{
@@ -320,14 +324,14 @@ const char digital_config_schema[] = R"({
   "additionalProperties": false,
   "properties": {
     "slave": {"type": "integer", "minimum": 1, "maximum": 247, "default": 10, "description": "Modbus address"},
-    "calibration": {"type": "integer", "minimum": 1, "maximum": 16, "default": 1, "description": "which of the sensor's calibrations"},
-    "sign_z": {"x-safety": true, "enum": [1, -1], "default": 1, "description": "-1 turns Fz of the device round: pushing the plate down is to be positive"},
-    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "samples a second: records a second divided by average"},
-    "average": {"type": "integer", "minimum": 1, "maximum": 7000, "default": 1, "description": "records of the stream whose mean is a sample; the sensor sends about 7000 a second at 1.25 Mbaud"},
-    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 8, "description": "of the calibration in the sensor; another is refused"},
-    "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "gauges that all stay the same for so long are a fault, because a real sensor has noise; 0: never"},
+    "calibration": {"type": "integer", "minimum": 1, "maximum": 16, "default": 1, "description": "number of the calibration in the sensor"},
+    "sign_z": {"x-safety": true, "enum": [1, -1], "default": 1, "description": "-1 inverts Fz of the device; a force that pushes the plate down must be positive"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "samples per second: records per second divided by average"},
+    "average": {"type": "integer", "minimum": 1, "maximum": 7000, "default": 1, "description": "records that are averaged to one sample; the sensor sends about 7000 per second at 1.25 Mbaud"},
+    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 8, "description": "serial number of the calibration in the sensor; any other is refused"},
+    "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "time after which constant gauges are a fault, because a real sensor has noise; 0: never"},
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.2},
-    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "ten samples, at least 0.1"}
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "longest time without a record; default: ten samples, at least 0.1"}
   }
 })";
 
@@ -338,7 +342,7 @@ Result<DigitalSettings> read_digital_settings(std::string_view config_json) {
   settings.calibration = static_cast<int>(config.integer("calibration", 1, {1, 16}));
   settings.sign_z = config.number("sign_z", 1, {-1, 1});
   if (settings.sign_z != 1 && settings.sign_z != -1)
-    config.refuse("sign_z", "not a sign", "1 or -1", std::to_string(settings.sign_z));
+    config.refuse("sign_z", "sign invalid", "1 or -1", std::to_string(settings.sign_z));
   settings.average = static_cast<std::uint32_t>(config.integer("average", 1, {1, 7000}));
   const double rate_hz = config.number("rate_hz", 100, {1, 7000});
   settings.rate_hz = rate_hz;

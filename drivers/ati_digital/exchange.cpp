@@ -12,18 +12,18 @@ namespace {
 
 tl::unexpected<Error> refusal(const modbus::Exception& exception) {
   return fail({.code = Errc::device_refused,
-               .what = "the sensor refuses a request",
-               .expected = "an answer",
+               .what = "request refused by the sensor",
+               .expected = "a reply",
                .got = "exception " + std::to_string(static_cast<int>(exception.code)) + ", " +
                       std::string(to_string(exception.code))});
 }
 
 tl::unexpected<Error> silence(Duration timeout, int tries) {
   return fail({.code = Errc::timeout,
-               .what = "the force/torque sensor does not answer",
+               .what = "no reply from the force/torque sensor",
                .expected = "a reply within " + std::to_string(to_seconds(timeout)) + " s",
-               .got = "silence after " + std::to_string(tries) + " requests",
-               .hint = "Check power, speed and parity of the line, and the Modbus address"});
+               .got = "nothing after " + std::to_string(tries) + " requests",
+               .hint = "Check power, cable, speed and parity of the line, and the Modbus address"});
 }
 
 }  // namespace
@@ -58,10 +58,10 @@ void Exchange::on_quiet_time() {
   if (!done) return;
   if (!received_) return done({});
   done(fail({.code = Errc::timeout,
-             .what = "the sensor does not stop sending",
+             .what = "sensor does not stop sending",
              .expected = "a quiet line",
              .got = "bytes after " + std::to_string(hushes_) + " attempts to stop it",
-             .hint = "Is it the right port, and does its speed agree with the sensor's?"}));
+             .hint = "Check that the port is right and that its speed fits the sensor"}));
 }
 
 void Exchange::send_request(const modbus::Request& request, Done done) {

@@ -28,7 +28,7 @@ NetftDriver::NetftDriver(const NetftSettings& settings, DriverHost& driver_host)
     : DriverBase(driver_host),
       settings_(settings),
       watch_({settings.rate_hz, settings.stuck_after,
-              "Set the box's RDT output rate, or correct the rig file"}),
+              "Set the RDT output rate of the box, or correct the rig file"}),
       reader_([this](const Result<BoxPages>& pages) { on_pages(pages); }),
       opening_(driver_host.loop(), [this] { on_opening_timeout(); }),
       stale_(driver_host.loop(), [this] { on_stale(); }) {}
@@ -51,7 +51,7 @@ Status NetftDriver::open() noexcept {
 Status NetftDriver::request_next() {
   opening_.start(settings_.reply_timeout);
   if (!request(RequestCommand::start_realtime, 1))
-    return fail({.code = Errc::io, .what = "the link refused the opening request"});
+    return fail({.code = Errc::io, .what = "opening request not sent: the link did not accept it"});
   return {};
 }
 
@@ -66,7 +66,7 @@ void NetftDriver::on_pages(const Result<BoxPages>& pages) {
 /// Takes missing settings from the pages of the box. Errors: values that differ from the
 /// configuration.
 Status NetftDriver::agree(const BoxPages& pages) {
-  const char* hint = "Correct the rig file, or choose the calibration on the box's pages";
+  const char* hint = "Correct the rig file, or choose the calibration on the pages of the box";
   const SettingsPage& page = pages.settings;
   const auto force = newtons_per(page.force_unit);
   if (!force) return pass(force.error(), "scfgfu");
@@ -74,12 +74,12 @@ Status NetftDriver::agree(const BoxPages& pages) {
   if (!torque) return pass(torque.error(), "scfgtu");
   if (!page.rdt_enabled)
     return fail({.code = Errc::device_settings,
-                 .what = "the box's RDT interface is switched off",
-                 .hint = "Switch it on on the box's page Communications"});
+                 .what = "RDT interface of the box switched off",
+                 .hint = "Switch it on on the page Communications of the box"});
   const auto differ = [&](const char* key, double configured, double device_value) {
     return fail({.code = Errc::device_settings,
                  .where = key,
-                 .what = "the box has another scale than the rig file",
+                 .what = "scale of the box differs from the rig file",
                  .expected = std::to_string(configured),
                  .got = std::to_string(device_value),
                  .hint = hint});
@@ -93,9 +93,9 @@ Status NetftDriver::agree(const BoxPages& pages) {
   if (page.rdt_rate_hz > 0 && std::abs(page.rdt_rate_hz - settings_.rate_hz) > 0.5)
     return fail({.code = Errc::device_settings,
                  .where = "/rate_hz",
-                 .what = "the box sends at another rate than the rig file says",
-                 .expected = std::to_string(settings_.rate_hz),
-                 .got = std::to_string(page.rdt_rate_hz),
+                 .what = "rate of the box differs from the rig file",
+                 .expected = std::to_string(settings_.rate_hz) + " Hz",
+                 .got = std::to_string(page.rdt_rate_hz) + " Hz",
                  .hint = hint});
   if (Status serial = agree_on_serial(pages); !serial) return serial;
   settings_.newton_per_count = n;
@@ -109,23 +109,24 @@ Status NetftDriver::agree_on_serial(const BoxPages& pages) {
   const std::string& wanted = settings_.calibration_serial;
   const std::string found = pages.calibration_serial();
   if (found.empty() && (pages.missing || !wanted.empty())) {
-    const std::string why = pages.missing ? to_string(*pages.missing) : "no serial number on it";
+    const std::string why =
+        pages.missing ? to_string(*pages.missing) : "no serial number on the page";
     if (!wanted.empty())
       return fail({.code = Errc::device_identity,
                    .where = "/calibration_serial",
-                   .what = "the box's pages do not tell which calibration it holds",
+                   .what = "no calibration serial number on the pages of the box",
                    .expected = wanted,
                    .got = why,
-                   .hint = "Leave calibration_serial out for a box without a calibration page"});
-    host().log(LogLevel::info, "the box has no readable calibration page: " + why);
+                   .hint = "Remove calibration_serial for a box without a calibration page"});
+    host().log(LogLevel::info, "calibration page of the box not readable: " + why);
   }
   if (wanted.empty() || wanted == found) return {};
   return fail({.code = Errc::device_identity,
                .where = "/calibration_serial",
-               .what = "the box holds another calibration than the rig file names",
+               .what = "calibration of the box differs from the rig file",
                .expected = wanted,
                .got = printable(found, 64),
-               .hint = "Correct the rig file, or choose the calibration on the box's pages"});
+               .hint = "Correct the rig file, or choose the calibration on the pages of the box"});
 }
 
 /// RDT records carry no serial number and no calibration: only the pages identify the box.
@@ -147,25 +148,26 @@ DeviceIdentity NetftDriver::identity() const {
 Status NetftDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
   if (streaming_)
-    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
+    return fail({.code = Errc::wrong_state, .what = "arm refused: the driver is already arming"});
   sequence_.reset();
   watch_.restart();
   late_in_a_row_ = 0;
   streaming_ = true;
   stale_.expect_within(std::max(settings_.stale_after, settings_.reply_timeout));
   if (!request(RequestCommand::start_realtime, 0))
-    return fail({.code = Errc::io, .what = "the link refused the start request"});
+    return fail({.code = Errc::io, .what = "start request not sent: the link did not accept it"});
   return {};
 }
 
 Result<std::uint32_t> NetftDriver::command(const Command& command) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+  if (Status allowed = require(DriverState::armed, "command"); !allowed)
     return pass(std::move(allowed.error()));
   if (!std::holds_alternative<BiasCommand>(command))
     return fail({.code = Errc::unsupported,
-                 .what = "a force/torque sensor does not move: it takes a bias only"});
+                 .what = "command not supported by a force/torque sensor",
+                 .expected = "a bias"});
   if (!request(RequestCommand::set_bias, 0))
-    return fail({.code = Errc::io, .what = "the link refused the bias request"});
+    return fail({.code = Errc::io, .what = "bias request not sent: the link did not accept it"});
   return 0;
 }
 
@@ -237,15 +239,15 @@ void NetftDriver::on_record(const Record& record, TimePoint arrival) {
 /// restarted its count: it was off and has lost its bias.
 void NetftDriver::on_late_record(const Record& record) {
   if (++late_records_ == 1)
-    host().log(LogLevel::warning, "a record came twice or out of order and was dropped");
+    host().log(LogLevel::warning, "record received twice or out of order; it was dropped");
   const bool next = late_in_a_row_ > 0 && record.rdt_sequence == last_late_ + 1;
   late_in_a_row_ = next ? late_in_a_row_ + 1 : 1;
   last_late_ = record.rdt_sequence;
   if (late_in_a_row_ < late_run_of_a_restart) return;
   raise({.code = Errc::device_restarted,
-         .what = "the box counts its records anew: it has been restarted",
+         .what = "Net F/T box restarted: its record numbers start again",
          .got = "record " + std::to_string(record.rdt_sequence),
-         .hint = "Look at its power and for another client; its bias is lost"});
+         .hint = "Check the power of the box and other clients; set the bias again"});
 }
 
 Sample NetftDriver::to_sample(const Record& record, std::uint32_t lost, TimePoint arrival) {
@@ -266,7 +268,7 @@ bool NetftDriver::within_rating(const WrenchSample& wrench) {
   for (std::size_t i = 0; i < 3; ++i)
     within = within && std::abs(wrench.force_n[i]) <= settings_.rated_force_n[i];
   if (!within && !overrange_)
-    host().log(LogLevel::warning, "a force is beyond the sensor's rating");
+    host().log(LogLevel::warning, "force beyond the rating of the force/torque sensor");
   overrange_ = !within;
   return within;
 }
@@ -276,9 +278,9 @@ void NetftDriver::on_opening_timeout() {
     if (reader_.go_without_calibration()) return;
     raise({.code = Errc::timeout,
            .where = "/http",
-           .what = "the settings page of the Net F/T box does not come",
-           .got = "silence",
-           .hint = "Check the address of the box's HTTP port in the rig file"});
+           .what = "no settings page from the Net F/T box",
+           .got = "nothing received",
+           .hint = "Check the address of the HTTP port of the box in the rig file"});
     return;
   }
   if (opening_tries_ < max_opening_tries) {
@@ -288,19 +290,20 @@ void NetftDriver::on_opening_timeout() {
   }
   raise(
       {.code = Errc::timeout,
-       .what = "the Net F/T box does not answer",
+       .what = "no reply from the Net F/T box",
        .expected = "a record within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
-       .got = "silence after " + std::to_string(max_opening_tries) + " requests",
-       .hint = "Check the address in the rig file, the cable and the box's RDT setting"});
+       .got = "nothing after " + std::to_string(max_opening_tries) + " requests",
+       .hint = "Check the address in the rig file, the cable and the RDT setting of the box"});
 }
 
 void NetftDriver::on_stale() {
   raise(
       {.code = Errc::timeout,
-       .what = "no record came from the force/torque sensor",
-       .expected = "one every " + std::to_string(to_seconds(settings_.stale_after)) + " s at least",
-       .got = "silence",
-       .hint = "Another client's start request redirects the stream: look for one"});
+       .what = "no record from the force/torque sensor",
+       .expected = "one at least every " + std::to_string(to_seconds(settings_.stale_after)) + " s",
+       .got = "nothing received",
+       .hint =
+           "Check the cable, and stop other clients: their start request redirects the stream"});
 }
 
 constinit const DriverEntry ati_netft_entry{
@@ -321,15 +324,15 @@ const char netft_config_schema[] = R"({
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "counts_per_newton": {"x-unit": "1/N", "type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "cfgcpf of the box"},
-    "counts_per_newton_metre": {"x-unit": "1/N/m", "type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "cfgcpt of the box"},
-    "sign_z": {"x-safety": true, "enum": [1, -1], "default": 1, "description": "-1 turns Fz of the device round: pushing the plate down is to be positive"},
+    "counts_per_newton": {"x-unit": "1/N", "type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "counts per newton, cfgcpf of the box"},
+    "counts_per_newton_metre": {"x-unit": "1/N/m", "type": "number", "minimum": 1, "maximum": 1e9, "default": 1000000, "description": "counts per newton metre, cfgcpt of the box"},
+    "sign_z": {"x-safety": true, "enum": [1, -1], "default": 1, "description": "-1 inverts Fz of the device; a force that pushes the plate down must be positive"},
     "rated_force_n": {"x-unit": "N", "x-safety": true, "type": "array", "items": {"type": "number", "minimum": 0.1, "maximum": 10000}, "minItems": 3, "maxItems": 3, "default": [40, 40, 120], "description": "a sample beyond these is marked invalid"},
-    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "RDT output rate that the box is set to"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 1, "maximum": 7000, "default": 100, "description": "RDT output rate set in the box"},
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.5},
-    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 64, "x-link": "http", "description": "of the box's calibration page, or cfgcalsn of its settings page; another is refused; needs the device's http link"},
-    "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "six values that stay the same for so long are a fault, because a real sensor has noise; 0: never"},
-    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "ten periods of the stream, at least 0.1"}
+    "calibration_serial": {"x-safety": true, "type": "string", "maxLength": 64, "x-link": "http", "description": "serial number on the calibration page of the box, or cfgcalsn of its settings page; any other is refused; needs the http link of the device"},
+    "stuck_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0, "maximum": 3600, "default": 1, "description": "time after which six constant values are a fault, because a real sensor has noise; 0: never"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.001, "maximum": 60, "description": "longest time without a record; default: ten periods of the stream, at least 0.1"}
   }
 })";
 
@@ -345,7 +348,7 @@ Result<NetftSettings> read_netft_settings(std::string_view config_json) {
   settings.calibration_serial = config.text("calibration_serial", "");
   settings.sign_z = config.number("sign_z", 1, {-1, 1});
   if (settings.sign_z != 1 && settings.sign_z != -1)
-    config.refuse("sign_z", "not a sign", "1 or -1", std::to_string(settings.sign_z));
+    config.refuse("sign_z", "sign invalid", "1 or -1", std::to_string(settings.sign_z));
   const std::vector<double> rated = config.numbers("rated_force_n", {40, 40, 120}, {0.1, 1e4});
   std::copy(rated.begin(), rated.end(), settings.rated_force_n.begin());
   const double rate_hz = config.number("rate_hz", 100, {1, 7000});

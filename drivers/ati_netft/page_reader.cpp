@@ -12,7 +12,7 @@ Status PageReader::read(Link& link) {
     try {
       received(bytes);
     } catch (const std::exception& error) {  // as DriverBase::guard, which does not see this link
-      fail_with({.code = Errc::parse, .what = "the page cannot be read", .got = error.what()});
+      fail_with({.code = Errc::parse, .what = "page not readable", .got = error.what()});
     }
   });
   link.on_closed([this](const Error& why) { fail_with(why); });
@@ -28,7 +28,7 @@ void PageReader::let_go() {
 
 bool PageReader::go_without_calibration() {
   if (!at_calibration_) return false;
-  fail_with({.code = Errc::timeout, .what = "the page does not come", .got = "silence"});
+  fail_with({.code = Errc::timeout, .what = "no page from the box", .got = "nothing received"});
   return true;
 }
 

@@ -27,14 +27,13 @@ std::string format_text(const imprint::Window& window) {
 }  // namespace
 
 ScanWatch::ScanWatch(double rate_hz, Duration window)
-    : StreamWatch(
-          {.rate_hz = rate_hz,
-           .window = window,
-           .least_frames = least_scans,
-           .rate_code = Errc::device_settings,
-           .rate_what = "the array scans at another rate than configured",
-           .rate_unit = "scans/s",
-           .rate_hint = "Correct rate_hz in the rig file, or look at the array's settings"}) {}
+    : StreamWatch({.rate_hz = rate_hz,
+                   .window = window,
+                   .least_frames = least_scans,
+                   .rate_code = Errc::device_settings,
+                   .rate_what = "scan rate of the array differs from the configuration",
+                   .rate_unit = "scans/s",
+                   .rate_hint = "Correct rate_hz in the rig file, or the settings of the array"}) {}
 
 void ScanWatch::begin(const imprint::Frame& scan) {
   std::ranges::copy(scan.taxels(), first_.begin());
@@ -48,10 +47,10 @@ void ScanWatch::note(const imprint::Frame& scan) {
 std::optional<Error> ScanWatch::check_values(const imprint::Frame& scan) const {
   if (changed_ || scan.taxels().size() < least_taxels) return std::nullopt;
   return Error{.code = Errc::device_data,
-               .what = "the scans are frozen: no taxel changes",
-               .expected = "the noise that taxels have",
+               .what = "scans frozen: no taxel changes",
+               .expected = "noise",
                .got = std::to_string(frames()) + " equal scans",
-               .hint = "Look at the array's cable; watch_s 0 is for an array without noise"};
+               .hint = "Check the cable of the array; set watch_s to 0 for an array without noise"};
 }
 
 ImprintDriver::ImprintDriver(const ImprintSettings& settings, DriverHost& driver_host)
@@ -90,10 +89,10 @@ void ImprintDriver::on_description() {
   if (description_) {
     if (*description_ == description_seen) return;
     return raise({.code = Errc::device_restarted,
-                  .what = "the array describes itself in another way than at first",
+                  .what = "description of the array changed after opening",
                   .expected = "serial " + std::to_string(description_->serial) + ", the same array",
                   .got = "serial " + std::to_string(description_seen.serial),
-                  .hint = "Was it replaced or set up anew? Open it again"});
+                  .hint = "Check whether the array was replaced or changed, then open it again"});
   }
   if (const auto wrong = unfit(description_seen)) return raise(*wrong);
   const auto window = window_on(settings_, description_seen.rows, description_seen.cols);
@@ -108,32 +107,32 @@ std::optional<Error> ImprintDriver::unfit(const imprint::Description& descriptio
   if (settings_.serial != 0 && settings_.serial != description_seen.serial)
     return Error{.code = Errc::device_identity,
                  .where = "/serial",
-                 .what = "another serial number than configured",
+                 .what = "serial number of the array differs from the configuration",
                  .expected = std::to_string(settings_.serial),
                  .got = std::to_string(description_seen.serial),
-                 .hint = "Correct the rig file, or look which array is on this port"};
+                 .hint = "Correct the rig file, or check which array is on this port"};
   if (description_seen.bits < 1 || description_seen.bits > 7 ||
       description_seen.full_scale_pa == 0 || description_seen.period_us == 0 ||
       description_seen.rows == 0 || description_seen.cols == 0 ||
       description_seen.rows > imprint::max_side || description_seen.cols > imprint::max_side)
     return Error{.code = Errc::device_data,
-                 .what = "the array describes itself as nothing that can be",
+                 .what = "description of the array invalid",
                  .expected = "1 to 7 bits, a full scale, a period, 1 to 128 rows and columns",
                  .got = std::to_string(description_seen.bits) + " bits, " +
                         std::to_string(description_seen.full_scale_pa) + " Pa, " +
                         std::to_string(description_seen.period_us) + " us, " +
                         std::to_string(description_seen.rows) + " x " +
                         std::to_string(description_seen.cols),
-                 .hint = "Is its firmware the right one?"};
+                 .hint = "Check the firmware of the array"};
   const double rate_hz = 1e6 / description_seen.period_us;
   if (std::abs(rate_hz - settings_.rate_hz) <= rate_tolerance * settings_.rate_hz)
     return std::nullopt;
   return Error{.code = Errc::device_settings,
                .where = "/rate_hz",
-               .what = "the array scans at another rate than configured",
+               .what = "scan rate of the array differs from the configuration",
                .expected = std::to_string(settings_.rate_hz) + " scans/s",
                .got = std::to_string(rate_hz) + " scans/s",
-               .hint = "Correct the rig file, or the array's settings"};
+               .hint = "Correct the rig file, or the settings of the array"};
 }
 
 void ImprintDriver::request_window() {
@@ -166,10 +165,10 @@ void ImprintDriver::on_foreign_scan() {
   if (++foreign_scans_ > most_foreign_scans)
     return raise({.code = Errc::device_refused,
                   .where = "/rows",
-                  .what = "the array scans another part than it was asked for",
+                  .what = "wrong scan window",
                   .expected = format_text(window_),
                   .got = format_text(frame_.window),
-                  .hint = "Is another program talking to it?"});
+                  .hint = "Close other programs that use the array"});
   if (state() != DriverState::closed) request_window();
 }
 
@@ -179,7 +178,7 @@ std::uint32_t ImprintDriver::count_lost() {
   if (step.event != SequenceEvent::duplicate && step.event != SequenceEvent::out_of_order)
     return step.lost;
   watch_.restart();
-  host().log(LogLevel::warning, "the array's scan numbers jumped back: it has restarted");
+  host().log(LogLevel::warning, "the array restarted: its scan numbers jumped back");
   sequence_.reset();
   sequence_.observe(frame_.sequence);
   return 0;
@@ -214,12 +213,13 @@ void ImprintDriver::report_identity() {
 
 void ImprintDriver::on_silence() {
   const bool described = description_.has_value();
-  raise({.code = Errc::timeout,
-         .what = described ? "no scan came from the imprint array"
-                           : "no description came from the imprint array",
-         .expected = described ? "scans of " + format_text(window_) : "one each second",
-         .got = "silence",
-         .hint = state() == DriverState::closed ? "Check the port and the array's power" : ""});
+  raise(
+      {.code = Errc::timeout,
+       .what =
+           described ? "no scan from the imprint array" : "no description from the imprint array",
+       .expected = described ? "scans of " + format_text(window_) : "one each second",
+       .got = "nothing received",
+       .hint = state() == DriverState::closed ? "Check the port and the power of the array" : ""});
 }
 
 constinit const DriverEntry imprint_array_entry{
@@ -238,15 +238,15 @@ const char imprint_config_schema[] = R"({
   "additionalProperties": false,
   "required": ["rows", "cols"],
   "properties": {
-    "rows": {"type": "integer", "minimum": 1, "maximum": 128, "description": "of the part of the array that is scanned"},
-    "cols": {"type": "integer", "minimum": 1, "maximum": 128},
-    "first_row": {"type": "integer", "minimum": 0, "maximum": 127, "description": "where the part begins; in the middle of the array without it"},
+    "rows": {"type": "integer", "minimum": 1, "maximum": 128, "description": "number of scanned rows"},
+    "cols": {"type": "integer", "minimum": 1, "maximum": 128, "description": "number of scanned columns"},
+    "first_row": {"type": "integer", "minimum": 0, "maximum": 127, "description": "first scanned row; default: the scan window is in the middle of the array"},
     "first_col": {"type": "integer", "minimum": 0, "maximum": 127},
-    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 1000, "default": 5, "description": "scans a second"},
-    "serial": {"type": "integer", "minimum": 0, "maximum": 4294967295, "default": 0, "description": "serial number that the array must have; 0: any"},
-    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "for the array's description, which comes once a second, and then for the first scan"},
-    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "five periods of the stream, at least 0.3"},
-    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 4, "description": "windows in which frozen scans, the rate and the clock are looked for; 0: they are not"}
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 1000, "default": 5, "description": "scans per second"},
+    "serial": {"type": "integer", "minimum": 0, "maximum": 4294967295, "default": 0, "description": "required serial number of the array; 0: any"},
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "longest wait for the description of the array, sent once per second, and then for the first scan"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "longest time without a scan; default: five periods of the stream, at least 0.3"},
+    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 4, "description": "length of the windows in which frozen scans, rate and clock are checked; 0: no check"}
   }
 })";
 
@@ -258,7 +258,7 @@ constexpr std::int64_t in_the_middle = -1;
 std::uint8_t read_side(ConfigReader& config, const char* key) {
   constexpr std::int64_t missing = 0;
   const std::int64_t side = config.integer(key, missing, {1, double{imprint::max_side}});
-  if (side == missing) config.refuse(key, "missing", "1 to 128 taxels", "nothing");
+  if (side == missing) config.refuse(key, "key missing", "1 to 128 taxels", "none");
   return static_cast<std::uint8_t>(side);
 }
 
@@ -286,8 +286,7 @@ Result<ImprintSettings> read_imprint_settings(std::string_view config_json) {
   const imprint::Window part{settings.first_row.value_or(0), settings.first_col.value_or(0),
                              settings.rows, settings.cols};
   if (settings.rows > 0 && settings.cols > 0 && !makes_sense(part))
-    config.refuse("first_row", "the part goes beyond the largest array",
-                  "rows and columns 0 to 127");
+    config.refuse("first_row", "scan window beyond the largest array", "rows and columns 0 to 127");
   if (Status status = config.finish(); !status) return pass(status.error());
   return settings;
 }
@@ -304,11 +303,11 @@ Result<imprint::Window> window_on(const ImprintSettings& settings, std::uint8_t 
   if (part.first_row + part.rows > rows || part.first_col + part.cols > cols)
     return fail({.code = Errc::device_settings,
                  .where = "/rows",
-                 .what = "the array has no such part",
-                 .expected = "a part of " + size(rows, cols),
+                 .what = "scan window outside the array",
+                 .expected = "within " + size(rows, cols),
                  .got = size(part.rows, part.cols) + " from row " + std::to_string(part.first_row) +
                         ", column " + std::to_string(part.first_col),
-                 .hint = "Correct the rig file, or look which array is on this port"});
+                 .hint = "Correct the rig file, or check which array is on this port"});
   return part;
 }
 

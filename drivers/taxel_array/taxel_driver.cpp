@@ -39,9 +39,9 @@ FrameWatch::FrameWatch(const TaxelSettings& settings)
            .window = settings.watch,
            .least_frames = least_frames,
            .has_clock = settings.form == TaxelForm::weft,  // frames carry the sensor's own time
-           .rate_what = "the array sends at another rate than configured",
+           .rate_what = "rate of the array differs from the configuration",
            .rate_unit = "frames/s",
-           .rate_hint = "Correct rate_hz in the rig file, or look at the sensor's settings"}),
+           .rate_hint = "Correct rate_hz in the rig file, or the settings of the sensor"}),
       has_noise_(settings.has_noise) {}
 
 void FrameWatch::begin(const Frame& frame) {
@@ -73,14 +73,14 @@ std::optional<Error> FrameWatch::check_still(const Frame& frame) const {
     which = i;
   }
   if (still == 0) return std::nullopt;
-  const char* hint = "Look at the sensor's cable; watch_s 0 is for a sensor without noise";
+  const char* hint = "Check the cable of the sensor; set watch_s to 0 for a sensor without noise";
   if (still == frame.taxel_count)
-    return fault("the frames are frozen: no taxel changes", "the noise that taxels have",
+    return fault("frames frozen: no taxel changes", "noise",
                  std::to_string(frames()) + " equal frames", hint);
   const std::uint16_t at = frame.counts[which];
   return fault("taxel " + std::to_string(which) +
-                   (at == 0xFFFF ? " is saturated" : " is dead: it does not change"),
-               "the noise that taxels have", "always " + std::to_string(at) + " counts", hint);
+                   (at == 0xFFFF ? " saturated" : " dead: its value does not change"),
+               "noise", "always " + std::to_string(at) + " counts", hint);
 }
 
 std::optional<Error> FrameWatch::check_noise(const Frame& frame) const {
@@ -93,10 +93,11 @@ std::optional<Error> FrameWatch::check_noise(const Frame& frame) const {
   const double limit = std::max(noisy_counts, noisy_ratio * *middle);
   for (std::size_t i = 0; i < frame.taxel_count; ++i)
     if (paths[i] > limit)
-      return fault("taxel " + std::to_string(i) + " is noisy",
-                   "changes of about " + std::to_string(*middle) + " counts, as its neighbours",
-                   std::to_string(paths[i]) + " counts from frame to frame",
-                   "Look at its pad and at the shield");
+      return fault(
+          "taxel " + std::to_string(i) + " noisy",
+          "changes of about " + std::to_string(*middle) + " counts, as for the other taxels",
+          std::to_string(paths[i]) + " counts from frame to frame",
+          "Check the pad of the taxel and the shield");
   return std::nullopt;
 }
 
@@ -114,7 +115,7 @@ Status TaxelDriver::open() noexcept {
   late_ = 0;
   // A gateway sends without a request; an emulated one learns the host's address from this.
   if (settings_.form == TaxelForm::cpm_udp && !send(hello))
-    return fail({.code = Errc::io, .what = "the link refused the first datagram"});
+    return fail({.code = Errc::io, .what = "first datagram not sent: the link did not accept it"});
   return {};
 }
 
@@ -148,10 +149,10 @@ void TaxelDriver::on_frame(TimePoint arrival) {
   if (frame_.taxel_count != settings_.taxels) {
     raise({.code = Errc::device_settings,
            .where = "/taxels",
-           .what = "the sensor has another number of taxels",
+           .what = "number of taxels differs from the configuration",
            .expected = std::to_string(settings_.taxels),
            .got = std::to_string(frame_.taxel_count),
-           .hint = "Correct the rig file"});
+           .hint = "Correct the number of taxels in the rig file"});
     return;
   }
   const std::optional<std::uint32_t> lost = count_lost();
@@ -172,14 +173,14 @@ std::optional<std::uint32_t> TaxelDriver::count_lost() {
   const bool older =
       step.event == SequenceEvent::out_of_order || step.event == SequenceEvent::duplicate;
   if (older && settings_.form == TaxelForm::weft && came_late()) {
-    if (++late_ == 1) host().log(LogLevel::warning, "a frame came twice or late and was dropped");
+    if (++late_ == 1) host().log(LogLevel::warning, "frame received twice or late; it was dropped");
     return std::nullopt;
   }
   late_in_a_row_ = 0;
   last_device_us_ = frame_.device_us;
   if (older) {
     watch_.restart();
-    host().log(LogLevel::warning, "the sensor's frame numbers jumped back: it has restarted");
+    host().log(LogLevel::warning, "the array restarted: its frame numbers jumped back");
     sequence_.reset();
     sequence_.observe(frame_.sequence);
   }
@@ -204,10 +205,11 @@ void TaxelDriver::publish(std::uint32_t lost, TimePoint arrival) {
 
 void TaxelDriver::on_silence() {
   raise({.code = Errc::timeout,
-         .what = "no frame came from the tactile array",
-         .got = "silence",
-         .hint = state() == DriverState::closed ? "Check the port, the form and the sensor's power"
-                                                : ""});
+         .what = "no frame from the tactile array",
+         .got = "nothing received",
+         .hint = state() == DriverState::closed
+                     ? "Check the port, the form and the power of the array"
+                     : ""});
 }
 
 constinit const DriverEntry taxel_array_entry{
@@ -223,17 +225,17 @@ const char taxel_config_schema[] = R"({
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "taxels": {"type": "integer", "minimum": 1, "maximum": 64, "default": 16, "description": "how many; with rows and cols, their product"},
-    "rows": {"type": "integer", "minimum": 1, "maximum": 64, "description": "the array's shape, as the page draws it; taxels come row by row"},
-    "cols": {"type": "integer", "minimum": 1, "maximum": 64, "description": "taxels in a row"},
-    "positions_mm": {"x-unit": "mm", "type": "array", "items": {"type": "number", "minimum": -1000, "maximum": 1000}, "description": "in the place of rows and cols: x and y of each taxel from the middle of the face, x1, y1, x2, y2, ..."},
-    "span_counts": {"type": "integer", "minimum": 1, "maximum": 65535, "description": "rise of a taxel over its rest when it is pressed hardest, by calibration: full colour of the page's pad map; nothing is refused by it"},
-    "form": {"enum": ["weft", "cpm_udp"], "default": "weft", "description": "weft: serial frames of protocols/taxel; cpm_udp: datagrams of the CPM-Finger's gateway, 16 taxels"},
-    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "for the first frame"},
-    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames a second that the sensor sends"},
-    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which dead, saturated and noisy taxels, the rate and the clock are looked for; 0: they are not"},
-    "noise": {"enum": ["sensor", "none"], "default": "sensor", "description": "none: of a simulation without it, whose rig file says so to the driver: taxels that do not change are no fault"},
-    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "ten periods of the stream, at least 0.3"}
+    "taxels": {"type": "integer", "minimum": 1, "maximum": 64, "default": 16, "description": "number of taxels; with rows and cols, their product"},
+    "rows": {"type": "integer", "minimum": 1, "maximum": 64, "description": "rows of the array, as drawn on the page; taxels are sent row by row"},
+    "cols": {"type": "integer", "minimum": 1, "maximum": 64, "description": "taxels per row"},
+    "positions_mm": {"x-unit": "mm", "type": "array", "items": {"type": "number", "minimum": -1000, "maximum": 1000}, "description": "instead of rows and cols: x and y of each taxel from the middle of the face, as x1, y1, x2, y2, ..."},
+    "span_counts": {"type": "integer", "minimum": 1, "maximum": 65535, "description": "largest rise of a taxel above its rest value, by calibration; sets the colour scale of the page and is not a limit"},
+    "form": {"enum": ["weft", "cpm_udp"], "default": "weft", "description": "weft: serial frames of protocols/taxel; cpm_udp: datagrams from the gateway of the CPM-Finger, 16 taxels"},
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1, "description": "longest wait for the first frame"},
+    "rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0.1, "maximum": 10000, "default": 37, "description": "frames per second from the sensor"},
+    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "length of the windows in which dead, saturated and noisy taxels, rate and clock are checked; 0: no check"},
+    "noise": {"enum": ["sensor", "none"], "default": "sensor", "description": "none: for a simulation without noise; constant taxels are then not a fault"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "description": "longest time without a frame; default: ten periods of the stream, at least 0.3"}
   }
 })";
 
@@ -246,13 +248,13 @@ std::uint8_t read_taxel_count(ConfigReader& config) {
   const auto cols = config.integer("cols", 0, {1, most});
   const auto product = rows * cols;
   if ((rows == 0) != (cols == 0))
-    config.refuse(rows == 0 ? "rows" : "cols", "missing beside the other");
+    config.refuse(rows == 0 ? "rows" : "cols", "key missing", "rows and cols, or none of them");
   if (product > most)
-    config.refuse("rows", "too many taxels", "rows times cols up to 64", std::to_string(product));
+    config.refuse("rows", "too many taxels", "rows x cols of at most 64", std::to_string(product));
   const auto taxels = config.integer("taxels", product > 0 ? product : 16, {1, most});
   if (product > 0 && taxels != product)
-    config.refuse("taxels", "not the product of rows and cols", std::to_string(product),
-                  std::to_string(taxels));
+    config.refuse("taxels", "number of taxels is not the product of rows and cols",
+                  std::to_string(product), std::to_string(taxels));
   config.numbers("positions_mm", std::vector<double>(static_cast<std::size_t>(2 * taxels)),
                  {-1000, 1000});
   return static_cast<std::uint8_t>(std::clamp<std::int64_t>(taxels, 1, taxel::max_taxels));
@@ -267,7 +269,7 @@ Result<TaxelSettings> read_taxel_settings(std::string_view config_json) {
   if (config.choice("form", "weft", {"weft", "cpm_udp"}) == "cpm_udp")
     settings.form = TaxelForm::cpm_udp;
   if (settings.form == TaxelForm::cpm_udp && settings.taxels != protocols::taxel::cpm::taxels)
-    config.refuse("taxels", "the CPM-Finger has another number", "16",
+    config.refuse("taxels", "number of taxels differs from the CPM-Finger", "16",
                   std::to_string(settings.taxels));
   config.integer("span_counts", 1, {1, 65535});
   const double rate_hz = config.number("rate_hz", 37, {0.1, 1e4});

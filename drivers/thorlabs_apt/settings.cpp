@@ -60,7 +60,7 @@ void read_limits(ConfigReader& config, StageSettings& settings) {
   const std::vector<double> travel = config.numbers(
       names.travel, {model.travel_low, model.travel_high}, {lowest, model.travel_high});
   if (travel[0] >= travel[1])
-    config.refuse(names.travel, "the travel is empty", "[low, high] with low below high");
+    config.refuse(names.travel, "travel empty", "[low, high] with low below high");
   settings.max_speed = speed * si;
   settings.acceleration = acceleration * si;
   const StageScale& scale = model.scale;
@@ -98,14 +98,13 @@ Status check_scale(const StageModel& stage, std::string_view model) {
       others += (others.empty() ? "" : ", ") + std::string(pairing.name);
   return fail(
       {.code = Errc::device_identity,
-       .what = "the scale of a " + std::string(stage.name) + " on this controller is not known",
+       .what = "scale of " + std::string(stage.name) + " on this controller unknown",
        .expected = others,
        .got = std::string(model),
-       .hint = known == nullptr
-                   ? "Its counts may be other lengths than the driver's; take a controller "
-                     "of the list"
-                   : "It counts otherwise: state it as `controller` of the rig file, or "
-                     "take a controller of the list"});
+       .hint =
+           known == nullptr
+               ? "Use a controller from the list; the counts of this one may have another length"
+               : "State it as `controller` in the rig file, or use a controller from the list"});
 }
 
 /// The stage with the scale of the controller in the rig file, or of its usual controller.
@@ -159,29 +158,29 @@ const char stage_config_schema[] = R"({
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "stage": {"enum": ["LTS150", "LTS300", "NRT100", "NRT150", "MTS25-Z8", "MTS50-Z8", "Z806", "Z812", "Z825", "Z606", "Z612", "Z625", "DDSM100", "DDS220", "DDS300", "DDS600", "MLS203", "PRM1-Z8", "CR1-Z7", "K10CR1", "HDR50", "NR360"], "default": "LTS150", "description": "see the table below"},
-    "controller": {"type": "string", "maxLength": 8, "x-safety": true, "description": "the model that the controller reports, such as BSC201; its counts per mm are taken, and one whose scale for the stage is not known is refused; left out: a controller of the stage's usual scale"},
-    "emulated_controller": {"type": "string", "maxLength": 8, "description": "set by Weft from the rig file's emulator: compared as the unit's would be"},
-    "emulated_stage": {"type": "string", "maxLength": 16, "description": "the same, for the stage"},
-    "family": {"enum": ["stepper", "servo"], "description": "status messages of the controller; follows the stage"},
+    "stage": {"enum": ["LTS150", "LTS300", "NRT100", "NRT150", "MTS25-Z8", "MTS50-Z8", "Z806", "Z812", "Z825", "Z606", "Z612", "Z625", "DDSM100", "DDS220", "DDS300", "DDS600", "MLS203", "PRM1-Z8", "CR1-Z7", "K10CR1", "HDR50", "NR360"], "default": "LTS150", "description": "name of the stage; see the table below"},
+    "controller": {"type": "string", "maxLength": 8, "x-safety": true, "description": "model reported by the controller, such as BSC201; it sets the counts per mm, and a model with an unknown scale for the stage is refused; default: a controller with the usual scale of the stage"},
+    "emulated_controller": {"type": "string", "maxLength": 8, "description": "set by Weft from the emulator in the rig file; compared as the model of a real unit"},
+    "emulated_stage": {"type": "string", "maxLength": 16, "description": "the same for the stage"},
+    "family": {"enum": ["stepper", "servo"], "description": "kind of status messages of the controller; default: by the stage"},
     "channel": {"type": "integer", "minimum": 1, "maximum": 8, "default": 1},
     "destination": {"type": "integer", "minimum": 17, "maximum": 80, "default": 80, "description": "80 (0x50): USB unit; 33 (0x21): bay 0"},
-    "max_speed_mm_s": {"x-unit": "mm/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: the stage's own limit"},
+    "max_speed_mm_s": {"x-unit": "mm/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: the limit of the stage"},
     "max_speed_deg_s": {"x-unit": "deg/s", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
-    "acceleration_mm_s2": {"x-unit": "mm/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; left out: limits.acceleration_mm_s2 of the rig, any other value is refused"},
+    "acceleration_mm_s2": {"x-unit": "mm/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "linear stages; default: limits.acceleration_mm_s2 of the rig; any other value is refused"},
     "acceleration_deg_s2": {"x-unit": "deg/s2", "x-safety": true, "type": "number", "exclusiveMinimum": 0, "description": "rotary stages"},
     "travel_mm": {"x-unit": "mm", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "linear stages: [low, high] from home"},
     "travel_deg": {"x-unit": "deg", "x-safety": true, "type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "rotary stages: [low, high] from home"},
-    "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "a finished move may be this far from its target"},
+    "in_position_counts": {"type": "integer", "minimum": 0, "maximum": 10000, "default": 4, "description": "largest distance from the target at the end of a move"},
     "require_homed": {"x-safety": true, "type": "boolean", "default": true, "description": "refuse motion before homing"},
-    "serial": {"type": "integer", "minimum": 0, "maximum": 999999999, "default": 0, "description": "of the unit; another is refused; 0: any"},
-    "identify": {"type": "boolean", "default": false, "description": "let the front panel flash on opening"},
-    "encoder": {"x-safety": true, "type": "boolean", "default": false, "description": "a stepper whose status tells an encoder's count: lost steps are a fault"},
-    "check_jumps": {"x-safety": true, "type": "boolean", "default": true, "description": "drop positions that no motion explains, three in a row are a fault"},
-    "home_must_move": {"x-safety": true, "type": "boolean", "default": true, "description": "a homing during which the position never changed is a fault"},
-    "home_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.1, "maximum": 3600, "description": "follows the stage: 1.5 x (travel + offset) / homing speed + 10"},
+    "serial": {"type": "integer", "minimum": 0, "maximum": 999999999, "default": 0, "description": "serial number of the unit; any other is refused; 0: any"},
+    "identify": {"type": "boolean", "default": false, "description": "flash the front panel on opening"},
+    "encoder": {"x-safety": true, "type": "boolean", "default": false, "description": "for a stepper that reports an encoder count in its status; lost steps are a fault"},
+    "check_jumps": {"x-safety": true, "type": "boolean", "default": true, "description": "drop positions that no motion explains; three in a row are a fault"},
+    "home_must_move": {"x-safety": true, "type": "boolean", "default": true, "description": "homing without a change of position is a fault"},
+    "home_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.1, "maximum": 3600, "description": "longest homing; default by the stage: 1.5 x (travel + offset) / homing speed + 10"},
     "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 1},
-    "poll_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "status readings without being asked; 0: only on PollCommand"}
+    "poll_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 1000, "default": 0, "description": "rate of automatic status readings; 0: only on PollCommand"}
   }
 })";
 
@@ -214,11 +213,11 @@ Result<StageSettings> read_stage_settings(std::string_view config_json) {
 Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
   const std::string model = info.model.str();
   const std::string stage(settings.model->name);
-  const char* hint = "Check the rig file's port and stage";
+  const char* hint = "Check port and stage in the rig file";
   const protocols::apt::Controller* controller = protocols::apt::find_controller(model);
   if (controller == nullptr || controller->family != settings.family)
     return fail({.code = Errc::device_identity,
-                 .what = "the controller is of another kind",
+                 .what = "controller of the wrong kind",
                  .expected = settings.family == Family::servo
                                  ? "a DC servo controller such as KDC101"
                                  : "a stepper controller such as LTS150",
@@ -226,28 +225,28 @@ Status check_identity(const StageSettings& settings, const HardwareInfo& info) {
                  .hint = hint});
   if (controller->has_own_stage && !model.starts_with(stage))
     return fail({.code = Errc::device_identity,
-                 .what = "the unit is another stage",
+                 .what = "stage differs from the rig file",
                  .expected = stage,
                  .got = model,
                  .hint = hint});
   if (Status known = check_scale(*settings.model, model); !known) return known;
   if (names_a_stage(info.stage_id) && info.stage_id != settings.model->stage_id)
     return fail({.code = Errc::device_settings,
-                 .what = "the controller is set up for another stage",
+                 .what = "controller configured for another stage",
                  .expected = "stage id " + std::to_string(settings.model->stage_id),
-                 .got = std::to_string(info.stage_id),
+                 .got = "stage id " + std::to_string(info.stage_id),
                  .hint = hint});
   if (settings.serial != 0 && settings.serial != info.serial)
     return fail({.code = Errc::device_identity,
                  .where = "/serial",
-                 .what = "the unit has another serial number",
+                 .what = "serial number of the unit differs from the rig file",
                  .expected = std::to_string(settings.serial),
                  .got = std::to_string(info.serial),
-                 .hint = "Two stages may have changed places"});
+                 .hint = "Check whether two stages were exchanged, or correct the rig file"});
   if (info.channels != 0 && settings.channel > info.channels)
     return fail({.code = Errc::device_settings,
                  .where = "/channel",
-                 .what = "the controller does not have this channel",
+                 .what = "channel not available on the controller",
                  .expected = "1 to " + std::to_string(info.channels),
                  .got = std::to_string(settings.channel)});
   return {};

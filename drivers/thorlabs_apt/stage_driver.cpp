@@ -25,7 +25,9 @@ constexpr auto stop_now = static_cast<std::uint8_t>(StopMode::immediate);
 constexpr auto stop_profiled = static_cast<std::uint8_t>(StopMode::profiled);
 
 tl::unexpected<Error> link_failed() {
-  return fail({.code = Errc::io, .what = "the link refused the command"});
+  return fail({.code = Errc::io,
+               .what = "command not sent: the link did not accept it",
+               .hint = "Check cable and power of the device"});
 }
 
 }  // namespace
@@ -65,7 +67,7 @@ Status StageDriver::open() noexcept {
 Status StageDriver::arm() noexcept {
   if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
   if (arming_)
-    return fail({.code = Errc::wrong_state, .what = "arm is refused: arming is under way"});
+    return fail({.code = Errc::wrong_state, .what = "arm refused: the driver is already arming"});
   arming_ = true;
   put_arming();
   put_status_request();
@@ -106,7 +108,7 @@ void StageDriver::put_arming() {
 }
 
 Result<std::uint32_t> StageDriver::command(const Command& command) noexcept {
-  if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+  if (Status allowed = require(DriverState::armed, "command"); !allowed)
     return pass(std::move(allowed.error()));
   return std::visit([this](const auto& c) { return run(c); }, command);
 }
@@ -129,7 +131,7 @@ Result<std::uint32_t> StageDriver::run(const MoveCommand& move) {
   if (has_origin &&
       (*target < settings_.travel_low_counts || *target > settings_.travel_high_counts))
     return fail({.code = Errc::range,
-                 .what = "the target is outside the travel",
+                 .what = "target outside the travel",
                  .expected = settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
                              settings_.with_unit(to_si(settings_.travel_high_counts)),
                  .got = settings_.with_unit(move.target)});
@@ -150,8 +152,9 @@ Result<std::uint32_t> StageDriver::run(const ServoCommand& servo) {
   }
   if (Status homed = require_homed(); !homed) return pass(std::move(homed.error()));
   if (servo.horizon <= Duration::zero())
-    return fail(
-        {.code = Errc::range, .what = "the horizon of a velocity command must be above zero"});
+    return fail({.code = Errc::range,
+                 .what = "horizon of a velocity command out of range",
+                 .expected = "above 0 s"});
   const Result<std::int32_t> velocity = speed_counts(std::abs(servo.velocity));
   if (!velocity) return pass(velocity.error());
   const double reach_counts =
@@ -176,15 +179,15 @@ Result<std::uint32_t> StageDriver::run(const PollCommand&) {
 }
 
 Result<std::uint32_t> StageDriver::run(const BiasCommand&) {
-  return fail({.code = Errc::unsupported, .what = "a stage has no bias"});
+  return fail({.code = Errc::unsupported, .what = "bias not supported by a stage"});
 }
 
 // Before homing, positions have no origin and the travel limits cannot be checked.
 Status StageDriver::require_homed() const {
   if (!settings_.require_homed || (last_.status_bits & status::homed) != 0) return {};
   return fail({.code = Errc::wrong_state,
-               .what = "motion is refused: the stage has not been homed",
-               .hint = "Home it first"});
+               .what = "motion refused: stage not homed",
+               .hint = "Home the stage first"});
 }
 
 /// A speed below one count is raised to one count, because it is not zero.
@@ -193,8 +196,8 @@ Result<std::int32_t> StageDriver::speed_counts(double speed) const {
   if (!counts) return counts;
   if (speed > 0 && *counts <= settings_.max_velocity_counts) return std::max(*counts, 1);
   return fail({.code = Errc::range,
-               .what = "the speed is outside the stage's limits",
-               .expected = "above 0, up to " + settings_.with_unit(settings_.max_speed) + "/s",
+               .what = "speed out of range",
+               .expected = "above 0, at most " + settings_.with_unit(settings_.max_speed) + "/s",
                .got = settings_.with_unit(speed) + "/s"});
 }
 
@@ -285,17 +288,17 @@ void StageDriver::cancel_timers() {
 
 void StageDriver::on_opening_timeout() {
   raise({.code = Errc::timeout,
-         .what = "the controller does not answer HW_REQ_INFO",
+         .what = "no reply of the controller to HW_REQ_INFO",
          .expected = "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
-         .got = "silence",
+         .got = "nothing received",
          .hint = "Check the port, the destination address and the power"});
 }
 
 void StageDriver::on_reply_timeout() {
   raise({.code = Errc::timeout,
-         .what = "the controller does not answer status requests",
+         .what = "no reply of the controller to status requests",
          .expected = "a reply within " + std::to_string(to_seconds(settings_.reply_timeout)) + " s",
-         .got = "silence"});
+         .got = "nothing received"});
 }
 
 std::string StageDriver::format_target() const {
@@ -305,8 +308,7 @@ std::string StageDriver::format_target() const {
 
 void StageDriver::on_motion_timeout() {
   raise({.code = Errc::timeout,
-         .what =
-             motion_.kind == MotionKind::home ? "homing took too long" : "the motion took too long",
+         .what = motion_.kind == MotionKind::home ? "homing timed out" : "motion timed out",
          .expected = format_target(),
          .got = settings_.with_unit(to_si(last_.position_counts))});
 }
@@ -314,10 +316,10 @@ void StageDriver::on_motion_timeout() {
 void StageDriver::on_watch() {
   if (now() - motion_.progress_at > stall_limit) {
     raise({.code = Errc::device_motion,
-           .what = "the stage does not move",
+           .what = "stage does not move",
            .expected = format_target(),
            .got = settings_.with_unit(to_si(last_.position_counts)),
-           .hint = "Look for an obstacle, and at the limit switches"});
+           .hint = "Check for an obstacle, and check the limit switches"});
     return;
   }
   const Duration period = motion_.kind == MotionKind::home ? home_watch_period : watch_period;

@@ -53,14 +53,13 @@ bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
     implausible_ = 0;
     return true;
   }
-  if (++implausible_ == 1)
-    host().log(LogLevel::warning, "a position that no motion explains was dropped");
+  if (++implausible_ == 1) host().log(LogLevel::warning, "implausible position dropped");
   if (implausible_ >= most_implausible)
     raise({.code = Errc::device_data,
-           .what = "the position jumps",
-           .expected = std::to_string(last_.position_counts) + " counts or near",
+           .what = "position jumps",
+           .expected = std::to_string(last_.position_counts) + " counts, about",
            .got = std::to_string(reading.position_counts) + " counts",
-           .hint = "Look at the cable, and whether somebody set the controller's counter"});
+           .hint = "Check the cable, and whether the counter of the controller was set"});
   return false;
 }
 
@@ -68,24 +67,24 @@ bool StageDriver::plausible(const StageReading& reading, TimePoint arrival) {
 std::optional<Error> StageDriver::ailment(const StageReading& reading) const {
   if ((reading.status_bits & status::any_fault) != 0)
     return Error{.code = Errc::device,
-                 .what = "the controller reports a fault: " + fault_names(reading.status_bits),
+                 .what = "fault reported by the controller: " + fault_names(reading.status_bits),
                  .got = "status " + std::to_string(reading.status_bits)};
   const bool armed = state() == DriverState::armed;
   if (armed && (reading.status_bits & status::channel_enabled) == 0)
     return Error{.code = Errc::device_motion,
-                 .what = "the channel has fallen disabled",
+                 .what = "channel became disabled",
                  .got = "status " + std::to_string(reading.status_bits),
-                 .hint = "Look at the controller's front panel and its power supply"};
+                 .hint = "Check the front panel of the controller and its power supply"};
   const std::int64_t apart =
       std::llabs(std::int64_t{reading.position_counts} - reading.encoder_counts);
   if (!settings_.encoder || !armed || motion_.kind == MotionKind::home ||
       apart <= settings_.encoder_tolerance_counts)
     return std::nullopt;
   return Error{.code = Errc::device_motion,
-               .what = "steps were lost: the encoder does not follow",
+               .what = "steps lost: encoder and position differ",
                .expected = std::to_string(reading.position_counts) + " counts",
                .got = std::to_string(reading.encoder_counts) + " counts",
-               .hint = "Look for an obstacle; home the stage again"};
+               .hint = "Check for an obstacle, then home the stage again"};
 }
 
 /// A problem counts when two statuses in a row show one; the second is requested at once. This also
@@ -100,8 +99,8 @@ bool StageDriver::believed(const StageReading& reading) {
     return true;
   }
   if (++unwell_ < least_unwell) {
-    host().log(LogLevel::warning, "one status was dropped: " +
-                                      (wrong ? wrong->what : "the stage is not homed any more"));
+    host().log(LogLevel::warning,
+               "status dropped: " + (wrong ? wrong->what : "the stage is no longer homed"));
     put_status_request();
     flush();
     return false;

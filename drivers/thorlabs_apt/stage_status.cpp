@@ -60,7 +60,8 @@ void StageDriver::handle(const Message& message, TimePoint arrival) {
     case MessageId::hw_richresponse:
       return on_rich_response(message);
     case MessageId::hw_response:
-      return raise({.code = Errc::device, .what = "the controller reports a fault without a text"});
+      return raise(
+          {.code = Errc::device, .what = "fault without a text reported by the controller"});
     default:
       return;
   }
@@ -92,7 +93,7 @@ void StageDriver::on_limit_switches(const Message& message) {
         found->reverse_hardware == model.reverse_limit)
       return;
     return raise({.code = Errc::device_refused,
-                  .what = "the controller did not take the stage's limit switches",
+                  .what = "limit switches of the stage not stored in the controller",
                   .expected = std::to_string(model.forward_limit) + ", " +
                               std::to_string(model.reverse_limit),
                   .got = std::to_string(found->forward_hardware) + ", " +
@@ -106,12 +107,12 @@ void StageDriver::on_limit_switches(const Message& message) {
     return;
   raise({.code = Errc::device_settings,
          .where = "/travel_" + std::string(settings_.model->axis == Axis::linear ? "mm" : "deg"),
-         .what = "the controller's soft limits are inside the rig file's travel",
+         .what = "soft limits of the controller narrower than the travel in the rig file",
          .expected = settings_.with_unit(to_si(settings_.travel_low_counts)) + " to " +
                      settings_.with_unit(to_si(settings_.travel_high_counts)),
          .got = settings_.with_unit(to_si(found->reverse_soft_counts)) + " to " +
                 settings_.with_unit(to_si(found->forward_soft_counts)),
-         .hint = "Correct the rig file, or widen the limits with the maker's program"});
+         .hint = "Correct the rig file, or widen the limits with the program of the manufacturer"});
 }
 
 void StageDriver::on_velocity(const Message& message) {
@@ -119,10 +120,10 @@ void StageDriver::on_velocity(const Message& message) {
   if (!device_params || !arming_) return;
   const auto refuse = [this](const std::string& what, std::int32_t sent, std::int32_t stored) {
     raise({.code = Errc::device_refused,
-           .what = "the controller did not take the rig file's " + what,
+           .what = what + " of the rig file not stored in the controller",
            .expected = std::to_string(sent) + " counts",
            .got = std::to_string(stored) + " counts",
-           .hint = "Lower the " + what + " in the rig file to what the controller allows"});
+           .hint = "Lower the " + what + " in the rig file to the limit of the controller"});
   };
   // A controller with internal units may round: by one count, or by more for a speed, which has
   // hundreds of millions of counts.
@@ -138,7 +139,7 @@ void StageDriver::on_velocity(const Message& message) {
 void StageDriver::on_rich_response(const Message& message) {
   const Result<RichResponse> response = decode_body<RichResponse>(message.data);
   raise({.code = Errc::device,
-         .what = "the controller reports a fault: " +
+         .what = "fault reported by the controller: " +
                  (response ? response->notes.str() : std::string("unreadable")),
          .got = response ? "code " + std::to_string(response->code) : std::string()});
 }
@@ -184,10 +185,10 @@ void StageDriver::on_stopped(const Message& message, TimePoint arrival) {
     --stops_under_way_;
   } else if (motion_.awaited()) {
     raise({.code = Errc::device_motion,
-           .what = "the stage stopped before its target",
+           .what = "stage stopped before its target",
            .expected = std::to_string(motion_.target_counts) + " counts",
            .got = std::to_string(reading->position_counts) + " counts",
-           .hint = "Look at the limit switches and at the travel in the rig file"});
+           .hint = "Check the limit switches and the travel in the rig file"});
     return;
   } else {
     motion_ = {};
@@ -225,8 +226,8 @@ bool StageDriver::finish_arming(const StageReading& reading) {
   arming_ = false;
   if ((reading.status_bits & status::channel_enabled) == 0) {
     raise({.code = Errc::device_refused,
-           .what = "the channel did not become enabled",
-           .hint = "Look at the controller's front panel"});
+           .what = "channel not enabled",
+           .hint = "Check the front panel of the controller"});
     return false;
   }
   if ((reading.status_bits & status::any_motion) != 0) stop_found_motion();
@@ -239,7 +240,7 @@ bool StageDriver::finish_arming(const StageReading& reading) {
 
 /// A dead host, or a person at the panel, may have left the stage moving towards a limit.
 void StageDriver::stop_found_motion() {
-  host().log(LogLevel::warning, "the stage was moving when it was armed, and is told to stop");
+  host().log(LogLevel::warning, "stage was moving when it was armed; stop sent");
   ++stops_under_way_;
   put_short(MessageId::move_stop, settings_.channel, static_cast<std::uint8_t>(StopMode::profiled));
   flush();
@@ -274,15 +275,15 @@ void StageDriver::check_rest(bool arrived, TimePoint arrival) {
   }
   if (!since) since = arrival;
   if (arrived && arrival - *since > lost_report_limit) {
-    host().log(LogLevel::warning, "the end of a move was not reported, but it is there");
+    host().log(LogLevel::warning, "end of a move not reported; taken from the status");
     motion_.reported = true;
   }
   if (arrived || arrival - *since <= away_limit) return;
   raise({.code = Errc::device_motion,
-         .what = "the stage ended away from its target",
+         .what = "stage ended away from its target",
          .expected = std::to_string(motion_.target_counts) + " counts",
          .got = std::to_string(last_.position_counts) + " counts",
-         .hint = "Look at the backlash correction and at the stage"});
+         .hint = "Check the backlash correction and the stage"});
 }
 
 /// Handles a homing with the stage at rest, homed, at the end position of homing, and seen to home:
@@ -298,7 +299,7 @@ void StageDriver::check_home_rest(TimePoint arrival) {
   }
   if (!motion_.silent_since) motion_.silent_since = arrival;
   if (arrival - *motion_.silent_since <= lost_report_limit) return;
-  host().log(LogLevel::warning, "the end of the homing was not reported, but the status shows it");
+  host().log(LogLevel::warning, "end of homing not reported; taken from the status");
   motion_.reported = true;
 }
 
@@ -309,9 +310,9 @@ void StageDriver::confirm_home() {
   }
   if (settings_.home_must_move && !motion_.moved) {
     raise({.code = Errc::device_motion,
-           .what = "homing was reported done, but the encoder never moved",
+           .what = "homing reported as done, but the encoder did not move",
            .got = std::to_string(last_.position_counts) + " counts throughout",
-           .hint = "Look at the motor's cable and at the home switch"});
+           .hint = "Check the motor cable and the home switch"});
     return;
   }
   confirmed_id_ = motion_.id;

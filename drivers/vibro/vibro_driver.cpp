@@ -31,9 +31,9 @@ double rate_of(const vibro::ChannelDescription& channel) {
 
 constexpr std::uint32_t least_blocks = 20;
 std::string name_of(vibro::Kind kind, std::size_t axis) {
-  constexpr std::array names{"the accelerometer's x axis", "the accelerometer's y axis",
-                             "the accelerometer's z axis"};
-  return kind == vibro::Kind::sound ? "the microphone" : names[axis];
+  constexpr std::array names{"x axis of the accelerometer", "y axis of the accelerometer",
+                             "z axis of the accelerometer"};
+  return kind == vibro::Kind::sound ? "microphone" : names[axis];
 }
 
 }  // namespace
@@ -42,9 +42,9 @@ BlockWatch::BlockWatch(Duration window, double blocks_hz, int full_scale_counts)
     : StreamWatch({.rate_hz = blocks_hz,
                    .window = window,
                    .least_frames = least_blocks,
-                   .rate_what = "the sensor sends at another rate than it says",
+                   .rate_what = "rate of the sensor differs from its description",
                    .rate_unit = "blocks/s",
-                   .rate_hint = "Look at the sensor's settings and its line"}),
+                   .rate_hint = "Check the settings of the sensor and its line"}),
       full_scale_counts_(full_scale_counts) {}
 
 void BlockWatch::begin(const vibro::Frame& block) {
@@ -66,11 +66,12 @@ std::optional<Error> BlockWatch::check_values(const vibro::Frame& block) const {
     const bool full = std::abs(at) >= full_scale_counts_;
     return Error{
         .code = Errc::device_data,
-        .what = name_of(block.kind, axis) + (full ? " is saturated: it stays at an end of its range"
-                                                  : " is frozen: its readings do not change"),
-        .expected = "the noise that readings have",
+        .what = name_of(block.kind, axis) +
+                (full ? " saturated: its readings stay at the end of the range"
+                      : " frozen: its readings do not change"),
+        .expected = "noise",
         .got = "always " + std::to_string(at) + " counts",
-        .hint = "Look at the sensor and its mounting; watch_s 0 is for a sensor without noise"};
+        .hint = "Check the sensor and its mounting; set watch_s to 0 for a sensor without noise"};
   }
   return std::nullopt;
 }
@@ -130,19 +131,19 @@ void VibroDriver::on_description() {
     if (*description_ == frame_.description) return;
     return raise(
         {.code = Errc::device_restarted,
-         .what = "the sensor describes itself in another way than at first",
+         .what = "description of the sensor changed after opening",
          .expected = "serial " + std::to_string(description_->serial) + ", the same channels",
          .got = "serial " + std::to_string(frame_.description.serial),
-         .hint = "Was it replaced or set up anew? Open it again"});
+         .hint = "Check whether the sensor was replaced or changed, then open it again"});
   }
   const vibro::Description& description_seen = frame_.description;
   if (settings_.serial != 0 && settings_.serial != description_seen.serial)
     return raise({.code = Errc::device_identity,
                   .where = "/serial",
-                  .what = "another serial number than configured",
+                  .what = "serial number of the sensor differs from the configuration",
                   .expected = std::to_string(settings_.serial),
                   .got = std::to_string(description_seen.serial),
-                  .hint = "Correct the rig file, or look which sensor is on this port"});
+                  .hint = "Correct the rig file, or check which sensor is on this port"});
   if (auto wrong = unfit(acceleration_, description_seen.acceleration)) return raise(*wrong);
   if (auto wrong = unfit(sound_, description_seen.sound)) return raise(*wrong);
   description_ = description_seen;
@@ -161,27 +162,27 @@ std::optional<Error> VibroDriver::unfit(const Channel& channel,
   if (description_seen.rate_mhz == 0)
     return Error{.code = Errc::device_settings,
                  .where = key,
-                 .what = "the sensor has no channel for " + noun,
-                 .hint = "A rate of 0 in the rig file leaves it out"};
+                 .what = "sensor without a channel for " + noun,
+                 .hint = "Set its rate to 0 in the rig file"};
   if (std::abs(rate_of(description_seen) - channel.rate_hz) > rate_tolerance * channel.rate_hz)
     return Error{.code = Errc::device_settings,
                  .where = key,
-                 .what = "the sensor sends " + noun + " at another rate than configured",
+                 .what = "rate of " + noun + " differs from the configuration",
                  .expected = std::to_string(channel.rate_hz) + " Hz",
                  .got = std::to_string(rate_of(description_seen)) + " Hz",
-                 .hint = "Correct the rig file, or the sensor's settings"};
+                 .hint = "Correct the rig file, or the settings of the sensor"};
   const std::size_t values =
       description_seen.block_readings * vibro::values_per_reading(channel.kind);
   if (description_seen.range_micro == 0 || description_seen.full_scale_counts == 0 || values == 0 ||
       values > vibro::max_values)
     return Error{.code = Errc::device_data,
-                 .what = "the sensor describes its channel for " + noun + " as nothing that can be",
-                 .expected = "a range, counts at full scale, 1 to 1536 values in a block",
+                 .what = "description of the channel for " + noun + " invalid",
+                 .expected = "a range, counts at full scale, 1 to 1536 values per block",
                  .got = "range " + std::to_string(description_seen.range_micro) +
                         "e-6, full scale " + std::to_string(description_seen.full_scale_counts) +
                         ", " + std::to_string(description_seen.block_readings) +
-                        " readings in a block",
-                 .hint = "Is its firmware the right one?"};
+                        " readings per block",
+                 .hint = "Check the firmware of the sensor"};
   return std::nullopt;
 }
 
@@ -221,21 +222,21 @@ void VibroDriver::on_block(Channel& channel, TimePoint arrival) {
       channel.described.block_readings * vibro::values_per_reading(channel.kind);
   if (frame_.value_count != expected)
     return raise({.code = Errc::device_data,
-                  .what = std::string("a block of ") + noun_of(channel.kind) +
-                          " has another number of values than the sensor says",
+                  .what = std::string("number of values in a block of ") + noun_of(channel.kind) +
+                          " differs from the description",
                   .expected = std::to_string(expected),
                   .got = std::to_string(frame_.value_count)});
   const BlockOrder::Step step = channel.order.observe(frame_);
   if (step.verdict == BlockOrder::Verdict::late) {
     if (!std::exchange(channel.late_reported, true))
-      host().log(LogLevel::warning, std::string("a block of ") + noun_of(channel.kind) +
-                                        " came twice or late and was dropped");
+      host().log(LogLevel::warning, std::string("block of ") + noun_of(channel.kind) +
+                                        " received twice or late; it was dropped");
     return;
   }
   if (step.verdict == BlockOrder::Verdict::restarted) {
     channel.watch.restart();
-    host().log(LogLevel::warning, std::string("the sensor's numbers of ") + noun_of(channel.kind) +
-                                      " jumped back: it has restarted");
+    host().log(LogLevel::warning, std::string("the sensor restarted: its numbers of ") +
+                                      noun_of(channel.kind) + " blocks jumped back");
   }
   if (!advance(channel)) return;
   if (auto wrong = channel.watch.check(frame_, step.lost, arrival)) return raise(*wrong);
@@ -271,16 +272,16 @@ void VibroDriver::publish(const Channel& channel, std::uint32_t lost, TimePoint 
 
 void VibroDriver::on_silence() {
   raise({.code = Errc::timeout,
-         .what = "no description came from the vibration sensor",
+         .what = "no description from the vibration sensor",
          .expected = "one each second",
-         .got = "silence",
-         .hint = "Check the port and the sensor's power"});
+         .got = "nothing received",
+         .hint = "Check the port and the power of the sensor"});
 }
 
 void VibroDriver::on_channel_silence(const Channel& channel) {
   raise({.code = Errc::timeout,
-         .what = std::string("no ") + noun_of(channel.kind) + " came from the vibration sensor",
-         .got = "silence"});
+         .what = std::string("no ") + noun_of(channel.kind) + " from the vibration sensor",
+         .got = "nothing received"});
 }
 
 constinit const DriverEntry vibro_entry{
@@ -296,12 +297,12 @@ const char vibro_config_schema[] = R"({
   "type": "object",
   "additionalProperties": false,
   "properties": {
-    "acceleration_rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 100000, "default": 200, "description": "readings a second of the accelerometer; 0: it is not looked at"},
-    "sound_rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 400000, "default": 8000, "description": "readings a second of the microphone; 0: it is not looked at"},
-    "serial": {"type": "integer", "minimum": 0, "maximum": 4294967295, "default": 0, "description": "serial number that the sensor must have; 0: any"},
-    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "for the sensor's description, which comes once a second"},
-    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.3, "description": "a channel that is silent for so long is a fault"},
-    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "windows in which frozen and saturated values, the rate and the clock are looked for; 0: they are not"}
+    "acceleration_rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 100000, "default": 200, "description": "readings per second of the accelerometer; 0: not used"},
+    "sound_rate_hz": {"x-unit": "Hz", "type": "number", "minimum": 0, "maximum": 400000, "default": 8000, "description": "readings per second of the microphone; 0: not used"},
+    "serial": {"type": "integer", "minimum": 0, "maximum": 4294967295, "default": 0, "description": "required serial number of the sensor; 0: any"},
+    "reply_timeout_s": {"x-unit": "s", "type": "number", "minimum": 0.01, "maximum": 60, "default": 3, "description": "longest wait for the description of the sensor, sent once per second"},
+    "stale_after_s": {"x-unit": "s", "x-safety": true, "type": "number", "minimum": 0.01, "maximum": 60, "default": 0.3, "description": "longest time without a block of a channel"},
+    "watch_s": {"x-unit": "s", "type": "number", "minimum": 0, "maximum": 3600, "default": 2, "description": "length of the windows in which frozen and saturated values, rate and clock are checked; 0: no check"}
   }
 })";
 
@@ -315,7 +316,7 @@ Result<VibroSettings> read_vibro_settings(std::string_view config_json) {
   settings.stale_after = from_seconds(config.number("stale_after_s", 0.3, {0.01, 60}));
   settings.watch = from_seconds(config.number("watch_s", 2, {0, 3600}));
   if (settings.acceleration_rate_hz == 0 && settings.sound_rate_hz == 0)
-    config.refuse("sound_rate_hz", "no channel is looked at", "a rate above 0 for one of them",
+    config.refuse("sound_rate_hz", "no channel used", "a rate above 0 for one of them",
                   "0 for both");
   if (Status status = config.finish(); !status) return pass(status.error());
   return settings;
