@@ -328,9 +328,9 @@ template <class Body>
 Result<Body> decode_body(ByteView data) {
   if (data.size() != body_size<Body>)
     return fail({.code = Errc::parse,
-                 .what = "APT data length does not fit the message",
+                 .what = "APT data length wrong for the message",
                  .expected = std::to_string(body_size<Body>) + " bytes",
-                 .got = std::to_string(data.size())});
+                 .got = std::to_string(data.size()) + " bytes"});
   Body body;
   LittleReader reader(data);
   std::apply([&](auto&... field) { (detail::read_field(reader, field), ...); }, body.fields());

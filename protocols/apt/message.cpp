@@ -154,24 +154,24 @@ Result<Message> decode(ByteView bytes) {
   message.source = reader.read<std::uint8_t>();
   if (!reader.ok())
     return fail({.code = Errc::parse,
-                 .what = "APT message is cut short",
+                 .what = "APT message truncated",
                  .expected = "at least 6 bytes",
-                 .got = std::to_string(bytes.size())});
+                 .got = std::to_string(bytes.size()) + " bytes"});
   std::size_t size = 0;
   if ((dest & long_form) != 0) {
     size = message.param1 | static_cast<std::size_t>(message.param2) << 8;
     message.param1 = message.param2 = 0;
     if (size == 0 || size > max_data_size)
       return fail({.code = Errc::parse,
-                   .what = "APT data length is impossible",
+                   .what = "APT data length out of range",
                    .expected = "1 to 255 bytes",
-                   .got = std::to_string(size)});
+                   .got = std::to_string(size) + " bytes"});
   }
   if (reader.remaining() != size)
     return fail({.code = Errc::parse,
                  .what = "APT message length disagrees with its header",
                  .expected = std::to_string(header_size + size) + " bytes",
-                 .got = std::to_string(bytes.size())});
+                 .got = std::to_string(bytes.size()) + " bytes"});
   const ByteView data = reader.take(size);
   message.data.assign(data.begin(), data.end());
   return message;

@@ -13,8 +13,8 @@ Result<std::int32_t> to_counts(double value, double counts_per_value, const char
   constexpr double highest = std::numeric_limits<std::int32_t>::max();
   if (counts >= lowest && counts <= highest) return static_cast<std::int32_t>(counts);
   return fail({.code = Errc::range,
-               .what = std::string(what) + " does not fit the 32-bit field of the protocol",
-               .expected = "up to " + std::to_string(highest / counts_per_value),
+               .what = std::string(what) + " exceeds the 32-bit field of the protocol",
+               .expected = "at most " + std::to_string(highest / counts_per_value),
                .got = std::to_string(value)});
 }
 

@@ -93,10 +93,10 @@ class RegisterReader {
 tl::unexpected<Error> unusable(const std::string& what, const std::string& expected,
                                const std::string& got) {
   return fail({.code = Errc::range,
-               .what = "the sensor's calibration has " + what,
+               .what = "calibration of the sensor has " + what,
                .expected = expected,
                .got = got,
-               .hint = "Is it an empty slot? Choose another number of calibration"});
+               .hint = "Choose another calibration number; this one may be an empty slot"});
 }
 
 bool usable_row(const std::array<float, gauges>& row) {
@@ -130,7 +130,7 @@ Result<Calibration> decode_calibration(std::span<const std::uint16_t> registers)
     return fail({.code = Errc::parse,
                  .what = "calibration record has the wrong length",
                  .expected = "168 registers",
-                 .got = std::to_string(registers.size())});
+                 .got = std::to_string(registers.size()) + " registers"});
   RegisterReader reader(registers);
   Calibration out;
   out.serial = reader.text(serial_size);
@@ -173,10 +173,10 @@ Result<GaugeMatrix> gauge_matrix(const Calibration& calibration) {
   for (std::size_t i = 0; i < 6; ++i) {
     const double rating = calibration.max_rating[i];
     if (!usable_row(calibration.matrix[i]))
-      return unusable("a row of the matrix that means nothing", "six finite numbers, not all zero",
+      return unusable("an invalid row in its matrix", "six finite numbers, not all zero",
                       "row " + std::to_string(i));
     if (!std::isfinite(rating) || rating <= 0)
-      return unusable("a rating that is none", "a positive number", std::to_string(rating));
+      return unusable("an invalid rating", "a positive number", std::to_string(rating));
     out.rating[i] = rating * (i < 3 ? newton : newton_metre);
     for (std::size_t g = 0; g < gauges; ++g)
       out.si_per_count[i][g] =

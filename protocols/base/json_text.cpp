@@ -76,7 +76,7 @@ class Builder final {
     if (!is_new && findings_.size() < most_findings)
       findings_.push_back({.code = Errc::invalid_argument,
                            .where = child(pointer(), member->first),
-                           .what = "the key is given twice",
+                           .what = "key given twice",
                            .expected = "every key once",
                            .hint = "Remove one of the two"});
     return true;
@@ -89,15 +89,15 @@ class Builder final {
         line_and_column(text_, static_cast<std::size_t>(word.data() - text_.data()));
     Error finding{.code = Errc::parse, .where = pointer(), .expected = "a finite number"};
     if (error.id == number_overflow) {
-      finding.what = "the number at " + place + " is too large";
+      finding.what = "number too large at " + place;
     } else if (is_non_finite_literal(word)) {
-      finding.what = "JSON has no such number, at " + place;
+      finding.what = "number not allowed in JSON at " + place;
       finding.got = word;
-      finding.hint = "Leave the key out to get its default";
+      finding.hint = "Remove the key to use its default";
     } else {
-      finding.what = "the text is not JSON from " + place + " on";
+      finding.what = "invalid JSON at " + place;
       finding.expected = "";
-      finding.hint = "Look for a missing or extra comma, quote or bracket there";
+      finding.hint = "Check for a missing or extra comma, quote or bracket there";
     }
     findings_.push_back(std::move(finding));
     return false;
@@ -126,7 +126,7 @@ class Builder final {
     if (open_.size() >= bounds_.max_depth) {
       findings_.push_back({.code = Errc::range,
                            .where = pointer(),
-                           .what = "the document is nested too deeply",
+                           .what = "document nested too deeply",
                            .expected = "at most " + std::to_string(bounds_.max_depth) + " levels"});
       return false;
     }
@@ -181,19 +181,18 @@ std::vector<Error> read_json(std::string_view text, const JsonBounds& bounds, js
   std::vector<Error> findings;
   if (text.size() > bounds.max_bytes) {
     findings.push_back({.code = Errc::range,
-                        .what = "the document is too large",
+                        .what = "document too large",
                         .expected = "at most " + std::to_string(bounds.max_bytes) + " bytes",
                         .got = std::to_string(text.size()) + " bytes",
-                        .hint = "It should be a few kilobytes"});
+                        .hint = "Check the file; a few kilobytes are usual"});
     return findings;
   }
   // The parser treats a zero byte as the end of the text and ignores the rest.
   if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
-    findings.push_back(
-        {.code = Errc::parse,
-         .what = "a zero byte at " + line_and_column(text, zero) + ": not a text file",
-         .expected = "JSON text",
-         .hint = "Save it as UTF-8"});
+    findings.push_back({.code = Errc::parse,
+                        .what = "zero byte at " + line_and_column(text, zero),
+                        .expected = "JSON text",
+                        .hint = "Save the document as UTF-8 text"});
     return findings;
   }
   Builder builder(text, bounds, document, findings);

@@ -68,14 +68,14 @@ Result<Variant> whole(const BigReader& reader, const Message& message) {
 
 tl::unexpected<Error> wrong_count(std::size_t count, std::size_t most) {
   return fail({.code = Errc::range,
-               .what = "Modbus message has a wrong number of registers",
+               .what = "number of registers in the Modbus message out of range",
                .expected = "1 to " + std::to_string(most),
                .got = std::to_string(count)});
 }
 
 tl::unexpected<Error> no_such_function(unsigned code) {
   return fail({.code = Errc::unsupported,
-               .what = "Modbus function is not known",
+               .what = "Modbus function unknown",
                .expected = "3, 4, 6, 16, 70 or 106",
                .got = std::to_string(code)});
 }
@@ -99,13 +99,13 @@ Result<Request> decode_write_many(BigReader& reader) {
   WriteMany write{reader.read<std::uint16_t>(), {}};
   const std::size_t count = reader.read<std::uint16_t>();
   const std::size_t bytes = reader.read<std::uint8_t>();
-  if (!reader.ok()) return fail({.code = Errc::parse, .what = "Modbus write request is cut short"});
+  if (!reader.ok()) return fail({.code = Errc::parse, .what = "Modbus write request truncated"});
   if (count < 1 || count > most_written) return wrong_count(count, most_written);
   if (bytes != 2 * count)
     return fail({.code = Errc::range,
-                 .what = "Modbus write request contradicts itself",
+                 .what = "length field of the Modbus write request wrong",
                  .expected = std::to_string(2 * count) + " bytes",
-                 .got = std::to_string(bytes)});
+                 .got = std::to_string(bytes) + " bytes"});
   write.registers = read_all(reader, count);
   return whole<WriteMany, Request>(reader, write);
 }

@@ -22,7 +22,7 @@ constexpr std::uint8_t delay = 0xF2;
 
 tl::unexpected<Error> no_message(const char* expected, const std::string& got) {
   return fail(
-      {.code = Errc::parse, .what = "not a discovery message", .expected = expected, .got = got});
+      {.code = Errc::parse, .what = "discovery message invalid", .expected = expected, .got = got});
 }
 
 Bytes begin(std::string_view text) {
@@ -63,7 +63,7 @@ Bytes mac_bytes(const std::string& text) {
 
 Status read_address(ByteView value, Ipv4& address) {
   if (value.size() != address.size())
-    return no_message("an address of 4 bytes", std::to_string(value.size()));
+    return no_message("an address of 4 bytes", std::to_string(value.size()) + " bytes");
   std::ranges::copy(value, address.begin());
   return {};
 }
@@ -78,10 +78,10 @@ bool is_of_one_host(const Ipv4& address) {
 Status read_fields(ByteView datagram, std::string_view text,
                    const std::function<Status(std::uint8_t tag, ByteView value)>& read) {
   if (datagram.size() < text.size() || text_of(datagram.first(text.size())) != text)
-    return no_message("its first bytes", "others");
+    return no_message("the first bytes of a discovery message", "other bytes");
   for (ByteView rest = datagram.subspan(text.size()); rest.size() >= 2;) {
     const std::size_t size = rest[1];
-    if (rest.size() < 2 + size) return no_message("whole fields", "one that is cut short");
+    if (rest.size() < 2 + size) return no_message("whole fields", "a truncated field");
     if (Status field = read(rest[0], rest.subspan(2, size)); !field) return field;
     rest = rest.subspan(2 + size);
   }
@@ -117,7 +117,7 @@ Result<DiscoveryRequest> decode_discovery_request(ByteView datagram) {
     return read_address(value, request.reply_to);
   });
   if (!read) return pass(read.error());
-  if (!addressed) return no_message("an address", "none");
+  if (!addressed) return no_message("an address", "no address");
   return request;
 }
 
@@ -134,9 +134,9 @@ Result<DiscoveryReply> decode_discovery_reply(ByteView datagram) {
     return read_address(value, reply.address);
   });
   if (!read) return pass(read.error());
-  if (!addressed) return no_message("an address", "none");
+  if (!addressed) return no_message("an address", "no address");
   if (!is_of_one_host(reply.address))
-    return no_message("the address of one host", "that of a group, or of none");
+    return no_message("the address of one host", "the address of a group, or 0.0.0.0");
   return reply;
 }
 

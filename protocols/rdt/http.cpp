@@ -48,10 +48,10 @@ Status check_status_line(std::string_view line) {
   const bool well_formed =
       line.starts_with(version) && after.size() >= 5 && is_digit(after[0]) && after[1] == ' ' &&
       std::all_of(code.begin(), code.begin() + 3, is_digit) && (code.size() == 3 || code[3] == ' ');
-  if (!well_formed) return bad_reply("the reply's status line is malformed", "HTTP/1.1 200", line);
+  if (!well_formed) return bad_reply("status line of the reply malformed", "HTTP/1.1 200", line);
   if (code.starts_with("200")) return {};
   return fail({.code = code.starts_with("404") ? Errc::not_found : Errc::device_refused,
-               .what = "the box refuses the page",
+               .what = "page refused by the box",
                .expected = "status 200",
                .got = printable(code)});
 }
@@ -62,7 +62,7 @@ Result<std::size_t> read_length(std::string_view text) {
   const char* const end = text.data() + text.size();
   const auto read = std::from_chars(text.data(), end, length);
   if (read.ec == std::errc{} && read.ptr == end && length <= largest_page) return length;
-  return bad_reply("the reply does not tell its length", "Content-Length up to 65536", text);
+  return bad_reply("length of the reply invalid", "Content-Length of at most 65536", text);
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ Result<HttpRequest> decode_request_head(std::string_view head) {
   const std::string_view method = line.substr(0, first);
   if (second == std::string_view::npos || (method != "GET" && method != "HEAD"))
     return fail({.code = Errc::parse,
-                 .what = "not a GET request",
+                 .what = "request is not a GET request",
                  .expected = "GET /path HTTP/1.1",
                  .got = std::string(line.substr(0, 40))});
   std::string_view target = line.substr(first + 1, second - first - 1);
@@ -128,7 +128,7 @@ Status HttpReply::push(ByteView bytes) {
   }
   if (complete() || text_.size() - body_at_ <= largest_page) return {};
   return fail({.code = Errc::parse,
-               .what = "the page does not end",
+               .what = "page too long",
                .expected = "at most " + std::to_string(largest_page) + " bytes"});
 }
 
@@ -137,11 +137,11 @@ Status HttpReply::read_head() {
   const std::string_view text = text_;
   const std::size_t common = std::min(text.size(), version.size());
   if (text.substr(0, common) != version.substr(0, common))
-    return bad_reply("the reply is not HTTP", "HTTP/1.1 200", text);
+    return bad_reply("reply is not HTTP", "HTTP/1.1 200", text);
   const std::size_t with_cr = text.find("\r\n\r\n"), without_cr = text.find("\n\n");
   const std::size_t blank = std::min(with_cr, without_cr);
   if (std::min(blank, text.size()) > largest_reply_head)
-    return bad_reply("the reply's headers do not end", "at most 8192 bytes", text);
+    return bad_reply("headers of the reply too long", "at most 8192 bytes", text);
   if (blank == npos) return {};
   std::string_view lines = text.substr(0, blank);
   if (Status s = check_status_line(take_line(lines)); !s) return s;
@@ -156,16 +156,16 @@ Status HttpReply::read_headers(std::string_view lines) {
     const bool folded = line.starts_with(' ') || line.starts_with('\t');
     const std::size_t colon = line.find(':');
     if (folded) continue;
-    if (colon == npos) return bad_reply("a header has no colon", "NAME: VALUE", line);
+    if (colon == npos) return bad_reply("header without a colon", "NAME: VALUE", line);
     const std::string name = lower(line.substr(0, colon));
     const std::string_view value = trimmed(line.substr(colon + 1));
     if (name == "transfer-encoding" && lower(value) != "identity")
-      return bad_reply("the reply comes in chunks", "Content-Length", value);
+      return bad_reply("chunked reply not supported", "Content-Length", value);
     if (name != "content-length") continue;
     const Result<std::size_t> length = read_length(value);
     if (!length) return pass(length.error());
     if (length_ != unknown_length && length_ != *length)
-      return bad_reply("the reply tells two lengths", "one Content-Length", value);
+      return bad_reply("reply with two lengths", "one Content-Length", value);
     length_ = *length;
   }
   return {};

@@ -77,7 +77,7 @@ Result<std::string> only(std::string_view xml, const std::string& name) {
   if (end == std::string_view::npos || xml.find(open, end) != std::string_view::npos)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the page of the Net F/T box is not as expected",
+                 .what = "element of the Net F/T page missing or not unique",
                  .expected = "one element of this name",
                  .got = end == std::string_view::npos ? "none" : "several"});
   std::string_view text = xml.substr(begin + open.size(), end - begin - open.size());
@@ -96,7 +96,7 @@ Result<double> positive(std::string_view xml, const std::string& name) {
     return value;
   return fail({.code = Errc::parse,
                .where = name,
-               .what = "the page of the Net F/T box has no usable number",
+               .what = "number on the Net F/T page invalid",
                .expected = "a number above zero",
                .got = printable(*text)});
 }
@@ -104,9 +104,9 @@ Result<double> positive(std::string_view xml, const std::string& name) {
 Status fits(std::string_view xml) {
   if (xml.size() <= largest_page) return {};
   return fail({.code = Errc::parse,
-               .what = "the page of the Net F/T box is too large",
-               .expected = std::to_string(largest_page) + " bytes",
-               .got = std::to_string(xml.size())});
+               .what = "Net F/T page too large",
+               .expected = "at most " + std::to_string(largest_page) + " bytes",
+               .got = std::to_string(xml.size()) + " bytes"});
 }
 
 using Unit = std::pair<std::string_view, double>;
@@ -119,7 +119,7 @@ Result<double> factor(const std::array<Unit, size>& units, std::string_view name
     known += (known.empty() ? "" : ", ") + std::string(unit);
   }
   return fail({.code = Errc::unsupported,
-               .what = "no such unit",
+               .what = "unit unknown",
                .expected = known,
                .got = printable(name)});
 }

@@ -25,7 +25,7 @@ Result<Request> decode_request(ByteView datagram) {
     return fail({.code = Errc::parse,
                  .what = "RDT request has the wrong length",
                  .expected = "8 bytes",
-                 .got = std::to_string(datagram.size())});
+                 .got = std::to_string(datagram.size()) + " bytes"});
   BigReader reader(datagram);
   const auto magic = reader.read<std::uint16_t>();
   if (magic != request_magic)
@@ -51,7 +51,7 @@ Result<Record> decode_record(ByteView bytes) {
     return fail({.code = Errc::parse,
                  .what = "RDT record has the wrong length",
                  .expected = "36 bytes",
-                 .got = std::to_string(bytes.size())});
+                 .got = std::to_string(bytes.size()) + " bytes"});
   BigReader reader(bytes);
   Record record;
   record.rdt_sequence = reader.read<std::uint32_t>();

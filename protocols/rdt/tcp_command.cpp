@@ -69,14 +69,14 @@ WriteCondition write_condition(ByteView bytes) {
 Result<BigReader> reply_reader(ByteView bytes, std::size_t size) {
   if (bytes.size() != size)
     return fail({.code = Errc::parse,
-                 .what = "a reply of the command port has the wrong length",
+                 .what = "reply of the command port has the wrong length",
                  .expected = std::to_string(size) + " bytes",
-                 .got = std::to_string(bytes.size())});
+                 .got = std::to_string(bytes.size()) + " bytes"});
   BigReader reader(bytes);
   const auto word = reader.read<std::uint16_t>();
   if (word != first_value)
     return fail({.code = Errc::parse,
-                 .what = "a reply of the command port does not begin with 0x1234",
+                 .what = "reply of the command port does not begin with 0x1234",
                  .expected = "4660",
                  .got = std::to_string(word)});
   return reader;
@@ -92,9 +92,9 @@ void append(Bytes& out, const CommandRequest& request) {
 Result<CommandRequest> decode_command(ByteView bytes) {
   if (bytes.size() != command_size)
     return fail({.code = Errc::parse,
-                 .what = "a request to the command port has the wrong length",
+                 .what = "request to the command port has the wrong length",
                  .expected = "20 bytes",
-                 .got = std::to_string(bytes.size())});
+                 .got = std::to_string(bytes.size()) + " bytes"});
   switch (static_cast<TcpCommand>(bytes[0])) {
     case TcpCommand::read_ft:
       return read_ft(bytes);
@@ -106,7 +106,7 @@ Result<CommandRequest> decode_command(ByteView bytes) {
       return write_condition(bytes);
   }
   return fail({.code = Errc::unsupported,
-               .what = "the command port has no such command",
+               .what = "command of the command port unknown",
                .expected = "0 to 3",
                .got = std::to_string(bytes[0])});
 }
@@ -165,7 +165,7 @@ Result<double> metres_per(std::uint8_t distance_unit) {
   constexpr std::array metres{0.0254, 0.3048, 0.001, 0.01, 1.0};
   if (distance_unit >= 1 && distance_unit <= metres.size()) return metres[distance_unit - 1U];
   return fail({.code = Errc::unsupported,
-               .what = "no unit of distance",
+               .what = "unit of distance unknown",
                .expected = "1 to 5",
                .got = std::to_string(distance_unit)});
 }
@@ -174,7 +174,7 @@ Result<double> radians_per(std::uint8_t angle_unit) {
   if (angle_unit == 1) return std::numbers::pi / 180;
   if (angle_unit == 2) return 1.0;
   return fail({.code = Errc::unsupported,
-               .what = "no unit of angle",
+               .what = "unit of angle unknown",
                .expected = "1 or 2",
                .got = std::to_string(angle_unit)});
 }

@@ -89,7 +89,7 @@ Result<Counts> decode_datagram(ByteView datagram) {
     return fail({.code = Errc::parse,
                  .what = "CPM-Finger datagram has the wrong length",
                  .expected = "32 bytes",
-                 .got = std::to_string(datagram.size())});
+                 .got = std::to_string(datagram.size()) + " bytes"});
   BigReader reader(datagram);
   Counts counts{};
   for (const std::uint8_t taxel : taxel_at_wire_position)
