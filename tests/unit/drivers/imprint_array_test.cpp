@@ -71,7 +71,6 @@ struct Bench : DriverBench {
     host.samples.clear();
     static_cast<void>(requested());
   }
-  std::string fault_text() const { return to_string(fault()); }
 };
 
 std::string refusal(const std::string& config) {
@@ -120,7 +119,9 @@ TEST_CASE("the part may lie anywhere on the array, and nowhere else") {
   imprint::Frame small = description_frame();
   small.description.rows = 100;
   beyond.receive(small);
-  CHECK(beyond.fault_text().find("the array has no such part") != std::string::npos);
+  CHECK(beyond.fault().code == Errc::device_settings);
+  CHECK(beyond.fault().where == "/rows");
+  CHECK(beyond.fault().got.find("row 90") != std::string::npos);
 }
 
 TEST_CASE("lost scans are counted, damaged ones and those of another part among them") {
@@ -138,7 +139,8 @@ TEST_CASE("lost scans are counted, damaged ones and those of another part among 
   CHECK(bench.host.samples.back().lost == 0);
   CHECK(bench.host.logs.back().find("restarted") != std::string::npos);
   for (unsigned i = 1; i <= 4; ++i) bench.receive(scan_frame(i, whole));
-  CHECK(bench.fault_text().find("another part") != std::string::npos);
+  CHECK(bench.fault().code == Errc::device_refused);
+  CHECK(bench.fault().where == "/rows");
 }
 
 TEST_CASE("what an imprint array says of itself must be what is configured, and stay so") {
@@ -146,22 +148,29 @@ TEST_CASE("what an imprint array says of itself must be what is configured, and 
     Bench bench(config);
     REQUIRE(bench.driver->open());
     bench.receive(description);
-    return bench.fault_text();
+    return Error(bench.fault());
   };
   const std::string part = R"({"rows": 32, "cols": 32)";
-  CHECK(fault_of(part + R"(, "serial": 7})", description_frame()).find("another serial") !=
-        std::string::npos);
-  CHECK(fault_of(part + R"(, "rate_hz": 6})", description_frame()).find("another rate") !=
-        std::string::npos);
+  const Error serial = fault_of(part + R"(, "serial": 7})", description_frame());
+  CHECK(serial.code == Errc::device_identity);
+  CHECK(serial.where == "/serial");
+  CHECK(serial.got == "86000001");
+  const Error rate = fault_of(part + R"(, "rate_hz": 6})", description_frame());
+  CHECK(rate.code == Errc::device_settings);
+  CHECK(rate.where == "/rate_hz");
   imprint::Frame absurd = description_frame();
   absurd.description.period_us = 0;
-  CHECK(fault_of(part + "}", absurd).find("nothing that can be") != std::string::npos);
+  const Error no_period = fault_of(part + "}", absurd);
+  CHECK(no_period.code == Errc::device_data);
+  CHECK(no_period.got.find(" 0 us") != std::string::npos);
   for (const std::uint8_t side : {std::uint8_t{0}, std::uint8_t{130}, std::uint8_t{255}}) {
     imprint::Frame vast = description_frame();
     vast.description.rows = vast.description.cols = side;
-    CHECK(fault_of(part + "}", vast).find("nothing that can be") != std::string::npos);
-    CHECK(fault_of(R"({"rows": 128, "cols": 128})", vast).find("nothing that can be") !=
-          std::string::npos);
+    const std::string size = std::to_string(side) + " x " + std::to_string(side);
+    CHECK(fault_of(part + "}", vast).code == Errc::device_data);
+    CHECK(fault_of(part + "}", vast).got.ends_with(size));
+    CHECK(fault_of(R"({"rows": 128, "cols": 128})", vast).code == Errc::device_data);
+    CHECK(fault_of(R"({"rows": 128, "cols": 128})", vast).got.ends_with(size));
   }
   Bench bench;
   bench.arm();
@@ -170,24 +179,28 @@ TEST_CASE("what an imprint array says of itself must be what is configured, and 
   imprint::Frame other = description_frame();
   other.description.serial = 5;
   bench.receive(other);
-  CHECK(bench.fault_text().find("in another way") != std::string::npos);
+  CHECK(bench.fault().code == Errc::device_restarted);
+  CHECK(bench.fault().got == "serial 5");
 }
 
 TEST_CASE("an imprint array that falls silent is a fault, with what was awaited") {
   Bench mute;
   REQUIRE(mute.driver->open());
   mute.host.loop_.run_for(3.1);
-  CHECK(mute.fault_text().find("no description") != std::string::npos);
+  CHECK(mute.fault().code == Errc::timeout);
+  CHECK(mute.fault().what.find("description") != std::string::npos);
   Bench without_scans;
   REQUIRE(without_scans.driver->open());
   without_scans.receive(description_frame());
   without_scans.host.loop_.run_for(3.1);
-  CHECK(without_scans.fault_text().find("no scan") != std::string::npos);
+  CHECK(without_scans.fault().code == Errc::timeout);
+  CHECK(without_scans.fault().expected.find("32 x 32") != std::string::npos);
   Bench armed;
   armed.arm();
   armed.receive(scan_frame(12));
   armed.host.loop_.run_for(1.1);
-  CHECK(armed.fault_text().find("no scan") != std::string::npos);
+  CHECK(armed.fault().code == Errc::timeout);
+  CHECK(armed.fault().expected.find("32 x 32") != std::string::npos);
 }
 
 TEST_CASE("frozen scans are seen, those of a few taxels are believed") {

@@ -204,7 +204,8 @@ TEST_CASE("a damaged frame is a lost one and is told of") {
   REQUIRE(bench.host.samples.size() == 1);
   CHECK(bench.host.samples[0].lost == 1);
   REQUIRE(bench.host.logs.size() == 1);
-  CHECK(bench.host.logs[0] == "damaged frames so far: 1");
+  CHECK(bench.host.logs[0].find("damaged") != std::string::npos);
+  CHECK(bench.host.logs[0].ends_with(" 1"));
 }
 
 TEST_CASE("a sensor that restarts is followed, whatever its numbers were") {
@@ -228,19 +229,27 @@ TEST_CASE("a sensor that restarts is followed, whatever its numbers were") {
 }
 
 TEST_CASE("a sensor that is not the configured one is refused on opening, with what it said") {
-  CHECK(refused(usual(), R"({"serial": 18})").what == "another serial number than configured");
+  const Error serial = refused(usual(), R"({"serial": 18})");
+  CHECK(serial.code == Errc::device_identity);
+  CHECK(serial.where == "/serial");
+  CHECK(serial.expected == "18");
   const Error rate = refused(usual(), R"({"sound_rate_hz": 16000})");
   CHECK(rate.where == "/sound_rate_hz");
   CHECK(rate.got == "8000.000000 Hz");
   vibro::Description deaf = usual();
   deaf.sound = {};
-  CHECK(refused(deaf).what == "the sensor has no channel for sound");
+  CHECK(refused(deaf).code == Errc::device_settings);
+  CHECK(refused(deaf).where == "/sound_rate_hz");
+  CHECK(refused(deaf).got.empty());
   for (auto damage : std::initializer_list<void (*)(vibro::ChannelDescription&)>{
            [](auto& c) { c.range_micro = 0; }, [](auto& c) { c.full_scale_counts = 0; },
            [](auto& c) { c.block_readings = 0; }, [](auto& c) { c.block_readings = 513; }}) {
     vibro::Description odd = usual();
     damage(odd.acceleration);
-    CHECK(refused(odd).what.find("nothing that can be") != std::string::npos);
+    const Error error = refused(odd);
+    CHECK(error.code == Errc::device_data);
+    CHECK(error.what.find("acceleration") != std::string::npos);
+    CHECK(error.got.find("full scale") != std::string::npos);
   }
 }
 
@@ -260,14 +269,16 @@ TEST_CASE("silence is a fault: of the description, of all, and of one channel be
   Bench mute;
   REQUIRE(mute.driver->open());
   mute.host.loop_.run_for(3.1);
-  CHECK(mute.fault_message() == "no description came from the vibration sensor");
+  CHECK(mute.fault().code == Errc::timeout);
+  CHECK(mute.fault().what.find("description") != std::string::npos);
   Bench bench;
   bench.arm();
   for (unsigned i = 11; i < 40; ++i) {
     bench.host.loop_.run_for(block_s);
     bench.receive(block(vibro::Kind::acceleration, i));
   }
-  CHECK(bench.fault_message() == "no sound came from the vibration sensor");
+  CHECK(bench.fault().code == Errc::timeout);
+  CHECK(bench.fault().what.find("sound") != std::string::npos);
   CHECK(bench.host.loop_.timers() == 0);
 }
 
@@ -275,22 +286,23 @@ TEST_CASE("frozen, saturated, slow and badly clocked channels are named") {
   struct Case {
     void (*harm)(vibro::Frame&);
     unsigned every;  ///< one block of this number arrives
-    const char* says;
+    const char* name;
+    const char* got;
   };
   const Case cases[] = {
       {[](vibro::Frame& f) {
          if (f.kind == vibro::Kind::acceleration)
            for (std::size_t i = 1; i < f.value_count; i += 3) f.values[i] = 7;
        },
-       1, "the accelerometer's y axis is frozen"},
+       1, "y axis", "always 7 counts"},
       {[](vibro::Frame& f) {
          if (f.kind == vibro::Kind::sound)
            for (std::size_t i = 0; i < f.value_count; ++i) f.values[i] = 32767;
        },
-       1, "the microphone is saturated"},
-      {[](vibro::Frame& f) { f.sequence = static_cast<std::uint16_t>(f.sequence / 2); }, 2,
-       "another rate"},
-      {[](vibro::Frame& f) { f.device_us /= 2; }, 1, "clock runs wrong"},
+       1, "microphone", "always 32767 counts"},
+      {[](vibro::Frame& f) { f.sequence = static_cast<std::uint16_t>(f.sequence / 2); }, 2, "rate",
+       "blocks/s"},
+      {[](vibro::Frame& f) { f.device_us /= 2; }, 1, "clock", " s by"},
   };
   for (const Case& c : cases) {
     Bench bench;
@@ -303,8 +315,9 @@ TEST_CASE("frozen, saturated, slow and badly clocked channels are named") {
         if (i % c.every == 0) bench.receive(frame);
       }
     }
-    INFO(c.says);
-    CHECK(bench.fault_message().find(c.says) != std::string::npos);
+    INFO(c.name);
+    CHECK(bench.fault_message().find(c.name) != std::string::npos);
+    CHECK(bench.fault().got.find(c.got) != std::string::npos);
   }
   Bench well;
   well.arm();
@@ -318,7 +331,8 @@ TEST_CASE("a block of another length and a description that changes are faults")
   vibro::Frame cut = block(vibro::Kind::sound, 11);
   cut.value_count = 80;
   bench.receive(cut);
-  CHECK(bench.fault_message().find("another number of values") != std::string::npos);
+  CHECK(bench.fault().code == Errc::device_data);
+  CHECK(bench.fault().got == "80");
   Bench other;
   other.arm();
   other.describe(usual());
@@ -326,7 +340,7 @@ TEST_CASE("a block of another length and a description that changes are faults")
   vibro::Description changed = usual();
   changed.acceleration.range_micro *= 2;
   other.describe(changed);
-  CHECK(other.fault_message().find("another way than at first") != std::string::npos);
+  CHECK(other.fault().code == Errc::device_restarted);
 }
 
 TEST_CASE("streaming vibration allocates nothing") {
@@ -369,11 +383,11 @@ TEST_CASE("blocks cross the C ABI unchanged, and broken ones are refused") {
   CHECK(refused_as(good, WEFT_ACCELERATION_SAMPLE).empty());
   weft_block_sample_v1 bad = good;
   bad.value_count = 5;
-  CHECK(refused_as(bad, WEFT_ACCELERATION_SAMPLE).find("number of values") != std::string::npos);
+  CHECK(refused_as(bad, WEFT_ACCELERATION_SAMPLE).find("number") != std::string::npos);
   CHECK(refused_as(bad, WEFT_SOUND_SAMPLE).empty());
   bad = good;
   bad.values = nullptr;
-  CHECK(refused_as(bad, WEFT_SOUND_SAMPLE).find("number of values") != std::string::npos);
+  CHECK(refused_as(bad, WEFT_SOUND_SAMPLE).find("number") != std::string::npos);
   bad = good;
   bad.rate_hz = std::numeric_limits<double>::quiet_NaN();
   CHECK(refused_as(bad, WEFT_SOUND_SAMPLE).find("rate") != std::string::npos);

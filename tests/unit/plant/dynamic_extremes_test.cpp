@@ -162,7 +162,8 @@ TEST_CASE("parameters that cannot be are refused with a sentence that names them
       const Status refused = check(g, m, c, d);
       CAPTURE(i, bad);
       REQUIRE_FALSE(refused);
-      CHECK(refused.error().what.find("outside") != std::string::npos);
+      CHECK(refused.error().code == Errc::range);
+      CHECK_FALSE(refused.error().what.empty());
       CHECK_FALSE(refused.error().where.empty());
       CHECK_FALSE(refused.error().got.empty());
     }

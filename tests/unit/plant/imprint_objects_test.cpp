@@ -159,9 +159,12 @@ TEST_CASE("Objects that cannot be are refused with a sentence") {
   }
   ObjectSpec object = object_of("RASP1");
   object.pitch_x_m = 0;
-  CHECK(to_string(place(object, 8, 8, taxel_spacing_m, 1).error()) ==
-        "RASP1: pitch_x_m: an object is not described by this (expected 0 to 1, got 0.000000). "
-        "Lengths are in metres.");
+  const auto refused = place(object, 8, 8, taxel_spacing_m, 1);
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(refused.error().code == Errc::range);
+  CHECK(refused.error().where == "RASP1: pitch_x_m");
+  CHECK(refused.error().expected == "0 to 1");
+  CHECK(refused.error().got == "0.000000");
   CHECK_FALSE(place(object_of("KNIT1"), 0, 8, taxel_spacing_m, 1).has_value());
 }
 

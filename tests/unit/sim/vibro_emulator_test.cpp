@@ -67,7 +67,8 @@ TEST_CASE("a vibration sensor makes the scene vibrotactile, which level L3 alone
   CHECK(config->bench_plant.plant.vibration.accelerometer.has_value());
   CHECK(config->bench_plant.plant.vibration.microphone.has_value());
   const std::string by_hand = refusal(vibro_bench("{}", {{"/simulation/level", "\"L2\""}}));
-  CHECK(by_hand.find("level L2 cannot produce acceleration") != std::string::npos);
+  CHECK(by_hand.starts_with("/simulation/level: "));
+  CHECK(by_hand.find("acceleration") != std::string::npos);
   CHECK(by_hand.find("L3 or above") != std::string::npos);
   const auto deaf = parse_rig_config(vibro_bench(R"({"sound_rate_hz": 0})"));
   REQUIRE(deaf);
@@ -77,10 +78,9 @@ TEST_CASE("a vibration sensor makes the scene vibrotactile, which level L3 alone
 TEST_CASE("an emulated vibration sensor that cannot be is refused at its key") {
   const auto at = [](const std::string& emulator) { return refusal(vibro_bench(emulator)); };
   CHECK(at(R"({"sound_rate_hz": 7000})").find("/devices/7/emulator/sound_rate_hz") == 0);
-  CHECK(at(R"({"sound_rate_hz": 7000})").find("16000 divided by a whole number") !=
-        std::string::npos);
+  CHECK(at(R"({"sound_rate_hz": 7000})").find("16000 Hz") != std::string::npos);
   CHECK(at(R"({"acceleration_rate_hz": 0.5})").find("acceleration_rate_hz") != std::string::npos);
-  CHECK(at(R"({"acceleration_rate_hz": 0, "sound_rate_hz": 0})").find("without a channel") !=
+  CHECK(at(R"({"acceleration_rate_hz": 0, "sound_rate_hz": 0})").find("for both") !=
         std::string::npos);
   CHECK(at(R"({"acceleration_block": 513})").find("at most 512") != std::string::npos);
   CHECK(at(R"({"sound_block": 0})").find("sound_block") != std::string::npos);
@@ -89,7 +89,8 @@ TEST_CASE("an emulated vibration sensor that cannot be is refused at its key") {
   json two = json::parse(vibro_bench());
   two["devices"].push_back(two["devices"][7]);
   two["devices"][8]["name"] = "another";
-  CHECK(refusal(two.dump()).find("one vibration sensor") != std::string::npos);
+  CHECK(refusal(two.dump()).starts_with("/devices/8: "));
+  CHECK(refusal(two.dump()).find(": two (") != std::string::npos);
 }
 
 TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is changed") {
