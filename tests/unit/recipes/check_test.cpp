@@ -54,7 +54,7 @@ TEST_CASE("An unknown key is refused with a did-you-mean") {
   refused(small_with("\"path\"", "\"frce_band_N\": 0.2, \"path\""), phases + "/2/frce_band_N",
           "Did you mean force_band_N");
   refused(small_with("\"repetitions\": 2", "\"repetitions\": 2, \"zebra\": 1"), "/zebra",
-          "Known keys are");
+          "Known keys");
 }
 
 TEST_CASE("What a recipe says of bad repetitions is read, and only where it says something") {
@@ -81,54 +81,53 @@ TEST_CASE("A wrong or missing unit is refused with the right spellings") {
 }
 
 TEST_CASE("A zero byte is refused, and with it what stands behind it") {
-  refused(std::string(small_recipe) + '\0' + "anything", "",
-          "a zero byte at line 7, column 40: not a text file");
-  refused(std::string(1, '\0') + small_recipe, "", "a zero byte at line 1, column 1");
+  refused(std::string(small_recipe) + '\0' + "anything", "", "line 7, column 40 (expected");
+  refused(std::string(1, '\0') + small_recipe, "", "line 1, column 1 (expected");
 }
 
 TEST_CASE("Two units for one quantity are refused") {
   refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 2, \"speed_mps\": 0.002"), phases + "/2",
-          "in two units");
+          "(expected speed_mm_s or speed_mps)");
 }
 
 TEST_CASE("A missing phase is refused") {
-  refused(small_with("{\"phase\": \"S\", \"duration_s\": 3},", ""), phases, "phase S is missing");
-  refused(small_with(",\n    {\"phase\": \"E\", \"duration_s\": 2}", ""), phases,
-          "phase E is missing");
+  refused(small_with("{\"phase\": \"S\", \"duration_s\": 3},", ""), phases, "S missing");
+  refused(small_with(",\n    {\"phase\": \"E\", \"duration_s\": 2}", ""), phases, "E missing");
 }
 
 TEST_CASE("Phases in another order or given twice are refused") {
   std::string swapped = small_with("\"E\", \"duration_s\": 2", "\"S\", \"duration_s\": 2");
   swapped = with(swapped, "\"S\", \"duration_s\": 3", "\"E\", \"duration_s\": 3");
-  refused(swapped, phases, "another order");
+  refused(swapped, phases, "wrong order");
   refused(
       small_with("{\"phase\": \"S\", \"duration_s\": 3},",
                  "{\"phase\": \"S\", \"duration_s\": 3}, {\"phase\": \"S\", \"duration_s\": 3},"),
-      phases, "phase S is given twice");
+      phases, "S given");
 }
 
 TEST_CASE("Phase M needs a path that leads somewhere") {
   refused(small_with("[{\"dx_mm\": 0, \"dy_mm\": 50}, {\"dx_mm\": 50, \"dy_mm\": 0}]", "[]"),
-          phases + "/2/path", "the path is empty");
-  refused(small_with("\"dy_mm\": 50", "\"dy_mm\": 0"), phases + "/2/path/0", "leads nowhere");
+          phases + "/2/path", "path empty");
+  refused(small_with("\"dy_mm\": 50", "\"dy_mm\": 0"), phases + "/2/path/0",
+          "(expected at least 0.001 mm)");
   refused(small_with("\"path\"", "\"duration_s\": 5, \"path\""), phases + "/2/duration_s",
-          "lasts as long as its path");
+          "phase M");
 }
 
 TEST_CASE("A speed over the rig's limit, of zero or below is refused") {
   refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 4.001"), phases + "/2/speed_mm_s",
-          "0.001 to 4.0, the rig's limit, got 4.001");
-  refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 0"), phases + "/2/speed_mm_s", "got 0");
+          ": 4.001 (expected 0.001 to 4.0");
+  refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 0"), phases + "/2/speed_mm_s", ": 0 (");
   refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": -2"), phases + "/2/speed_mm_s",
-          "got -2");
+          ": -2 (");
   CHECK(problems_of(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 4")).empty());
 }
 
 TEST_CASE("A path outside plate or travel is refused, face included") {
-  refused(small_with("\"dy_mm\": 50", "\"dy_mm\": 135"), phases + "/2/path", "too long along y");
+  refused(small_with("\"dy_mm\": 50", "\"dy_mm\": 135"), phases + "/2/path", "too long");
   CHECK(problems_of(small_with("\"dy_mm\": 50", "\"dy_mm\": 134")).empty());
   refused(small_with("{\"phases\"", "{\"start\": {\"x_mm\": 50, \"y_mm\": 93}, \"phases\""),
-          phases + "/2/path", "along y (expected 8.0 mm to 142.0 mm, got 93.0 mm to 143.0 mm)");
+          phases + "/2/path", "along y: 93.0 mm to 143.0 mm (expected 8.0 mm to 142.0 mm)");
   refused(small_with("{\"phases\"", "{\"start\": {\"x_mm\": 7, \"y_mm\": 50}, \"phases\""),
           phases + "/2/path", "along x");
   RigLimits narrow = limits();
@@ -140,11 +139,11 @@ TEST_CASE("A path outside plate or travel is refused, face included") {
 
 TEST_CASE("A force over the cap, within the noise, or that the mount cannot hold is refused") {
   refused(small_with("\"force_N\": 5", "\"force_N\": 10.5"), phases + "/1/force_N",
-          "the rig's cap");
+          ": 10.5 (expected");
   refused(small_with("\"force_N\": 5", "\"force_N\": 9.9"), phases + "/1/force_N",
-          "force and band together");
+          "(expected at most 10.0 N)");
   refused(small_with("\"force_N\": 5", "\"force_N\": 0.05"), phases + "/1/force_N", "noise");
-  refused(small_with("\"force_N\": 5", "\"force_N\": -1"), phases + "/1/force_N", "out of range");
+  refused(small_with("\"force_N\": 5", "\"force_N\": -1"), phases + "/1/force_N", ": -1 (expected");
   refused(small_with("\"force_N\": 5", "\"force_N\": 0.2, \"force_band_N\": 0.2"),
           phases + "/1/force_band_N", "no contact");
   CHECK(check_recipe(small_with("\"force_N\": 5", "\"force_N\": 0.2"), limits())
@@ -160,9 +159,9 @@ TEST_CASE("A force over the cap, within the noise, or that the mount cannot hold
     CHECK(report.problems[0].pointer == phases + "/1/force_N");
   }
   refused(small_with("\"speed_mm_s\": 2", "\"speed_mm_s\": 2, \"force_N\": 6"), phases,
-          "different forces");
+          ": 6.0 N in M (expected");
   refused(small_with("\"duration_s\": 3", "\"duration_s\": 3, \"force_N\": 2"),
-          phases + "/0/force_N", "no force control");
+          phases + "/0/force_N", "phase S");
 }
 
 TEST_CASE("Forces from nothing to the cap are planned, and M has that of P") {
@@ -190,12 +189,11 @@ TEST_CASE("A mount whose slack does not hold the rest is refused, as its rig or 
 }
 
 TEST_CASE("Repetition counts that make no campaign are refused") {
-  refused(small_with("\"repetitions\": 2", "\"repetitions\": 0"), "/repetitions", "got 0");
-  refused(small_with("\"repetitions\": 2", "\"repetitions\": -1"), "/repetitions", "got -1");
-  refused(small_with("\"repetitions\": 2", "\"repetitions\": 2.5"), "/repetitions",
-          "a whole number");
+  refused(small_with("\"repetitions\": 2", "\"repetitions\": 0"), "/repetitions", ": 0 (");
+  refused(small_with("\"repetitions\": 2", "\"repetitions\": -1"), "/repetitions", ": -1 (");
+  refused(small_with("\"repetitions\": 2", "\"repetitions\": 2.5"), "/repetitions", "whole number");
   refused(small_with("\"repetitions\": 2", "\"repetitions\": 18446744073709551615"), "/repetitions",
-          "out of range");
+          ": 18446744073709551615 (");
   refused(small_with("\"repetitions\": 2", "\"repetitions\": \"2\""), "/repetitions", "wrong type");
 }
 
@@ -203,34 +201,34 @@ TEST_CASE("A campaign of more than a million trials is refused") {
   std::string fabrics = "\"f0\"";
   for (int i = 1; i < 11; ++i) fabrics += ", \"f" + std::to_string(i) + "\"";
   const std::string eleven = small_with("\"denim\", \"silk\"", fabrics);
-  refused(with(eleven, "\"repetitions\": 2", "\"repetitions\": 100000"), "", "got 1100000");
+  refused(with(eleven, "\"repetitions\": 2", "\"repetitions\": 100000"), "", ": 1100000 (");
 }
 
 TEST_CASE("NaN and Infinity are refused by name and place") {
   refused(small_with("\"force_N\": 5", "\"force_N\": NaN"), phases + "/1",
-          "no such number, at line 5, column 31 (expected a finite number, got NaN)");
-  refused(small_with("\"force_N\": 5", "\"force_N\": nan"), phases + "/1", "got nan");
-  refused(small_with("\"force_N\": 5", "\"force_N\": -Infinity"), phases + "/1", "got -Infinity");
+          "line 5, column 31: NaN (expected a finite number)");
+  refused(small_with("\"force_N\": 5", "\"force_N\": nan"), phases + "/1", ": nan (");
+  refused(small_with("\"force_N\": 5", "\"force_N\": -Infinity"), phases + "/1", ": -Infinity (");
   refused(small_with("\"force_N\": 5", "\"force_N\": \"NaN\""), phases + "/1/force_N", "a number");
 }
 
 TEST_CASE("A number that no double holds is refused") {
-  refused(small_with("\"force_N\": 5", "\"force_N\": 1e999"), phases + "/1", "is too large");
-  refused(small_with("\"force_N\": 5", "\"force_N\": 1e308"), phases + "/1/force_N",
-          "out of range");
+  refused(small_with("\"force_N\": 5", "\"force_N\": 1e999"), phases + "/1", "too large");
+  refused(small_with("\"force_N\": 5", "\"force_N\": 1e308"), phases + "/1/force_N", ": 1e+308 (");
   refused(small_with("\"force_N\": 5", "\"force_N\": 4e-320"), phases + "/1/force_N", "noise");
 }
 
 TEST_CASE("Durations of zero, below zero or beyond reason are refused") {
   for (const char* bad : {"0", "-1", "1e9"})
     refused(small_with("\"duration_s\": 3", std::string("\"duration_s\": ") + bad),
-            phases + "/0/duration_s", std::string("got ") + (bad[0] == '1' ? "1000000000.0" : bad));
+            phases + "/0/duration_s",
+            std::string(": ") + (bad[0] == '1' ? "1000000000.0" : bad) + " (");
 }
 
 TEST_CASE("Fabrics must be there, named, listed once and known to the rig") {
-  refused(small_with("[\"denim\", \"silk\"]", "[]"), "/fabrics", "no fabric");
+  refused(small_with("[\"denim\", \"silk\"]", "[]"), "/fabrics", "empty: 0 (");
   refused(small_with("\"silk\"", "\"denim\""), "/fabrics/1", "listed twice");
-  refused(small_with("\"silk\"", "\"../silk\""), "/fabrics/1", "name of a fabric");
+  refused(small_with("\"silk\"", "\"../silk\""), "/fabrics/1", ": \"../silk\" (");
   RigLimits known = limits();
   known.fabrics = {"denim", "silk"};
   const CheckReport report = check_recipe(small_with("\"silk\"", "\"slik\""), known);
@@ -242,7 +240,7 @@ TEST_CASE("A syntax error comes with line and column") {
   refused("{\n  \"name\": \"x\",,\n}", "", "line 2, column 15");
   refused("", "", "line 1, column 1");
   refused("{\"name\": \"x\"} trailing", "", "line 1, column 15");
-  refused("{\"name\": \"\xff\xfe\"}", "", "not JSON");
+  refused("{\"name\": \"\xff\xfe\"}", "", "JSON at line 1");
 }
 
 TEST_CASE("A document that is not an object is refused") {
@@ -256,13 +254,13 @@ TEST_CASE("A key given twice is refused") {
 
 TEST_CASE("A recipe of 200 MB is refused by its size") {
   const std::string huge(200'000'000, ' ');
-  refused(huge, "", "expected at most 1048576 bytes, got 200000000 bytes");
+  refused(huge, "", ": 200000000 bytes (expected at most 1048576 bytes)");
 }
 
 TEST_CASE("Deep nesting is refused, not followed") {
   const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
   refused(deep, std::string("/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0"),
-          "nested too deeply");
+          "too deeply");
 }
 
 TEST_CASE("All problems are reported at once") {

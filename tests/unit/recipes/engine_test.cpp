@@ -371,7 +371,8 @@ TEST_CASE("An approach that meets nothing fails the trial") {
   b.advance_to(Step::approaching);
   b.send(MotionDone{b.state.ticket});
   b.finish();
-  CHECK_THAT(b.trials[0].error->what, Catch::Contains("without bearing on the cloth"));
+  CHECK(b.trials[0].error->code == Errc::measurement);
+  CHECK(b.trials[0].error->got == "none");
 }
 
 TEST_CASE("A touch outside the travel, or not a number, fails the trial") {

@@ -54,46 +54,44 @@ std::string numbers(int count) {
 }  // namespace
 
 TEST_CASE("A factor outside the rig's limits is refused with a sentence") {
-  CHECK(problem_at(with_sweep(R"({"name": "force_N", "values": [5, 12]})"),
-                   "/sweep/factors/0/values/1") ==
-        "/sweep/factors/0/values/1: the factor's value is out of range (expected 0.1 to 10.0, "
-        "from what the probe's mount can hold to the rig's cap, got 12).");
+  CHECK_THAT(problem_at(with_sweep(R"({"name": "force_N", "values": [5, 12]})"),
+                        "/sweep/factors/0/values/1"),
+             Catch::Contains(": 12 (expected 0.1 to 10.0, "));
   // the band counts
   CHECK_THAT(problem_at(with_sweep(R"({"name": "force_N", "values": [9.9]})"),
                         "/sweep/factors/0/values/0"),
-             Catch::Contains("force and band together are over the cap"));
+             Catch::Contains(" N (expected at most 10.0 N)"));
   CHECK_THAT(problem_at(with_sweep(R"({"name": "speed_mps", "values": [0.005]})"),
                         "/sweep/factors/0/values/0"),
-             Catch::Contains("expected 1e-06 to 0.004, the rig's limit, got 0.005"));
+             Catch::Contains(": 0.005 (expected 1e-06 to 0.004, "));
   // 2 + 2 legs of a quarter of it each; it no longer fits, and is reported once
   CHECK_THAT(problem_at(with_sweep(R"({"name": "stroke_mm", "values": [100, 400]}, )" + speed),
                         "/sweep/factors/0/values/1"),
-             Catch::Contains("too long along x") && Catch::Contains("too long along y"));
+             Catch::Contains("along x") && Catch::Contains("along y"));
 }
 
 TEST_CASE("A factor without a value, and a sweep without a factor, are refused with a sentence") {
-  CHECK(problem_at(with_sweep(R"({"name": "force_N", "values": []})"), "/sweep/factors/0/values") ==
-        "/sweep/factors/0/values: the factor has no value (expected at least one, got 0). Leave "
-        "the factor out, or give it values.");
-  CHECK_THAT(problem_at(with_sweep(""), "/sweep/factors"), Catch::Contains("there is no factor"));
+  CHECK_THAT(
+      problem_at(with_sweep(R"({"name": "force_N", "values": []})"), "/sweep/factors/0/values"),
+      Catch::Contains(": 0 (expected at least one)"));
+  CHECK_THAT(problem_at(with_sweep(""), "/sweep/factors"),
+             Catch::Contains(": 0 (expected at least one)"));
 }
 
 TEST_CASE("A sweep of more than a million trials is refused with a sentence") {
   const std::string many = R"({"name": "force_N", "values": [)" + numbers(400) +
                            R"(]}, {"name": "press_s", "values": [)" + numbers(500) + "]}";
-  CHECK(problem_at(with_sweep(many), "/sweep") ==
-        "/sweep: the sweep has too many trials (expected at most 1000000, got 1200000.0). Give "
-        "fewer values, fewer replicates or a fraction of the design.");
+  CHECK_THAT(problem_at(with_sweep(many), "/sweep"),
+             Catch::Contains(": 1200000.0 (expected at most 1000000)"));
   // 400 x 30 x 2 fabrics x 3 replicates are fewer trials, but not a pilot study
   const std::string wide = R"({"name": "force_N", "values": [)" + numbers(400) +
                            R"(]}, {"name": "press_s", "values": [)" + numbers(30) + "]}";
-  CHECK_THAT(problem_at(with_sweep(wide), "/sweep"), Catch::Contains("too many combinations"));
+  CHECK_THAT(problem_at(with_sweep(wide), "/sweep"), Catch::Contains(": 12000 (expected at most "));
 }
 
 TEST_CASE("Two factors of one name are refused with a sentence, however they are spelled") {
-  CHECK(problem_at(with_sweep(force + ", " + force), "/sweep/factors/1/name") ==
-        "/sweep/factors/1/name: the factor is given twice (expected every factor once, got "
-        "force_N). Put all its values into one list.");
+  CHECK_THAT(problem_at(with_sweep(force + ", " + force), "/sweep/factors/1/name"),
+             Catch::Contains("given twice") && Catch::Contains(": force_N ("));
   CHECK_THAT(problem_at(with_sweep(force + R"(, {"name": "force_n", "values": [3]})"),
                         "/sweep/factors/1/name"),
              Catch::Contains("given twice"));
@@ -109,17 +107,17 @@ TEST_CASE("Whatever else is wrong with a sweep is told, all at once") {
       Catch::Contains("Did you mean force_N"));
   CHECK_THAT(
       problem_at(with_sweep(R"({"name": "colour", "values": [5]})"), "/sweep/factors/0/name"),
-      Catch::Contains("Known factors are"));
+      Catch::Contains("Known factors"));
   CHECK_THAT(problem_at(with_sweep(R"({"name": "force_N", "values": [5, 3, 5.0]})"),
                         "/sweep/factors/0/values/2"),
              Catch::Contains("listed twice"));
   CHECK_THAT(problem_at(with_sweep(force, R"(, "design": "half")"), "/sweep/design"),
-             Catch::Contains("not a design"));
+             Catch::Contains(": \"half\" (expected \"full\""));
   CHECK_THAT(problem_at(with_sweep(force + ", " + speed, R"(, "design": {"cell_fraction": 0.5})"),
                         "/sweep/design/cell_fraction"),
-             Catch::Contains("at least 5 cells, got 3 of 6"));
+             Catch::Contains(": 3 of 6 (expected at least 5 cells)"));
   CHECK_THAT(problem_at(with_sweep(force, R"(, "order": "as_listed", "seed": 3)"), "/sweep/seed"),
-             Catch::Contains("nothing to draw"));
+             Catch::Contains("listed"));
   const std::string beside = with_sweep(force).replace(
       1, 0, reps + R"(, "order": {"kind": "blocked"}, "hand_over": {}, )");
   for (const char* pointer : {"/repetitions", "/order", "/hand_over"}) problem_at(beside, pointer);
@@ -130,13 +128,12 @@ TEST_CASE("Whatever else is wrong with a sweep is told, all at once") {
 
 TEST_CASE("A sweep is bounded in values, factors and explorations, each with a sentence") {
   const std::string long_list = R"({"name": "press_s", "values": [)" + numbers(10'001) + "]}";
-  CHECK(problem_at(with_sweep(long_list), "/sweep/factors/0/values") ==
-        "/sweep/factors/0/values: the factor has too many values (expected at most 10000, got "
-        "10001). Give fewer values.");
+  CHECK_THAT(problem_at(with_sweep(long_list), "/sweep/factors/0/values"),
+             Catch::Contains(": 10001 (expected at most 10000)"));
   std::string factors = force;
   for (int i = 0; i < 4; ++i) factors += ", " + force;
   CHECK_THAT(problem_at(with_sweep(factors), "/sweep/factors"),
-             Catch::Contains("more factors than there are (expected at most 4, each once, got 5)"));
+             Catch::Contains(": 5 (expected at most 4, "));
   // 16 x 700 explorations of 2 trials are fewer than a million trials, and each exploration has
   // fewer than 10 000 cells
   std::string many = with_sweep(R"({"name": "press_s", "values": [)" + numbers(700) + "]}");
@@ -145,8 +142,7 @@ TEST_CASE("A sweep is bounded in values, factors and explorations, each with a s
   const std::string phases = many.substr(at + 5, many.rfind("}}") - at - 5);
   for (int i = 0; i < 15; ++i) many.insert(at, "\"N" + std::to_string(i) + "\": " + phases + ",");
   CHECK_THAT(problem_at(many, "/sweep"),
-             Catch::Contains("too many together (expected at most 10000, got 16 explorations in "
-                             "700 cells: 11200)"));
+             Catch::Contains(": 16 explorations in 700 cells: 11200 (expected at most 10000)"));
 }
 
 TEST_CASE("The longest name of a cell counts, not the last one") {
@@ -157,7 +153,7 @@ TEST_CASE("The longest name of a cell counts, not the last one") {
   };
   CHECK(check_recipe(named("2.125, 2"), test::limits()).plan);
   CHECK_THAT(problem_at(named("2.0625, 2"), "/explorations/" + longest),
-             Catch::Contains("too long for the names of its cells") && Catch::Contains("-2.0625N"));
+             Catch::Contains("-2.0625N (expected at most 64 bytes"));
 }
 
 TEST_CASE("A stroke that makes a leg of its path vanish is refused with a sentence") {
@@ -165,8 +161,7 @@ TEST_CASE("A stroke that makes a leg of its path vanish is refused with a senten
       test::with(with_sweep(R"({"name": "stroke_mm", "values": [50, 2]})"),
                  R"({"dx_mm": 50, "dy_mm": 0})", R"({"dx_mm": 0.01, "dy_mm": 0})");
   CHECK_THAT(problem_at(uneven, "/sweep/factors/0/values/1"),
-             Catch::Contains("a leg of the path that leads nowhere") &&
-                 Catch::Contains("expected legs of at least 0.001 mm"));
+             Catch::Contains("too short") && Catch::Contains("at least 0.001 mm"));
 }
 
 TEST_CASE("What weft design analyse would have to leave out is warned of before anything moves") {
@@ -182,22 +177,21 @@ TEST_CASE("What weft design analyse would have to leave out is warned of before 
   const std::string good = with_sweep(force + ", " + speed);
   CHECK_THAT(warnings(good), !Catch::Contains("design analyse"));
   CHECK_THAT(warnings(test::with(good, "\"replicates\": 3", "\"replicates\": 2")),
-             Catch::Contains("/sweep/replicates: too few replicates to leave one out") &&
-                 Catch::Contains("(expected at least 3, got 2)"));
+             Catch::Contains("/sweep/replicates: too few") &&
+                 Catch::Contains(": 2 (expected at least 3)"));
   CHECK_THAT(warnings(test::with(good, R"(["denim", "silk"])", R"(["denim"])")),
-             Catch::Contains("/fabrics: there is nothing to tell apart"));
+             Catch::Contains("/fabrics: too few") && Catch::Contains(": 1 (expected at least 2)"));
   // two legs of 0.05 mm at 20 mm/s2: 0.1 s each, sampled at 20 Hz
   CHECK_THAT(warnings(with_sweep(R"({"name": "stroke_mm", "values": [100, 0.1]})"), 20),
-             Catch::Contains("/explorations/M2: too few samples in phase M") &&
+             Catch::Contains("/explorations/M2: too few") && Catch::Contains("phase M") &&
                  Catch::Contains("in M2-0.1mm") && !Catch::Contains("phase P"));
   CHECK_THAT(warnings(with_sweep(R"({"name": "press_s", "values": [6, 0.1]})"), 20),
-             Catch::Contains("too few samples in phase P: weft design analyse will have to leave "
-                             "it out (expected at least 3 in every cell"));
+             Catch::Contains("phase P") && Catch::Contains("(expected at least 3 in every cell"));
   std::string press = with_sweep(force);
   press = test::with(press, R"({"phases": [)", R"({"kind": "press", "phases": [)");
   const std::size_t motion = press.find(R"({"phase": "M")");
   press.erase(motion, press.find(R"({"phase": "E")") - motion);
-  CHECK_THAT(warnings(press), Catch::Contains("/explorations/M2: a press has no phase M"));
+  CHECK_THAT(warnings(press), Catch::Contains("/explorations/M2: press without"));
 }
 
 TEST_CASE("Every exploration is done in every cell, with the cell's values in its phases") {
