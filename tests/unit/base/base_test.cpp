@@ -88,7 +88,7 @@ TEST_CASE("an error reads as a sentence with its place in front") {
         "too high. Is it in mm?");
 }
 
-TEST_CASE("a place that an error has already is not said twice") {
+TEST_CASE("a place that an error has already is not repeated") {
   const Error there =
       Error{.code = Errc::io, .where = "a.sqlite", .what = "no room"}.in("a.sqlite");
   CHECK(there.where == "a.sqlite");

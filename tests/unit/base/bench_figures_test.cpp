@@ -33,7 +33,7 @@ TEST_CASE("A figure misses a limit of its own, or of its ratio to the peer, in i
   CHECK(misses(at_least(-1e300)));
 }
 
-TEST_CASE("A report with a miss is written, says so of that figure, and ends with 0") {
+TEST_CASE("A report with a miss is written, marks that figure, and ends with 0") {
   const auto here = std::filesystem::current_path();
   const auto folder = std::filesystem::temp_directory_path() / "weft_bench_figures_test";
   std::filesystem::create_directories(folder);

@@ -11,7 +11,7 @@ namespace json_text_test {
 
 using namespace weft;
 
-TEST_CASE("What is read is what nlohmann's own parser reads") {
+TEST_CASE("The result equals that of nlohmann's own parser") {
   for (const char* text :
        {"null", "true", "-7", "18446744073709551615", "0.1", "\"a\\u0000b\"", "[]", "{}",
         R"({"a":[1,{"b":{"c":[[],{}]}},"d"],"":false,"a/b":{"~":2.5e-3}})",

@@ -65,7 +65,7 @@ TEST_CASE("an echo of what is sent is skipped, in any pieces and late, from open
     }
 }
 
-TEST_CASE("a line without an echo is not taken for one that has it") {
+TEST_CASE("a line without an echo is not handled as one with an echo") {
   DigitalBench bench;
   bench.arm();
   CHECK(bench.host.logs.empty());

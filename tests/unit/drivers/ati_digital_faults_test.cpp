@@ -79,7 +79,7 @@ TEST_CASE("a sensor that reports a fault is refused with its name; its watchdog 
   CHECK(restarted.host.logs.size() == 1);
 }
 
-TEST_CASE("an empty calibration, an exception and a refusal are faults that say so") {
+TEST_CASE("an empty calibration, an exception and a refusal are reported faults") {
   Bench empty(R"({"calibration": 1})");
   empty.held = {};
   empty.open();

@@ -9,7 +9,9 @@ using namespace weft::testing;
 using Bench = DigitalBench;
 using weft::drivers::stream_status_error;
 
-TEST_CASE("opening reads status and calibration, makes it active, and tells who the sensor is") {
+TEST_CASE(
+    "opening reads status and calibration, makes it active, and reports the identity of the "
+    "sensor") {
   Bench bench;
   const Bytes reply = bench.open();
   CHECK(bench.driver->state() == DriverState::open);

@@ -31,7 +31,7 @@ Error refusal(const DriverEntry& entry, const std::string& config) {
 }
 }  // namespace
 
-TEST_CASE("every driver's entry says what it is and makes a closed driver from defaults") {
+TEST_CASE("every driver's entry names itself and makes a closed driver from defaults") {
   for (const DriverEntry* entry : entries) {
     INFO(entry->name);
     CHECK_FALSE(std::string(entry->summary).empty());
@@ -170,7 +170,7 @@ TEST_CASE("a watchdog barks once when nothing came, and costs one timer however 
   CHECK(loop.timers() == 0);
 }
 
-TEST_CASE("a watchdog whose limit is shortened barks at the shorter limit") {
+TEST_CASE("a watchdog with a shortened limit barks at the shorter limit") {
   TestLoop loop;
   int barks = 0;
   Watchdog dog(loop, [&barks] { ++barks; });

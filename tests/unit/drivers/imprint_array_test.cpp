@@ -143,7 +143,7 @@ TEST_CASE("lost scans are counted, damaged ones and those of another part among 
   CHECK(bench.fault().where == "/rows");
 }
 
-TEST_CASE("what an imprint array says of itself must be what is configured, and stay so") {
+TEST_CASE("the description of an imprint array must match the configuration and stay the same") {
   const auto fault_of = [](const std::string& config, const imprint::Frame& description) {
     Bench bench(config);
     REQUIRE(bench.driver->open());

@@ -108,7 +108,7 @@ TEST_CASE("a calibration page that does not come is gone without; the settings' 
   CHECK(other.fault_code() == Errc::device_identity);
 }
 
-TEST_CASE("a rig file's calibration that no page tells is refused in one line") {
+TEST_CASE("a rig file's calibration that is on no page is refused in one line") {
   PagedBench bench(R"({"calibration_serial": "FT12288"})");
   bench.answer_page(minimal);
   bench.answer("HTTP/1.1 404 Not Found\r\nServer: box\r\nX: y\r\n\r\n");

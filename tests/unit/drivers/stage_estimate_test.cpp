@@ -60,7 +60,7 @@ TEST_CASE("one damaged status word is dropped: the stage stays armed and moves")
   }
 }
 
-TEST_CASE("an end of a move whose status word is damaged is an end all the same") {
+TEST_CASE("an end of a move with a damaged status word still counts") {
   StageBench bench = StageBench::lts();
   bench.arm_lts();
   const std::uint32_t id = bench.driver->command(MoveCommand{0.01, 0.01}).value();

@@ -37,7 +37,7 @@ TEST_CASE("another controller, another stage or another stage id is refused on o
   }
 }
 
-TEST_CASE("a stage is refused on a controller whose scale for it is not known, by name") {
+TEST_CASE("a stage is refused by name on a controller without a known scale for it") {
   struct Case {
     const char* stage;
     const char* model;

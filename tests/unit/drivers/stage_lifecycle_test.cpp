@@ -32,7 +32,7 @@ TEST_CASE("opening a servo stage sends what thorpy was seen to send, and waits f
         Approx(1919.6418578623391 * 180 / std::acos(-1)));
 }
 
-TEST_CASE("what the controller says of itself is published, firmware included, before it is open") {
+TEST_CASE("the identity of the controller is published with its firmware before it is open") {
   StageBench bench = StageBench::lts();
   REQUIRE(bench.driver->open());
   CHECK(bench.host.identities.empty());

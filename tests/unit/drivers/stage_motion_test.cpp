@@ -162,7 +162,7 @@ TEST_CASE("without polls from the host a motion is watched by the driver's own r
   CHECK(bench.link().take_written() == request_status);
 }
 
-TEST_CASE("a stop that nobody asked for is a fault; one that was asked for is not") {
+TEST_CASE("an unrequested stop is a fault; a requested one is not") {
   StageBench limit = StageBench::lts();
   limit.arm_lts();
   REQUIRE(limit.driver->command(MoveCommand{0.1, 0.02}));
@@ -214,7 +214,7 @@ TEST_CASE("a stage that is not homed moves only to its home") {
   CHECK(bold.driver->command(MoveCommand{0.01, 0.01}));
 }
 
-TEST_CASE("a move that says so is made before homing too, beyond the travel; others are not") {
+TEST_CASE("a move marked for it is made before homing and beyond the travel; others are not") {
   StageBench bench = StageBench::lts();
   bench.arm_lts(0, idle_not_homed);
   bench.link().take_written();
@@ -229,7 +229,7 @@ TEST_CASE("a move that says so is made before homing too, beyond the travel; oth
   CHECK(homed_stage.link().take_written().empty());
 }
 
-TEST_CASE("homing is done when the device says so and its status has the homed bit") {
+TEST_CASE("homing is done when the device reports it and its status has the homed bit") {
   StageBench bench = StageBench::lts();
   bench.arm_lts(4096000, idle_not_homed);
   const std::uint32_t id = bench.driver->command(HomeCommand{}).value();
@@ -320,7 +320,7 @@ TEST_CASE("a velocity command never leads out of the travel") {
   CHECK(bench.link().take_written() == absolute(5 * 409600));
 }
 
-TEST_CASE("velocity zero stops a moving stage once, and says nothing to one at rest") {
+TEST_CASE("velocity zero stops a moving stage once, and sends nothing to one at rest") {
   StageBench bench = StageBench::lts();
   bench.arm_lts(4096000);
   REQUIRE(bench.driver->command(ServoCommand{0, horizon}));

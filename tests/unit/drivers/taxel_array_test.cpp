@@ -203,7 +203,7 @@ TEST_CASE("streaming taxels allocates nothing") {
   CHECK(bench.host.published == 501);
 }
 
-TEST_CASE("rows and columns say how many taxels there are, and what contradicts them is refused") {
+TEST_CASE("rows and columns give the number of taxels, and another number is refused") {
   const auto taxels = [](const char* config) {
     const auto settings = drivers::read_taxel_settings(config);
     return settings ? int{settings->taxels} : 0;

@@ -114,7 +114,7 @@ TEST_CASE("the sensor opens on its description and arms when both channels have 
   CHECK(bench.driver->state() == DriverState::open);
 }
 
-TEST_CASE("blocks become SI by the range that the sensor tells, and say their time and rate") {
+TEST_CASE("blocks become SI by the range in the description, and carry their time and rate") {
   Bench bench;
   bench.arm();
   bench.host.record = false;
@@ -194,7 +194,7 @@ TEST_CASE("losses are counted in each channel by itself, and late blocks are dro
   CHECK(bench.host.samples[2].lost == 0);
 }
 
-TEST_CASE("a damaged frame is a lost one and is told of") {
+TEST_CASE("a damaged frame is a lost one and is reported") {
   Bench bench;
   bench.arm();
   Bytes bytes = bytes_of(block(vibro::Kind::sound, 11));
@@ -228,7 +228,7 @@ TEST_CASE("a sensor that restarts is followed, whatever its numbers were") {
   }
 }
 
-TEST_CASE("a sensor that is not the configured one is refused on opening, with what it said") {
+TEST_CASE("a sensor that differs from the configuration is refused on opening, with its values") {
   const Error serial = refused(usual(), R"({"serial": 18})");
   CHECK(serial.code == Errc::device_identity);
   CHECK(serial.where == "/serial");

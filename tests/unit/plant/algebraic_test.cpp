@@ -57,7 +57,7 @@ TEST_CASE(
   CHECK(contact.step({}, {.z_m = std::nan("")}).normal_n == 0);
 }
 
-TEST_CASE("friction is mu N along the motion, and stays there while the probe stands") {
+TEST_CASE("friction is mu N along the motion, and stays there while the probe is at rest") {
   const ContactMaterial material = test::patch_of(test::library(), "terry", 1).material;
   const AlgebraicContact contact(level_plate(), material, set_n);
   ContactState state = contact.step({}, {.z_m = plate_z});

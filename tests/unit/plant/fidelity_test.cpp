@@ -114,7 +114,7 @@ TEST_CASE("a promise is that of the worst of the plan's cloths, and of no other"
   CHECK(chosen(accuracy(25e-3)) == l1(27e-3));
 }
 
-TEST_CASE("a cloth without a row is promised by its impact, or refused where nobody knows it") {
+TEST_CASE("a fabric without a row is promised by its impact, or refused if unknown") {
   FabricLibrary library;
   Fabric cloth;
   cloth.name = "new";
@@ -200,7 +200,7 @@ TEST_CASE("a forecast is the sum of its parts, scaled by the machine's speed") {
   CHECK(other.evaluate_s == 0);
 }
 
-TEST_CASE("a budget takes the most accurate setting whose whole run is forecast fast enough") {
+TEST_CASE("a budget takes the most accurate setting with a fast enough forecast of the whole run") {
   // 730 us of a bench second do not belong to the contact
   CHECK(chosen(budget(500)) == l2(Integrator::midpoint, 0.2));
   CHECK(chosen(budget(900)) == l2(Integrator::midpoint, 1));

@@ -107,7 +107,7 @@ TEST_CASE("The convolution is the direct sum on any size of array") {
   }
 }
 
-TEST_CASE("A sphere sinks in, spreads and presses as Hertz has it") {
+TEST_CASE("A sphere has indentation, contact radius and pressure of Hertz") {
   const HalfSpaceParams params;
   for (const double force : {light_press_n, heavy_press_n}) {
     const HeightMap map = map_of(128, taxel_spacing_m, sphere);

@@ -82,7 +82,7 @@ TEST_CASE("There are three objects of each class, twenty-four imprints with two 
   CHECK(find_object("RASP4") == nullptr);
 }
 
-TEST_CASE("Screens have the open area and rasps the teeth that their lattices say") {
+TEST_CASE("Screens have the open area and rasps the teeth of their lattices") {
   const auto share_below = [](const HeightMap& map, double depth_m) {
     const double top = highest_m(map);
     return static_cast<double>(std::count_if(map.height_m.begin(), map.height_m.end(),

@@ -47,7 +47,7 @@ TEST_CASE("A texture of pitch P passed at v gives its line at v/P in the acceler
   }
 }
 
-TEST_CASE("A touch rings at the arm's first mode and dies away as its damping says") {
+TEST_CASE("A touch rings at the arm's first mode and decays with its damping") {
   Bench bench;
   bench.vibration.microphone.reset();
   bench.material.friction.coefficient = 0;
@@ -106,7 +106,7 @@ TEST_CASE("At rest on the cloth there is silence, off it too") {
   CHECK(loudest < 1e-6);
 }
 
-TEST_CASE("The stick-slip cycle is heard: lines at its multiples, and only there") {
+TEST_CASE("The stick-slip cycle sounds: lines at its multiples, and only there") {
   Bench bench;
   bench.vibration.microphone.reset();
   bench.material.friction = {.coefficient = 0.2, .exponent = 1, .bristle_length_m = 10e-6};
@@ -142,7 +142,7 @@ TEST_CASE("The stick-slip cycle is heard: lines at its multiples, and only there
   CHECK(rms(smooth) < 0.02 * rms(cycle));
 }
 
-TEST_CASE("Yarns that lie askew are heard at the pitch along the path") {
+TEST_CASE("Skewed yarns sound at the pitch along the path") {
   Bench bench;
   bench.vibration.microphone.reset();
   bench.material.friction.coefficient = 0;

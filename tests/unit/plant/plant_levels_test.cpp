@@ -86,7 +86,7 @@ TEST_CASE("at level L0 pads carry the set point on the mean, and their texture i
   CHECK(plant.texture_tiles() > 0);
 }
 
-TEST_CASE("what nobody watches is not computed") {
+TEST_CASE("unread sensors are not computed") {
   for (const Level level : {Level::algebraic, Level::quasistatic, Level::dynamic}) {
     PlantParams params = params_at(level);
     Plant all = on_jersey(params);
@@ -145,7 +145,7 @@ TEST_CASE("level L1 balanced once or three times per scan keeps force and pads")
   CHECK(squares > 0);  // so it is another computation
 }
 
-TEST_CASE("looks in between and poses that nobody reaches change nothing of a scan") {
+TEST_CASE("reads in between and poses that are not reached change nothing of a scan") {
   PlantParams params = params_at(Level::quasistatic);
   params.quasistatic_step_s = 27.027027e-3;
   Plant alone = on_jersey(params), looked_at = on_jersey(params);

@@ -50,7 +50,7 @@ TEST_CASE("a move from a velocity keeps position and velocity continuous and its
   }
 }
 
-TEST_CASE("an S-curve lasts what its closed form says, in all four of its shapes") {
+TEST_CASE("an S-curve has the duration of its closed form, in all four of its shapes") {
   const double v = 4e-3, a = 20e-3;
   for (const double jerk : {1e-3, 16e-3, 128e-3, 4.0, 131.072}) {  // bow values of a Thorlabs stage
     const MotionLimits smooth{v, a, jerk};
@@ -122,7 +122,7 @@ TEST_CASE("a stage re-planned on its way does not jump") {
   }
 }
 
-TEST_CASE("a stage stays inside its travel, stands on its quantum and has play") {
+TEST_CASE("a stage stays inside its travel, rests on its quantum and has play") {
   Stage stage({.low = 0, .high = 0.15, .start = 0, .quantum = 1e-6, .backlash = 10e-6});
   stage.move_to(1, {0.1, 1}, {});
   const TimePoint end = stage.end();

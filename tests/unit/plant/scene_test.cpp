@@ -52,7 +52,7 @@ TEST_CASE("Traits have names that read back") {
   CHECK(none.error().expected.find("stick_slip") != std::string::npos);
 }
 
-TEST_CASE("A scene says what it needs in words") {
+TEST_CASE("A scene lists its needs in words") {
   CHECK(format_needs({"test", {Channel::stages}, {}}) == "stage positions");
   CHECK(format_needs({"test", {Channel::stages, Channel::wrench}, {}}) == "a wrench");
   CHECK(format_needs({"test",

@@ -94,7 +94,7 @@ TEST_CASE("cloth and cover together are two exponential springs in series") {
     }
 }
 
-TEST_CASE("noise grows with the level as its law says") {
+TEST_CASE("noise grows with the level according to its law") {
   PadParams params = quiet();
   params.noise_counts = 1;
   params.noise_per_count = 0.02;

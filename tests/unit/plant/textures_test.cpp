@@ -68,7 +68,8 @@ TEST_CASE("grains make the force vary by one over the root of how many bear it")
   }
 }
 
-TEST_CASE("without a grain a surface rubs as the parameters say; no grain makes them absurd") {
+TEST_CASE(
+    "without a grain a surface rubs according to the parameters; no grain makes them absurd") {
   const RubbingParams as_they_are, same = with_grain({}, 0);
   CHECK(same.asperity_share == as_they_are.asperity_share);
   CHECK(same.coarsest_m == as_they_are.coarsest_m);

@@ -114,7 +114,7 @@ TEST_CASE("random messages survive encoding and decoding") {
   }
 }
 
-TEST_CASE("a message that is cut short or has bytes left over is refused") {
+TEST_CASE("a message that is truncated or has bytes left over is refused") {
   const Bytes whole = encode(make_message(MessageId::move_absolute, ChannelCounts{1, 2048}, {}));
   for (std::size_t size = 0; size < whole.size(); ++size)
     CHECK_FALSE(decode(ByteView(whole).first(size)));
@@ -149,7 +149,7 @@ TEST_CASE("the splitter finds the next message behind garbage, and counts the ga
   }
 }
 
-TEST_CASE("a controller's splitter takes a message whole whose length is not the document's") {
+TEST_CASE("a controller's splitter takes a message of undocumented length whole") {
   Bytes stream;
   const Bytes odd = encode({MessageId::set_velparams, 0, 0, 0x50, 0x01, Bytes(40, 0x50)});
   const Bytes long_home = encode({MessageId::move_home, 0, 0, 0x50, 0x01, Bytes(7, 0x01)});
@@ -189,7 +189,7 @@ TEST_CASE("bit flips, cuts and noise neither crash the APT splitter nor deafen i
   }
 }
 
-TEST_CASE("an APT splitter that nobody drains stays bounded and counts what it drops") {
+TEST_CASE("an APT splitter that is not drained stays bounded and counts dropped bytes") {
   check_bounded<Splitter>(0x01);
 }
 

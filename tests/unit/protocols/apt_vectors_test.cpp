@@ -209,7 +209,7 @@ TEST_CASE("stage scales give the counts that other programs send") {
 // APT16 section 8: VEL = C T 65536 v and ACC = C T^2 65536 a, with T = 2048 / 6 MHz for servos and
 // 102.4 us for brushless drives; factors 53.68 and 1 / 90.9 for Trinamic steppers; one count for
 // all on the older ones
-TEST_CASE("velocity and acceleration scales follow from the position scale as APT16 says") {
+TEST_CASE("velocity and acceleration scales follow from the position scale as in APT16") {
   for (const Pairing& pairing : stage_pairings()) {
     INFO(pairing.stage << " on " << pairing.name);
     const double c = pairing.scale.counts_per_unit;
@@ -263,7 +263,7 @@ TEST_CASE("a stage counts as its controller does, and on an unknown one not at a
 
 // SET_VELPARAMS, MOVE_ABSOLUTE and status of the stages that the golden files do not have, computed
 // from device-facts.md, APT scales
-TEST_CASE("stages of each family have the bytes that their scale says") {
+TEST_CASE("stages of each family have the bytes of their scale") {
   const auto velocity = [](const char* stage, double speed, double acceleration) {
     const StageScale& scale = find_stage(stage)->scale;
     return encode(

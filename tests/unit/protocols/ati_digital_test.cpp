@@ -210,7 +210,7 @@ TEST_CASE("a load that does not change at all is found at the phase of the last 
   }
 }
 
-TEST_CASE("noise gives hardly a record, and a splitter that nobody drains stays bounded") {
+TEST_CASE("noise gives hardly a record, and a splitter that is not drained stays bounded") {
   std::mt19937 random(5);
   StreamSplitter splitter;
   splitter.begin_anywhere();
@@ -225,7 +225,7 @@ TEST_CASE("noise gives hardly a record, and a splitter that nobody drains stays 
 }
 
 // device-facts.md, ATI Digital F/T: big-endian, high word first
-TEST_CASE("a calibration stands in its registers where the document puts it") {
+TEST_CASE("a calibration is in its registers where the document puts it") {
   const CalibrationRegisters r = encode(example());
   CHECK(r[0] == ('F' << 8 | 'T'));
   CHECK(r[3] == ('8' << 8));
@@ -307,7 +307,7 @@ TEST_CASE("random registers never make a calibration that is not finite") {
   }
 }
 
-TEST_CASE("the status word is told in words") {
+TEST_CASE("the status word has a text") {
   CHECK(status_text(0).empty());
   CHECK(status_text(1U << 2 | 1U << 7) == "excitation voltage low, EEPROM");
 }

@@ -32,7 +32,7 @@ TEST_CASE("A discovery request is what ATI's client sends") {
   CHECK(decode_discovery_request(encode(DiscoveryRequest{{127, 0, 0, 1}, 1}))->delay_ms == 1);
 }
 
-TEST_CASE("A discovery reply says who the box is and where") {
+TEST_CASE("A discovery reply has name and address of the box") {
   const auto reply = decode_discovery_reply(hex(reply_bytes));
   REQUIRE(reply);
   CHECK(reply->mac == "00-16-bd-01-02-03");

@@ -104,7 +104,7 @@ TEST_CASE("a reply without an end is refused before it fills the memory") {
     }
 }
 
-TEST_CASE("a length that lies leaves the reply incomplete, or its page cut short") {
+TEST_CASE("a wrong length leaves the reply incomplete, or its page truncated") {
   const std::string head = "HTTP/1.1 200 OK\r\nContent-Length: ";
   HttpReply longer, shorter;
   REQUIRE(longer.push(bytes_of(head + "5000\r\n\r\n" + minimal)));
@@ -130,7 +130,7 @@ TEST_CASE("requests are read with their query; what is no GET is refused") {
     CHECK_FALSE(decode_request_head(bad));
 }
 
-TEST_CASE("replies are of HTTP/1.0, and say that the connection ends") {
+TEST_CASE("replies are of HTTP/1.0, and announce the end of the connection") {
   CHECK(http_reply(200, "text/html", "ab") ==
         "HTTP/1.0 200 OK\r\nContent-Type: text/html\r\nContent-Length: 2\r\n"
         "Connection: close\r\n\r\nab");

@@ -134,7 +134,7 @@ TEST_CASE("a cut imprint frame is given up for the ones behind it") {
   check_cut_frame<Splitter>(random, random_frame);
 }
 
-TEST_CASE("bodies that no array sends are no frames, whatever their check values say") {
+TEST_CASE("bodies that no array sends are no frames, even with right check values") {
   const std::pair<Kind, Bytes> bodies[] = {
       {Kind::scan, {0, 0, 1, 1, 128}},     // a count of eight bits
       {Kind::scan, {0, 0, 1, 2, 5}},       // fewer counts than the window has
@@ -165,7 +165,7 @@ TEST_CASE("bodies that no array sends are no frames, whatever their check values
   CHECK(splitter.next(frame));
 }
 
-TEST_CASE("noise gives no imprint frames, and a splitter that nobody drains stays bounded") {
+TEST_CASE("noise gives no imprint frames, and a splitter that is not drained stays bounded") {
   std::mt19937 random(24);
   Splitter splitter;
   const Bytes noise = testing::random_bytes(200000, random);

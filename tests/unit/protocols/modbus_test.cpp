@@ -169,7 +169,7 @@ TEST_CASE("a flipped bit costs one Modbus request, never makes a wrong one") {
   }
 }
 
-TEST_CASE("a request that was cut short is forgotten when the line has been silent") {
+TEST_CASE("a truncated request is forgotten when the line has been silent") {
   RtuSplitter splitter(Side::requests, 10);
   splitter.push(hex("0A 10 00 00 00 06 0C 02"));
   CHECK_FALSE(splitter.next());
@@ -191,7 +191,7 @@ TEST_CASE("frames of other slaves are not this slave's") {
   CHECK(splitter.skipped_bytes() == 8);
 }
 
-TEST_CASE("noise gives no Modbus frames, and a splitter that nobody drains stays bounded") {
+TEST_CASE("noise gives no Modbus frames, and a splitter that is not drained stays bounded") {
   std::mt19937 random(3);
   RtuSplitter rtu(Side::replies, 10);
   MbapSplitter mbap;
@@ -209,7 +209,7 @@ TEST_CASE("noise gives no Modbus frames, and a splitter that nobody drains stays
   CHECK(full.skipped_bytes() == 500);
 }
 
-TEST_CASE("standard functions that nobody serves are framed and refused as unknown") {
+TEST_CASE("standard functions that are not served are framed and refused as unknown") {
   for (const char* text : {"0A 01 00 00 00 08", "0A 11", "0A 0F 00 00 00 08 01 FF",
                            "0A 17 00 00 00 01 00 00 00 01 02 00 00"}) {
     Bytes frame = hex(text);
@@ -278,7 +278,7 @@ TEST_CASE("what is written to all slaves is told apart, what is read from all is
   CHECK_FALSE(splitter.next());
 }
 
-TEST_CASE("whole Modbus TCP frames are told from half ones") {
+TEST_CASE("whole Modbus TCP frames are distinguished from half ones") {
   const Bytes frame = hex("12 34 00 00 00 06 0A 03 00 1D 00 01");
   for (std::size_t cut = 0; cut < frame.size(); ++cut) {
     const Bytes part(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(cut));

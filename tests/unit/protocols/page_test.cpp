@@ -80,7 +80,7 @@ TEST_CASE("a page without its product, calibration or rate is read all the same"
   CHECK_FALSE(decode_calibration("<x><calcpf>1000000</calcpf></x>"));
 }
 
-TEST_CASE("both spellings of the torque unit are read; a box says Nm unless it is told otherwise") {
+TEST_CASE("both spellings of the torque unit are read; a box writes Nm by default") {
   for (const auto& [text, value] :
        {std::pair{"Nm", 1.0}, {"N-m", 1.0}, {"Nmm", 1e-3}, {"N-mm", 1e-3}})
     CHECK(newton_metres_per(text).value() == value);
@@ -88,7 +88,7 @@ TEST_CASE("both spellings of the torque unit are read; a box says Nm unless it i
   CHECK(encode(CalibrationPage{"FT1"}).find("<scaltu>Nm</scaltu>") != std::string::npos);
 }
 
-TEST_CASE("what a page says in the wrong place stays one printable line of an error") {
+TEST_CASE("misplaced text of a page stays one printable line of an error") {
   std::string text = minimal;
   const std::string from = "<cfgcpf>1000000";
   text.replace(text.find(from), from.size(), "<cfgcpf>5 \x01\x02\r\nServer: x");

@@ -102,7 +102,7 @@ TEST_CASE("only a latched monitor condition leaves values valid") {
   for (unsigned bit = 0; bit < 31; ++bit) CHECK(values_valid(1U << bit) == (bit == 16));
 }
 
-TEST_CASE("the sequence tracker tells first, next, gap, repeated and late records apart") {
+TEST_CASE("the sequence tracker distinguishes first, next, gap, repeated and late records") {
   SequenceTracker tracker;
   CHECK(tracker.observe(10).event == SequenceEvent::first);
   CHECK(tracker.observe(11).event == SequenceEvent::contiguous);

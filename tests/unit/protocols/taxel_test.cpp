@@ -120,7 +120,7 @@ TEST_CASE("a cut frame is given up for the one behind it") {
   check_cut_frame<Splitter>(random, random_frame, frame_size(max_taxels));
 }
 
-TEST_CASE("noise gives no frames, and the counters tell of it") {
+TEST_CASE("noise gives no frames, and the counters show it") {
   std::mt19937 random(8);
   Splitter splitter;
   const Bytes noise = testing::random_bytes(200000, random);
@@ -141,7 +141,7 @@ TEST_CASE("a wrong version or an impossible taxel count is not a frame") {
   }
 }
 
-TEST_CASE("a taxel splitter that nobody drains stays bounded") {
+TEST_CASE("a taxel splitter that is not drained stays bounded") {
   check_bounded<Splitter>(protocols::taxel::sync[0]);
 }
 

@@ -108,7 +108,7 @@ TEST_CASE("any chunking of a vibro stream gives the same frames") {
   check_any_chunking<Splitter>(random, random_frame);
 }
 
-TEST_CASE("a flipped bit costs one vibro frame, and nobody waits for bytes that do not come") {
+TEST_CASE("a flipped bit costs one vibro frame, and missing bytes block nothing") {
   std::mt19937 random(16);
   check_flipped_bit<Splitter>(random, random_frame);
 }
@@ -118,7 +118,7 @@ TEST_CASE("a cut vibro frame is given up for the ones behind it") {
   check_cut_frame<Splitter>(random, random_frame);
 }
 
-TEST_CASE("noise gives no vibro frames, and the counters tell of it") {
+TEST_CASE("noise gives no vibro frames, and the counters show it") {
   std::mt19937 random(18);
   Splitter splitter;
   const Bytes noise = testing::random_bytes(200000, random);
@@ -146,7 +146,7 @@ TEST_CASE("a head with a right check value and a body that no kind has is not a 
   }
 }
 
-TEST_CASE("a vibro splitter that nobody drains stays bounded") {
+TEST_CASE("a vibro splitter that is not drained stays bounded") {
   check_bounded<Splitter>(protocols::vibro::sync[0]);
 }
 

@@ -57,7 +57,7 @@ TEST_CASE("An unknown key is refused with a did-you-mean") {
           "Known keys");
 }
 
-TEST_CASE("What a recipe says of bad repetitions is read, and only where it says something") {
+TEST_CASE("repeat_bad of a recipe is read; without it no attempt is judged") {
   CHECK_FALSE(test::plan_of(small_recipe).repeat_bad);
   const std::string reps = "\"repetitions\": 2";
   const Plan plan = test::plan_of(
@@ -80,7 +80,7 @@ TEST_CASE("A wrong or missing unit is refused with the right spellings") {
           "Did you mean duration_s");
 }
 
-TEST_CASE("A zero byte is refused, and with it what stands behind it") {
+TEST_CASE("A zero byte is refused, with any text behind it") {
   refused(std::string(small_recipe) + '\0' + "anything", "", "line 7, column 40 (expected");
   refused(std::string(1, '\0') + small_recipe, "", "line 1, column 1 (expected");
 }
@@ -175,7 +175,7 @@ TEST_CASE("Forces from nothing to the cap are planned, and M has that of P") {
   }
 }
 
-TEST_CASE("A mount whose slack does not hold the rest is refused, as its rig or as its recipe") {
+TEST_CASE("A slack smaller than the rest travel is refused, in the rig and in the recipe") {
   RigLimits tight = limits();
   tight.slack_m = 0.55e-3;  // the stage runs on by 0.05 mm at 0.5 mm/s
   const CheckReport report = check_recipe(small_recipe, tight);

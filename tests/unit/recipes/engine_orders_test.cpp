@@ -60,7 +60,7 @@ TEST_CASE("A stop in the last trial does not spoil a complete campaign") {
   CHECK(b.end->outcome == Outcome::complete);
 }
 
-TEST_CASE("A pause holds before the next trial, and resuming goes on with it") {
+TEST_CASE("A pause holds before the next trial, and resume starts it") {
   Bench b = bench();
   b.advance_to(Step::sliding);
   b.send(PauseRequested{});
@@ -76,7 +76,7 @@ TEST_CASE("A pause holds before the next trial, and resuming goes on with it") {
   CHECK(b.trials.size() == b.plan.trials.size());
 }
 
-TEST_CASE("A pause at once retracts, and the trial that it cut short is run again") {
+TEST_CASE("A pause at once retracts, and the interrupted trial is repeated") {
   for (const Step where : {Step::clearing, Step::mounting, Step::approaching, Step::pressing,
                            Step::sliding, Step::ending}) {
     Bench b = bench();
@@ -161,7 +161,7 @@ TEST_CASE("A device fault ends the campaign even with on_trial_failure continue"
   CHECK(b.end->error->what == "broken");
 }
 
-TEST_CASE("A guard ends as much as its action says") {
+TEST_CASE("A guard ends the trial or the campaign according to its action") {
   const Plan plan = test::plan_of(test::small_with(
       "\"repetitions\": 2", "\"repetitions\": 2, \"on_trial_failure\": \"continue\""));
   Bench one(plan);
@@ -200,7 +200,7 @@ TEST_CASE("A guard that keeps tripping does not keep the probe from retreating")
   CHECK(b.end->rig == RigFact::safe);
 }
 
-TEST_CASE("A retreat that does not end leaves the rig unknown, and says so") {
+TEST_CASE("A retreat that does not end leaves the rig unknown and reports it") {
   Bench b = bench();
   b.advance_to(Step::holding);
   b.send(AbortRequested{});
@@ -212,7 +212,7 @@ TEST_CASE("A retreat that does not end leaves the rig unknown, and says so") {
 }
 
 TEST_CASE(
-    "A retreat whose stage is lost ends at once: the rig is unknown, and the fault says why") {
+    "A retreat with a lost stage ends at once: the rig is unknown, and the fault has the reason") {
   Bench b = bench();
   b.advance_to(Step::holding);
   b.send(Fault{some_error()});

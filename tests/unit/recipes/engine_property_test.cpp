@@ -136,7 +136,7 @@ const char* const asking = R"("repetitions": 2, "operator_steps": [
 
 }  // namespace
 
-TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says otherwise") {
+TEST_CASE("Any of 100 000 sequences of events ends, retracted unless the end reports otherwise") {
   const Plan plain = test::plan_of(test::small_recipe);
   const Plan prompts = test::plan_of(test::small_with("\"repetitions\": 2", asking));
   const Plan parks = test::plan_of(test::small_with("\"repetitions\": 2", parking));
@@ -154,7 +154,7 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
       exploration.live_vote =
           LiveVote{"m.live", can_end_early ? std::optional(StopEarly{0.9, 1}) : std::nullopt};
     const bool excused = play(b, random);
-    if (!b.end) FAIL("it has not said how it ended");
+    if (!b.end) FAIL("no end was reported");
     const bool up = b.commanded_z_m == b.plan.limits.clear_z_m();
     const bool is_safe = b.end->rig == RigFact::safe && !b.trials.empty();
     if (is_safe && !up) FAIL("safe, and the probe is not up");
@@ -163,7 +163,7 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
     for (const TrialDone& trial : b.trials) {
       if (!trial.ended_early) continue;
       ++ended_early;
-      if (!can_end_early) FAIL("a slide ended early, and nobody asked for that");
+      if (!can_end_early) FAIL("a slide ended early without stop_early");
       if (trial.outcome != Outcome::complete) FAIL("ended early, and not complete");
     }
     safe += is_safe ? 1 : 0;
@@ -178,7 +178,7 @@ TEST_CASE("Any of 100 000 sequences of events ends, retracted unless it says oth
   CHECK(partly > 1000);
 }
 
-TEST_CASE("When nobody answers, timers alone bring the campaign to its end") {
+TEST_CASE("Without any answer, timers alone end the campaign") {
   Plan plan = test::plan_of(test::small_recipe);
   for (int start = 0; start < 40; ++start) {
     Bench b(plan);

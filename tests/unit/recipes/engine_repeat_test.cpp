@@ -30,7 +30,7 @@ void reject(Bench& b) {
 
 }  // namespace
 
-TEST_CASE("A bad take is rejected once the probe is up, and the same repetition run again") {
+TEST_CASE("A rejected attempt ends with a retracted probe, and the same repetition is repeated") {
   Bench b = bench(2);
   reject(b);
   REQUIRE(b.trials.size() == 1);
@@ -44,7 +44,7 @@ TEST_CASE("A bad take is rejected once the probe is up, and the same repetition 
   CHECK(b.end->outcome == Outcome::complete);
 }
 
-TEST_CASE("A repetition that is bad in every take that the recipe allows has failed") {
+TEST_CASE("A repetition fails after all attempts that the recipe allows are rejected") {
   Bench b = bench(2);
   for (int take = 0; take < 3; ++take) reject(b);
   CHECK(b.trials[1].outcome == Outcome::rejected);
@@ -74,7 +74,7 @@ TEST_CASE("Takes that were rejected before the machine went on count") {
   CHECK(b.trials[0].outcome == Outcome::failed);
 }
 
-TEST_CASE("What is asked meanwhile comes before the next take") {
+TEST_CASE("Orders received meanwhile are carried out before the next attempt") {
   Bench stopped = bench(2);
   stopped.advance_to(Step::sliding);
   stopped.send(StopRequested{});
@@ -89,8 +89,7 @@ TEST_CASE("What is asked meanwhile comes before the next take") {
   CHECK(held.state.trial == 0);
 }
 
-TEST_CASE(
-    "A trial that was cut short keeps its outcome, and without the recipe's word none is bad") {
+TEST_CASE("An interrupted trial keeps its outcome, and without repeat_bad none is rejected") {
   Bench cut = bench(2);
   cut.advance_to(Step::ending);
   cut.send(AbortRequested{});

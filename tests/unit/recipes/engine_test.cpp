@@ -172,7 +172,7 @@ TEST_CASE("A probe that does not rest by its weight fails the trial, in S and in
   }
 }
 
-TEST_CASE("What rests between trials is nobody's fault") {
+TEST_CASE("Rest between trials is no fault") {
   Bench b = bench();
   const auto nothing = b.send(RestMeasured{Phase::rest, 5, 0});
   CHECK(nothing.empty());
@@ -229,7 +229,7 @@ TEST_CASE("A campaign can go on from a later trial") {
   CHECK(past.end->outcome == Outcome::complete);
 }
 
-TEST_CASE("A campaign that goes on with nothing left has cleaned nothing up") {
+TEST_CASE("A resumed campaign without trials left has no clean-up") {
   Bench b = bench();
   b.send(Start{b.plan.trials.size()});
   const auto done = only<CampaignDone>(b.effects);
@@ -238,7 +238,7 @@ TEST_CASE("A campaign that goes on with nothing left has cleaned nothing up") {
   CHECK(done->rig == RigFact::safe);  // its stages are homed
 }
 
-TEST_CASE("Recorded phases last as long as the recipe says") {
+TEST_CASE("Recorded phases have the durations of the recipe") {
   Bench b = bench();
   b.now = TimePoint(std::chrono::seconds(100));
   b.advance_to(Step::resting);
@@ -354,7 +354,7 @@ TEST_CASE("A timer that expires fails the trial, and the campaign stops by defau
   }
 }
 
-TEST_CASE("With on_trial_failure continue the campaign goes on and says what failed") {
+TEST_CASE("With on_trial_failure continue the campaign continues and reports the failure") {
   Bench b(test::plan_of(test::small_with(
       "\"repetitions\": 2", "\"repetitions\": 2, \"on_trial_failure\": \"continue\"")));
   b.advance_to(Step::pressing);

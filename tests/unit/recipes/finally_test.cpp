@@ -97,7 +97,7 @@ TEST_CASE("A stop, an abort and a fault each have what is done after them") {
   CHECK(failed.end->cleanup == Cleanup::done);
 }
 
-TEST_CASE("Where the probe is not known to be up nothing is done finally") {
+TEST_CASE("Without a probe known to be up there are no final steps") {
   Bench halted = parking();
   halted.advance_to(Step::sliding);
   halted.send(HaltRequested{});
@@ -130,7 +130,8 @@ TEST_CASE("Where a campaign ends in a pause or while a person is at work nothing
   }
 }
 
-TEST_CASE("What comes up meanwhile ends it, and changes nothing of what the trials came to") {
+TEST_CASE(
+    "An order during the final steps ends them and does not change the outcome of the trials") {
   const auto concluding = [] {
     Bench b = parking();
     b.advance_to(Step::concluding);

@@ -119,7 +119,7 @@ TEST_CASE("A quantum that was tried in vain is not tried again") {
   CHECK(moves <= 2);
 }
 
-TEST_CASE("A step of the stage's own is foretold and not taken for news") {
+TEST_CASE("A step of the stage itself is predicted and not treated as a change") {
   Stand stand{15e3, 0, 1e-6};
   ForceHoldState state;
   for (int i = 0; i < 1000; ++i) stand.motor_m += *hold_force({}, state, stand.seen()) * cycle_s;
@@ -157,7 +157,7 @@ TEST_CASE("A reading that is not new corrects nothing") {
   CHECK(state.force_n > 5);
 }
 
-TEST_CASE("A drift that is told at the start is followed from the start") {
+TEST_CASE("A drift given at the start is followed from the start") {
   Stand stand;
   const double sinks_mps = 5e-6;
   const auto worst_n = [&](double drift_nps) {
@@ -209,7 +209,7 @@ TEST_CASE("Phase M stays within 1.5 of the quantum's floor on every cloth, at 25
   }
 }
 
-TEST_CASE("A sensor slower than the cycle is taken for what it is") {
+TEST_CASE("A sensor slower than the cycle is handled as such") {
   // Readings in every fourth cycle only: the observer's poles do not change.
   const auto worst_n = [](int every) {
     Stand stand;

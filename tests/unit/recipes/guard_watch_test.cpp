@@ -57,7 +57,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("A wrench whose six values stay the same grows old although it keeps coming") {
+TEST_CASE("A wrench with six constant values grows old although it is still received") {
   Bench b;
   for (int i = 0; i < 20; ++i) b.cycle();
   CHECK(b.seen.wrench_frozen == 0ms);
@@ -67,7 +67,7 @@ TEST_CASE("A wrench whose six values stay the same grows old although it keeps c
   CHECK(b.seen.wrench_frozen == 0ms);
 }
 
-TEST_CASE("Taxels that stay the same are told, and one changed count is enough") {
+TEST_CASE("Constant taxels are reported, and one changed count is enough") {
   Bench b;
   b.cycle();
   for (int i = 0; i < 100; ++i) b.cycle(true, false);
@@ -143,7 +143,7 @@ TEST_CASE("Positions that a stall of the host held back are no speed; a leap is"
   CHECK(b.seen.too_fast == Axis::z);
 }
 
-TEST_CASE("A stage that stands while it should move is found by the way it owes") {
+TEST_CASE("A stage without motion is found by its missing travel") {
   Bench b;
   b.cycle();
   b.watch.moved(Axis::y, 0.05, 0.10, 4e-3, b.now);
@@ -294,7 +294,7 @@ TEST_CASE("A stage that brakes from its way down is let be, one that does not br
     }
 }
 
-TEST_CASE("A stage that stands on a slow way down after a fast one is found") {
+TEST_CASE("A stage that stops on a slow descent after a fast one is found") {
   Bench b;
   b.cycle();
   for (int i = 0; i < 100; ++i) {
@@ -312,7 +312,7 @@ TEST_CASE("A stage that stands on a slow way down after a fast one is found") {
   CHECK(cycles < 100);
 }
 
-TEST_CASE("The probe's weight may come upon the cloth at once while z travels, and no more") {
+TEST_CASE("Up to the probe's weight may load the fabric at once while z travels") {
   enum Way { down, up, turning, none };
   const auto jumps = [](std::array<double, 3> step_n, Way way) {
     Bench b;

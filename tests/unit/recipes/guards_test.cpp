@@ -96,7 +96,7 @@ TEST_CASE("A sensor that marks its values as wrong ends the campaign") {
   CHECK(tripped(r).action == GuardAction::end_campaign);
 }
 
-TEST_CASE("A saturated sensor is told as that, whatever force it names, and ends the campaign") {
+TEST_CASE("A saturated sensor is reported as such at any force, and ends the campaign") {
   GuardReadings r = good();
   r.wrench_valid = false;
   r.force_n = {40, 40, 120};
@@ -141,7 +141,7 @@ TEST_CASE("A step past its deadline fails the trial") {
   CHECK(tripped(r).guard == Guard::deadline);
 }
 
-TEST_CASE("The most dangerous of several findings is the one that is told") {
+TEST_CASE("The most dangerous of several findings is reported") {
   GuardReadings r = good();
   r.deadline = now - 1s;
   r.taxels_at.reset();
@@ -149,7 +149,7 @@ TEST_CASE("The most dangerous of several findings is the one that is told") {
   CHECK(tripped(r).guard == Guard::force_cap);
 }
 
-TEST_CASE("What the history tells trips the guard it belongs to") {
+TEST_CASE("Findings from the history trip their guard") {
   GuardReadings r = good();
   r.history.wrench_frozen = 249ms;
   r.history.taxels_frozen = 999ms;

@@ -45,7 +45,7 @@ TEST_CASE("A hand-over is read with its defaults, and is part of the recipe's no
   CHECK(stated.canonical_json != plain.canonical_json);
 }
 
-TEST_CASE("A recipe that says nothing of it is evaluated where that can be, and is as it was") {
+TEST_CASE("A recipe without hand_over is evaluated if possible, and stays unchanged") {
   const auto repeated = [](int repetitions, const std::string& more = "") {
     return small_with(reps, "\"repetitions\": " + std::to_string(repetitions) + more);
   };
@@ -80,7 +80,7 @@ TEST_CASE("A hand-over that could not learn is refused before anything moves") {
   refused(test::with(with_handover("{}"), two, "\"denim\""), "/hand_over");
 }
 
-TEST_CASE("A hand-over from vibration needs a rig that hears, and learners of its own") {
+TEST_CASE("A handover from vibration needs a vibration sensor and its own learners") {
   const std::string recipe = with_handover(R"({"from": "vibration", "learner": "every"})");
   refused(recipe, "/hand_over/from");
   for (double RigLimits::*const rate :

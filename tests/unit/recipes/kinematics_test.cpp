@@ -67,7 +67,7 @@ TEST_CASE("Forward and inverse undo each other over the whole range") {
   }
 }
 
-TEST_CASE("The pose puts the face where three-dimensional rotation says") {
+TEST_CASE("The pose puts the face at the place that a three-dimensional rotation gives") {
   const Geometry g = bench_geometry();
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);

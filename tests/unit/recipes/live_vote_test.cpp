@@ -45,7 +45,7 @@ TEST_CASE("The live vote of a recipe is in its plan and in its normal form") {
   CHECK_FALSE(test::plan_of(test::small_recipe).explorations[0].live_vote);
 }
 
-TEST_CASE("A live vote that makes no sense is refused where it stands") {
+TEST_CASE("An invalid live vote is refused at its place") {
   const std::string at = "/explorations/M2/live_vote";
   const auto only_problem = [](const std::string& vote) {
     const auto problems = problems_of(vote);
@@ -64,7 +64,7 @@ TEST_CASE("A live vote that makes no sense is refused where it stands") {
   CHECK(problems_of(R"({"model": "m"})").empty());
 }
 
-TEST_CASE("A slide that has told enough ends as at the end of its path, and the trial goes on") {
+TEST_CASE("A slide with a certain vote ends as at the end of its path, and the trial continues") {
   Bench b = bench();
   b.advance_to(Step::sliding);
   b.send(EndSlide{});
@@ -82,7 +82,7 @@ TEST_CASE("A slide that has told enough ends as at the end of its path, and the 
   CHECK(b.trials[0].ended_early);
 }
 
-TEST_CASE("Only the trial whose slide ended early says so, and the campaign is complete") {
+TEST_CASE("Only the trial with the early end is marked, and the campaign is complete") {
   Bench b = bench();
   b.advance_to(Step::sliding);
   b.send(EndSlide{});
@@ -111,7 +111,7 @@ TEST_CASE("No other step, and no recipe that does not ask for it, takes the end 
   }
 }
 
-TEST_CASE("What goes wrong after the slide ended early is not called complete") {
+TEST_CASE("A failure after an early end of the slide is not complete") {
   Bench b = bench();
   b.advance_to(Step::sliding);
   b.send(EndSlide{});

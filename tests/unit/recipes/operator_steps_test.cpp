@@ -56,7 +56,7 @@ std::vector<std::string> prompts_in(Bench& b) {
 
 }  // namespace
 
-TEST_CASE("On a real bench somebody is asked for every fabric, as the recipe says or without it") {
+TEST_CASE("On a real bench a person mounts every fabric, with or without a step in the recipe") {
   RigLimits real = test::limits();
   real.bench = "real";
   const auto planned = [&](const std::string& recipe) {
@@ -109,7 +109,7 @@ TEST_CASE("The next human action of a plan is found from any trial on") {
   CHECK_FALSE(next_prompt(test::plan_of(test::small_recipe), 0));
 }
 
-TEST_CASE("An operator step that makes no sense is refused where it stands") {
+TEST_CASE("An invalid operator step is refused at its place") {
   const std::string at = "/operator_steps/0";
   CHECK(only_problem("[]") == "/operator_steps");
   CHECK(only_problem("[3]") == at);
@@ -218,7 +218,7 @@ TEST_CASE("A pause holds while a person is awaited, and what was not confirmed i
   }
 }
 
-TEST_CASE("Whoever presses on the plate between trials fails no trial") {
+TEST_CASE("A person who presses on the plate between trials fails no trial") {
   Bench b = bench();
   b.advance();
   const Error high{.code = Errc::safety, .what = "the force is over the cap"};
@@ -233,7 +233,7 @@ TEST_CASE("Whoever presses on the plate between trials fails no trial") {
   CHECK(b.end->outcome == Outcome::failed);
 }
 
-TEST_CASE("What was confirmed is not asked again for another take, nor after a pause") {
+TEST_CASE("A confirmed step is not requested again for another attempt or after a pause") {
   Plan plan = test::plan_of(asking(mount_each));
   plan.repeat_bad.emplace().at_most = 2;
   Bench b(plan);
@@ -248,7 +248,7 @@ TEST_CASE("What was confirmed is not asked again for another take, nor after a p
   CHECK(b.state.step == Step::clearing);
 }
 
-TEST_CASE("Who goes on with an interrupted campaign is asked for what lies on the plate") {
+TEST_CASE("A resumed campaign requests the fabric on the plate again") {
   Bench b = bench();
   b.send(Start{3});
   CHECK(only<PromptOperator>(b.effects)->prompt.text == "Clean the probe.");

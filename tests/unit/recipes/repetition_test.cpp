@@ -44,7 +44,7 @@ TEST_CASE("Without a word of it a fabric is mounted once and its path is retrace
         test::plan_of(recipe(3, R"({"path": "same"})")).canonical_json);
 }
 
-TEST_CASE("A cloth is put on anew after so many trials, and where another was between") {
+TEST_CASE("A fabric is mounted again after remount_every trials and after another fabric") {
   std::vector<std::uint32_t> mountings;
   for (const TrialPlace& place : places(recipe(5, R"({"remount_every": 2})")))
     mountings.push_back(place.mounting);
@@ -119,7 +119,7 @@ TEST_CASE("A level's seed depends on its own level alone") {
   CHECK(base.trials[0].seeds.piece != base.trials[4].seeds.piece);  // another fabric
 }
 
-TEST_CASE("What cannot be done on a rig is refused, and what was hardly meant is warned of") {
+TEST_CASE("An impossible repetition is refused, and a doubtful one gives a warning") {
   CHECK(refused_at(recipe(2, R"({"piece": "each_label_split", "pieces": 3})")) ==
         "/repetition/pieces");
   RigLimits small = test::limits();
@@ -153,7 +153,7 @@ TEST_CASE("On a real bench a person is asked for each mounting, by piece and num
   CHECK(check_recipe(recipe(2, ""), real).plan->forecast.prompts == 2);
 }
 
-TEST_CASE("The engine mounts what the plan says and goes where its patch is") {
+TEST_CASE("The engine mounts the fabric of the plan and moves to its patch") {
   test::Bench b(test::plan_of(recipe(3, R"({"path": "new_patch", "remount_every": 2})")));
   for (std::size_t trial = 0; trial < 3; ++trial) {
     b.advance_to(Step::mounting);

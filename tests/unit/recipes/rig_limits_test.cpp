@@ -132,7 +132,7 @@ std::string rig_without(const std::string& fixed, bool without_y) {
 
 }  // namespace
 
-TEST_CASE("A fixed axis stands where the rig file says, and has no travel") {
+TEST_CASE("A fixed axis has the position of the rig file and no travel") {
   const auto limits = parse_rig_limits(rig_without(R"({"rx_deg": 0, "ry_deg": 1})", false));
   REQUIRE(limits);
   CHECK(limits->geometry.is_fixed(Axis::rx));

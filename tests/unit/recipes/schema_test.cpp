@@ -303,7 +303,7 @@ TEST_CASE("Every property of the schema is explained to the person who hovers ov
   }
 }
 
-TEST_CASE("The schema is of draft 2020-12, and every quantity in it says its unit") {
+TEST_CASE("The schema is of draft 2020-12, and every quantity in it names its unit") {
   const json schema = json::parse(source_file("recipes/schema/recipe.schema.json"));
   CHECK(schema["$schema"] == "https://json-schema.org/draft/2020-12/schema");
   const std::string text = schema.dump();

@@ -101,7 +101,7 @@ TEST_CASE("Two factors of one name are refused with a sentence, however they are
   CHECK_THAT(to_string(twice.problems[0]), Catch::Contains("values"));
 }
 
-TEST_CASE("Whatever else is wrong with a sweep is told, all at once") {
+TEST_CASE("All other problems of a sweep are reported at once") {
   CHECK_THAT(
       problem_at(with_sweep(R"({"name": "forse_N", "values": [5]})"), "/sweep/factors/0/name"),
       Catch::Contains("Did you mean force_N"));
@@ -164,7 +164,7 @@ TEST_CASE("A stroke that makes a leg of its path vanish is refused with a senten
              Catch::Contains("too short") && Catch::Contains("at least 0.001 mm"));
 }
 
-TEST_CASE("What weft design analyse would have to leave out is warned of before anything moves") {
+TEST_CASE("The checker warns of cells that weft design analyse leaves out") {
   const auto warnings = [](const std::string& recipe, double rate_hz = 37) {
     RigLimits limits = test::limits();
     limits.taxel_rate_hz = rate_hz;

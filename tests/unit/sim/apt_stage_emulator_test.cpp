@@ -13,7 +13,7 @@ using namespace weft::protocols::apt;
 using test::hex;
 using test::Unit;
 
-TEST_CASE("a stage tells its identity in 90 bytes and is silent otherwise") {
+TEST_CASE("a stage sends its identity in 90 bytes and is silent otherwise") {
   Unit unit;
   unit.run(5);
   CHECK(unit.out.empty());
@@ -153,7 +153,7 @@ TEST_CASE("noise on the line and messages for others do no harm") {
   CHECK(unit.emulator.ignored() > 0);
 }
 
-TEST_CASE("a message to an address that nobody has swallows none behind it") {
+TEST_CASE("a message to an unused address swallows none behind it") {
   const Bytes identify = hex("05 00 00 00 50 01");
   for (const int destination : {0x00, 0x01, 0x02, 0x22, 0x33, 0x51, 0x7F})
     for (const char* text : {"11 04 01 00 00 01", "23 02 01 00 00 01", "10 02 01 01 00 01",
@@ -210,7 +210,7 @@ TEST_CASE("a message of another length than documented, or unknown, is taken who
   }
 }
 
-TEST_CASE("a K-cube's panel and triggers are told in one length, whatever the host's issue sets") {
+TEST_CASE("a K-cube's panel and triggers are sent in one length, whatever the host's issue sets") {
   Unit unit("PRM1-Z8");
   unit.send("21 05 01 00 50 01");  // the wheel: velocity mode, 10 deg/s, 10 deg/s2, upwards is
                                    // forward
@@ -233,7 +233,7 @@ TEST_CASE("a K-cube's panel and triggers are told in one length, whatever the ho
   for (const std::size_t size : {28U, 36U}) CHECK(saved(0x0529, size) == 36);
 }
 
-TEST_CASE("a cube tells that it is on no hub; outputs are given back, inputs read nothing") {
+TEST_CASE("a cube reports that it is on no hub; outputs are given back, inputs read nothing") {
   Unit cube("PRM1-Z8");
   cube.send("65 00 00 00 50 01");
   CHECK(cube.take() == hex("66 00 FF 00 01 50"));

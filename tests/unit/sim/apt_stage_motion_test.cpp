@@ -12,7 +12,7 @@ using namespace weft::protocols::apt;
 using test::hex;
 using test::Unit;
 
-TEST_CASE("homing drives to zero at the home speed and then says so") {
+TEST_CASE("homing drives to zero at the home speed and then reports it") {
   Unit unit;
   unit.send("10 02 01 02 50 01 43 04 01 00 50 01");
   unit.run(1);
@@ -172,7 +172,7 @@ TEST_CASE("a stage at home runs off its switch and homes again, so that homing a
   CHECK(unit.status().position_counts == 0);
 }
 
-TEST_CASE("soft limits hold and show in the status when their mode says so") {
+TEST_CASE("soft limits hold and show in the status when their mode is active") {
   Unit unit;
   unit.ready();
   unit.send("23 04 10 00 D0 01 01 00 02 00 02 00 00 80 3E 00 00 00 00 00 03 00");  // 10 mm

@@ -117,7 +117,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a servo tells its speed in counts a servo cycle") {
+TEST_CASE("a servo reports its speed in counts a servo cycle") {
   Unit unit("PRM1-Z8");
   unit.ready();
   const auto velocity = [&] {
@@ -139,7 +139,7 @@ TEST_CASE("a servo tells its speed in counts a servo cycle") {
   CHECK(velocity() < 0);
 }
 
-TEST_CASE("the status tells which way the shaft moves and why, from the first moment on") {
+TEST_CASE("the status shows direction and cause of motion from the first moment on") {
   Unit unit;
   const auto motion = [&] { return unit.status().status_bits & status::any_motion; };
   unit.send("43 04 01 00 50 01");
@@ -171,7 +171,7 @@ TEST_CASE("the status tells which way the shaft moves and why, from the first mo
   CHECK(motion() == status::moving_reverse);
 }
 
-TEST_CASE("a host that introduces itself is told of updates and ends, whoever went before it") {
+TEST_CASE("a host that introduces itself receives updates and ends, also after other hosts") {
   for (const char* status_texts : {"05 00 00 00 50 01", "18 00 00 00 50 01", "11 00 00 00 50 01"}) {
     Unit unit("PRM1-Z8");
     unit.ready();

@@ -103,7 +103,7 @@ TEST_CASE("the emulated Digital F/T gives the document's answers to the document
   CHECK(sensor.query("0B 03 00 1D 00 01 14 A6").empty());  // another slave
 }
 
-TEST_CASE("gains are written only while the storage is unlocked, and scale what the gauges say") {
+TEST_CASE("gains are written only while the storage is unlocked, and scale the gauges") {
   Sensor sensor;
   const Request half_gain = WriteOne{0, 271};  // of 543
   CHECK(refused(sensor.query(half_gain)) == ExceptionCode::device_failure);
@@ -231,7 +231,7 @@ TEST_CASE("behind a Modbus TCP gateway there are registers and no stream") {
   CHECK_FALSE(sensor.device.streaming());
 }
 
-TEST_CASE("a request that was cut short is over when the line has been silent") {
+TEST_CASE("a truncated request is over when the line has been silent") {
   Sensor sensor;
   CHECK(sensor.query("0A 10 00 00 00 06 0C 02 1F").empty());
   CHECK(sensor.query("0A 03 00 1D 00 01 15 77") == hex("0A 03 02 00 00 1D 85"));
@@ -283,7 +283,7 @@ TEST_CASE("a wrong quantity is a wrong value, whatever the address is") {
   CHECK(refusal("0A 10 00 0C 00 02 04 00 01 00 01") == 2);
 }
 
-TEST_CASE("what is written to all slaves is done, and answered by nobody") {
+TEST_CASE("a write to all slaves is done and not answered") {
   Sensor sensor;
   sensor.query("0A 6A AA FF 1D");
   Bytes to_all = hex("00 06 00 1F 00 02");

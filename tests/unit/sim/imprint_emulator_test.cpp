@@ -84,7 +84,7 @@ std::string refusal(const json& rig) {
 
 }  // namespace
 
-TEST_CASE("an imprint array tells who it is each second, and scans the part it was asked for") {
+TEST_CASE("an imprint array sends its description each second, and scans the requested part") {
   Bench bench(imprint_bench());
   bench.loop.run_for(1.1);
   const auto reported = bench.frames(imprint::Kind::description);

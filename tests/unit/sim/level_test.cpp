@@ -240,7 +240,7 @@ TEST_CASE("level L0 is given the recipe's one force, and refused for several") {
         3);
 }
 
-TEST_CASE("an accuracy or a budget chooses from the table, and the rig file says what was chosen") {
+TEST_CASE("an accuracy or a budget chooses from the table, and the rig file has the choice") {
   FidelityTable table = table_of({measured(l1, 20e-3, 25), measured(coarse_l2, 5e-3, 400)});
   table.host_cost.probe_us = 50;
   SimulationRequest request{{Trait::regulated_force}, {5}};

@@ -182,7 +182,7 @@ struct CommandPort {
 
 }  // namespace
 
-TEST_CASE("the command port reads the wrench that the stream tells, in any chunking") {
+TEST_CASE("the command port reads the wrench of the stream, in any chunking") {
   RdtEmulatorParams params;
   params.sensor.noise = {};
   Box box(params);

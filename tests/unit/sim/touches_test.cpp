@@ -140,7 +140,7 @@ TEST_CASE("a cloth that is touched at once remembers how it was pressed, at anot
   CHECK(sum(second_after(600s, true)) < 1e-6);
 }
 
-TEST_CASE("a touch is played again from what the cloth knew, bit for bit") {
+TEST_CASE("a touch is replayed from the state of the fabric, bit for bit") {
   for (const Level level : {Level::quasistatic, Level::dynamic}) {
     Strokes bench(level);
     bench.stroke(patch_of({1, 2, 3}));

@@ -58,7 +58,7 @@ constexpr TimePoint mounted{1'234'567'891ns}, connected{2'345'678'901ns}, end{3'
 
 }  // namespace
 
-TEST_CASE("devices that nobody hears have no timers and say nothing") {
+TEST_CASE("devices without a connected host have no timers and send nothing") {
   const json rig_json = sensing_bench();
   auto rig = test::make_rig(rig_json.dump(), 3);
   test::TestLoop loop;
@@ -75,7 +75,7 @@ TEST_CASE("devices that nobody hears have no timers and say nothing") {
   for (const auto& link : links) CHECK(link->pieces.empty());
 }
 
-TEST_CASE("what is heard late goes on with the bytes that it would have had") {
+TEST_CASE("a late connection continues with the bytes that it would have had") {
   for (const char* device : {"taxels", "vibro"}) {
     CAPTURE(device);
     Bench always(sensing_bench(), device), late(sensing_bench(), device),
@@ -108,7 +108,7 @@ TEST_CASE("a fault finds an unheard device as it would have been") {
   }
 }
 
-TEST_CASE("bytes from a host are a sign that it hears") {
+TEST_CASE("bytes from a host are a sign that it receives") {
   Bench bench(sensing_bench(), "taxels");
   bench.rig->set_connected("taxels", false);
   bench.loop.run_for(1);

@@ -142,7 +142,8 @@ TEST_CASE("blocks are the plant's own readings, without a gap when the cloth is 
     }
 }
 
-TEST_CASE("the sensor says who it is at power-on and each second, and begins anew with a new one") {
+TEST_CASE(
+    "the sensor sends its description at power-on and each second, and restarts with a new one") {
   Bench bench(vibro_bench(R"({"serial": 42, "acceleration_rate_hz": 1600, "acceleration_block": 16,
                               "sound_rate_hz": 0})"));
   bench.loop.run_for(2.5);
