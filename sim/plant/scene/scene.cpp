@@ -43,12 +43,13 @@ Status check_each(const std::vector<Wanted>& wanted, const Scene& scene, Level l
     Level least{};
     const std::string needs =
         some_level_provides(w, least) ? std::string(to_string(least)) + " or above" : "nothing";
-    return fail({.code = Errc::unsupported,
-                 .where = "scene " + std::string(scene.name),
-                 .what = "channel not available at this level, " + std::string(to_string(w)),
-                 .expected = needs,
-                 .got = std::string(to_string(level)),
-                 .hint = "Choose the expected level, or remove the channel from the scene"});
+    return fail(
+        {.code = Errc::unsupported,
+         .where = "scene " + std::string(scene.name),
+         .what = std::string(to_string(w)) + " not available at this level",
+         .expected = needs,
+         .got = std::string(to_string(level)),
+         .hint = "Choose the expected level, or remove the channel or trait from the scene"});
   }
   return {};
 }
