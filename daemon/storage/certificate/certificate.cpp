@@ -83,7 +83,7 @@ Result<std::optional<CertifiedSimulation>> simulation_on_record(
     } catch (const json::exception& e) {
       return fail({.code = Errc::parse,
                    .where = campaign.string(),
-                   .what = "the journal's line on the simulation cannot be read",
+                   .what = "journal entry \"simulation\" not readable",
                    .got = e.what()});
     }
   }
@@ -115,7 +115,8 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
   if (catalogue->size() != all.trials.size())
     return fail({.code = Errc::wrong_state,
                  .where = campaign.string(),
-                 .what = "the campaign file changes while it is read"});
+                 .what = "campaign file changed while it was read",
+                 .hint = "Try again after the run has ended"});
   for (std::size_t i = 0; i < all.trials.size(); ++i)
     out.trials.push_back({all.trials[i].file,
                           std::string(to_string(all.records[i].outcome)),
@@ -190,13 +191,13 @@ Result<Certificate> certificate_from_json(const std::string& text) {
   if (!document) return pass(document.error());
   json& object = *document;
   if (!object.is_object() || !object.contains(own_digest) || !object[own_digest].is_string())
-    return fail({.code = Errc::parse, .what = "not a certificate of Weft"});
+    return fail({.code = Errc::parse, .what = "not a Weft certificate"});
   const std::string recorded = object[own_digest];
   object.erase(own_digest);
   // Text that is not UTF-8 does not parse, so dump() cannot fail.
   if (const std::string found = sha256_hex(object.dump()); found != recorded)
     return fail({.code = Errc::corrupt,
-                 .what = "the certificate itself was altered: its digest disagrees",
+                 .what = "certificate altered, wrong digest",
                  .expected = recorded,
                  .got = found});
   try {
@@ -204,8 +205,9 @@ Result<Certificate> certificate_from_json(const std::string& text) {
     if (object.at("format") != "weft-certificate" ||
         (version != certificate_version && version != oldest_version))
       return fail({.code = Errc::unsupported,
-                   .what = "a certificate of another layout",
-                   .expected = std::to_string(certificate_version)});
+                   .what = "unsupported certificate version",
+                   .expected = std::to_string(certificate_version),
+                   .got = version.dump()});
     Certificate out = object;
     out.ended_early = object.value("ended_early", out.ended_early);  // usually absent
     if (object.contains("rest")) out.rest = object.at("rest").get<CertifiedRest>();
@@ -213,7 +215,7 @@ Result<Certificate> certificate_from_json(const std::string& text) {
       out.simulation = object.at("simulation").get<CertifiedSimulation>();
     return out;
   } catch (const json::exception& e) {
-    return fail({.code = Errc::parse, .what = "not a certificate of Weft", .got = e.what()});
+    return fail({.code = Errc::parse, .what = "not a Weft certificate", .got = e.what()});
   }
 }
 

@@ -33,12 +33,12 @@ Result<std::string> find_exploration(const Dataset& dataset, const std::string& 
   if (wanted.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "/exploration",
-                 .what = "the campaign has several explorations",
+                 .what = "exploration missing, the campaign has several",
                  .expected = "one of " + joined(known)});
   if (std::ranges::find(known, wanted) != known.end()) return wanted;
   return fail({.code = Errc::not_found,
                .where = "/exploration",
-               .what = "no such exploration",
+               .what = "unknown exploration",
                .expected = joined(known),
                .got = wanted.substr(0, 100)});
 }
@@ -112,7 +112,7 @@ Status make_export_folder(const fs::path& folder) {
   if (!error) return {};
   return fail({.code = Errc::io,
                .where = (folder / export_folder_name).string(),
-               .what = "cannot make the folder",
+               .what = "folder not created",
                .got = error.message()});
 }
 
@@ -133,7 +133,7 @@ Status publish_listed(const fs::path& folder, const ExportedFile& made, AtomicFi
 tl::unexpected<Error> no_complete_trial(const fs::path& campaign) {
   return fail({.code = Errc::not_found,
                .where = campaign.string(),
-               .what = "no complete trial in the campaign"});
+               .what = "campaign has no complete trial"});
 }
 
 /// Puts the finished file in place and updates the list.
@@ -160,7 +160,7 @@ Result<ExportedFile> export_samples(const fs::path& folder, const CampaignProgre
   if (progress.discarded)
     return fail({.code = Errc::wrong_state,
                  .where = campaign.string(),
-                 .what = "the campaign was discarded: nothing is made of it"});
+                 .what = "campaign discarded, nothing to export"});
   if (progress.done == 0) return no_complete_trial(campaign);
   if (Status made = make_export_folder(folder); !made) return pass(made.error());
   const std::string stream(sample_stream_names()[static_cast<std::size_t>(request.stream)]);
@@ -174,8 +174,8 @@ Result<ExportedFile> export_samples(const fs::path& folder, const CampaignProgre
   if (!out)
     return fail({.code = Errc::io,
                  .where = (folder / export_folder_name / made.name).string(),
-                 .what = "cannot write the table",
-                 .hint = "Make room on the disk"});
+                 .what = "table not written",
+                 .hint = "Free some space on the disk"});
   if (written->trials == 0) return no_complete_trial(campaign);
   made.trials = written->trials;
   made.dataset_sha256 = written->dataset_sha256;
@@ -235,7 +235,7 @@ std::string difference(const ExportedFile& listed, const fs::path& file,
   const auto now = file_checksums(file, stop_requested);
   if (!now) return to_string(now.error());
   if (now->sha256 == listed.sha256) return {};
-  return "altered (expected SHA-256 " + listed.sha256 + ", got " + now->sha256 + ")";
+  return "altered, SHA-256 differs: " + now->sha256 + " (expected " + listed.sha256 + ")";
 }
 
 }  // namespace
@@ -253,7 +253,8 @@ Result<ExportedFile> export_campaign(const fs::path& folder, const ExportRequest
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(campaign, error);
   if (error)
-    return fail({.code = Errc::not_found, .where = campaign.string(), .what = "no campaign file"});
+    return fail(
+        {.code = Errc::not_found, .where = campaign.string(), .what = "campaign file not found"});
   const bool samples = request.format == ExportFormat::samples_csv;
   if (Status room = check_space(folder, samples ? bytes * text_per_byte : bytes); !room)
     return pass(room.error());
@@ -275,14 +276,14 @@ Result<std::vector<ExportedFile>> listed_exports(const fs::path& folder) {
   const json& list = *parsed;
   try {
     if (list.at("format") != list_format || list.at("version") != 1)
-      return fail({.code = Errc::parse, .where = file.string(), .what = "not a list of exports"});
+      return fail({.code = Errc::parse, .where = file.string(), .what = "not a Weft export list"});
     std::vector<ExportedFile> out;
     for (const json& one : list.at("files")) out.push_back(export_from(one));
     return out;
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse,
                  .where = file.string(),
-                 .what = "not a list of exports",
+                 .what = "not a Weft export list",
                  .got = e.what()});
   }
 }
@@ -318,8 +319,7 @@ void check_exports(const fs::path& folder, const StopRequested& stop_requested,
     std::string what = difference((*files)[i], folder / name, stop_requested);
     if (what.empty()) continue;
     if (now) report.exports[i].state = ExportState::altered;
-    report.add(name, std::move(what),
-               "weft export (of a daemon, data.export) makes it anew, of the campaign beside it");
+    report.add(name, std::move(what), "Export again with `weft export` (daemon: data.export)");
   }
 }
 

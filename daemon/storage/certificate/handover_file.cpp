@@ -31,7 +31,7 @@ std::string digest_of_evaluation(const json& evaluation) {
 tl::unexpected<Error> not_evaluation(const fs::path& file, std::string got = {}) {
   return fail({.code = Errc::parse,
                .where = file,
-               .what = "not the evaluation of a hand-over",
+               .what = "not a handover evaluation",
                .got = std::move(got)});
 }
 
@@ -84,13 +84,13 @@ Result<json> read_evaluation(const fs::path& file) {
   if (object.value("version", json()) != handover_version)
     return fail({.code = Errc::unsupported,
                  .where = file.string(),
-                 .what = "a hand-over of another layout",
+                 .what = "unsupported handover version",
                  .expected = std::to_string(handover_version),
                  .got = object.value("version", json()).dump()});
   const std::string recorded = object[evaluation_digest];
   object.erase(evaluation_digest);
   if (const std::string found = digest_of_evaluation(object); found != recorded)
-    return altered(file, "the evaluation was altered: its own digest disagrees", recorded, found);
+    return altered(file, "evaluation altered, wrong digest", recorded, found);
   return object;
 }
 
@@ -100,7 +100,7 @@ Status check_file(const fs::path& folder, const json& listed) {
   if (!text) return pass(text.error());
   const std::string recorded = listed.at("sha256"), found = sha256_hex(*text);
   if (recorded == found) return {};
-  return altered(name, "altered since the hand-over", recorded, found);
+  return altered(name, "altered since the handover, wrong digest", recorded, found);
 }
 
 constexpr std::array<std::string_view, 6> state_names{"none", "waiting", "running",
@@ -156,10 +156,10 @@ Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evalu
     if (file.text.size() > most_text_bytes)
       return fail({.code = Errc::range,
                    .where = file.name,
-                   .what = "too large to be read again",
+                   .what = "handover file too large",
                    .expected = "at most " + std::to_string(most_text_bytes) + " bytes",
                    .got = std::to_string(file.text.size()) + " bytes",
-                   .hint = "Another learner than trees makes a smaller model"});
+                   .hint = "Choose a learner with a smaller model than trees"});
   const fs::path target = folder / handover_folder_name;
   const fs::path part = folder / (std::string(handover_folder_name) + ".partial");
   std::error_code error;
@@ -168,7 +168,7 @@ Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evalu
   if (error)
     return fail({.code = Errc::io,
                  .where = part.string(),
-                 .what = "cannot make the folder",
+                 .what = "folder not created",
                  .got = error.message()});
   evaluation["files"] = ordered_json::array();
   for (const HandoverText& file : texts) {
@@ -187,7 +187,7 @@ Result<HandoverResult> write_handover(const fs::path& folder, ordered_json evalu
     if (error)
       return fail({.code = Errc::io,
                    .where = target.string(),
-                   .what = "cannot rename",
+                   .what = "folder not renamed",
                    .got = error.message()});
   }
   if (Status ok = publish_folder(part, target); !ok) return pass(ok.error());
@@ -230,8 +230,8 @@ void check_handover(const fs::path& folder, const std::string& dataset_sha256,
   const auto found = read_handover(folder);
   if (!found) return report.add(handover_folder_name, to_string(found.error()));
   if (!*found || dataset_sha256.empty() || (*found)->dataset_sha256 == dataset_sha256) return;
-  report.add(handover_folder_name, "trained on another data set (expected " + dataset_sha256 +
-                                       ", got " + (*found)->dataset_sha256 + ")");
+  report.add(handover_folder_name, "trained on another data set: " + (*found)->dataset_sha256 +
+                                       " (expected " + dataset_sha256 + ")");
 }
 
 std::string_view to_string(HandoverState state) {

@@ -187,7 +187,7 @@ Result<WrittenSamples> write_samples_csv(const std::filesystem::path& campaign, 
   if (columns.empty())
     return fail({.code = Errc::not_found,
                  .where = campaign.string(),
-                 .what = "the campaign has no such stream",
+                 .what = "campaign does not have this stream",
                  .got = name});
   WrittenSamples written{std::string(to_string(info.kind)), {}, 0};
   written.trials = static_cast<std::size_t>(
@@ -208,8 +208,8 @@ Result<WrittenSamples> write_samples_csv(const std::filesystem::path& campaign, 
     if (!(out << rows.text))
       return fail({.code = Errc::io,
                    .where = "export",
-                   .what = "cannot write the table",
-                   .hint = "Make room on the disk"});
+                   .what = "table not written",
+                   .hint = "Free some space on the disk"});
   }
   written.dataset_sha256 = hasher.finish();
   return written;

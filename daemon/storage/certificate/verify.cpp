@@ -29,10 +29,10 @@ constexpr std::chrono::milliseconds for_a_moment{2'000};
 void check_documents(const DatasetInfo& info, const std::string& where, VerifyReport& report) {
   const auto same = [&](const char* what, const std::string& text, const std::string& recorded) {
     if (!text.empty() && sha256_hex(text) != recorded)
-      report.add(where, std::string(what) + " does not have its SHA-256");
+      report.add(where, std::string(what) + " altered, SHA-256 differs");
   };
-  same("the recipe", info.recipe_json, info.recipe_sha256);
-  same("the rig", info.rig_json, info.rig_sha256);
+  same("recipe", info.recipe_json, info.recipe_sha256);
+  same("rig", info.rig_json, info.rig_sha256);
 }
 
 /// Checks structure, every chunk's CRC-32, every trial's SHA-256 and every table's rows; adds to
@@ -111,11 +111,11 @@ class CampaignCheck {
       const std::int64_t stream = row.integer(3);
       report_.lost_samples += static_cast<std::uint64_t>(std::max<std::int64_t>(row.integer(7), 0));
       if (row.is_null(0))
-        found("table chunk", "a chunk belongs to no trial");
+        found("table chunk", "chunk without trial");
       else if (stream < 0 || stream >= std::int64_t{stream_count})
-        found(place(row), "a stream that there is not");
+        found(place(row), "unknown stream");
       else if (crc32(row.blob(6)) != row.integer(5))
-        found(place(row), "altered: its CRC-32 disagrees");
+        found(place(row), "altered, CRC-32 differs");
       return {};
     };
     const Status done = database_.each(
@@ -140,7 +140,7 @@ class CampaignCheck {
     if (certificate_ == nullptr) return;
     for (std::size_t i = 0; i < certificate_->tables.size() && i < digests->size(); ++i)
       if ((*digests)[i] != certificate_->tables[i])
-        found("table " + certificate_->tables[i].name, "a row is not as it was certified");
+        found("table " + certificate_->tables[i].name, "row differs from the certificate");
   }
 
   /// `readable`: no damaged chunk was found, so a failed digest is additional information.
@@ -162,12 +162,13 @@ class CampaignCheck {
   void compare_catalogue(const std::vector<CataloguedTrial>& catalogue) {
     const auto& recorded = certificate_->trials;
     if (catalogue.size() != recorded.size())
-      return found("table trial", std::to_string(catalogue.size()) + " attempts, certified were " +
-                                      std::to_string(recorded.size()));
+      return found("table trial",
+                   "number of attempts differs: " + std::to_string(catalogue.size()) +
+                       " (expected " + std::to_string(recorded.size()) + ")");
     for (std::size_t i = 0; i < recorded.size(); ++i)
       if (catalogue[i].sha256 != recorded[i].catalogue_sha256)
         found("trial " + recorded[i].name,
-              "its row or its chunks' rows are not as they were certified");
+              "row of the trial or of a chunk differs from the certificate");
   }
 
   void compare_content(const Dataset& all) {
@@ -176,9 +177,9 @@ class CampaignCheck {
     for (std::size_t i = 0; i < all.trials.size(); ++i) {
       const auto known = recorded.find(all.trials[i].file);
       if (known == recorded.end())
-        found("trial " + all.trials[i].file, "is not in the certificate");
+        found("trial " + all.trials[i].file, "not in the certificate");
       else if (known->second != trial_sha256(all.trials[i], all.records[i]))
-        found("trial " + all.trials[i].file, "altered: its SHA-256 disagrees");
+        found("trial " + all.trials[i].file, "altered, SHA-256 differs");
     }
   }
 
@@ -207,10 +208,10 @@ void compare_bytes(const FileChecksums& then, const fs::path& file,
   const std::string name = file.filename().string();
   if (!now) return report.add(name, to_string(now.error()));
   if (now->bytes != then.bytes)
-    report.add(name, std::to_string(now->bytes) + " bytes long, certified were " +
-                         std::to_string(then.bytes));
+    report.add(name, "size differs: " + std::to_string(now->bytes) + " bytes (expected " +
+                         std::to_string(then.bytes) + " bytes)");
   else if (now->sha256 != then.sha256)
-    report.add(name, "altered: its SHA-256 disagrees");
+    report.add(name, "altered, SHA-256 differs");
 }
 
 /// Content that this build cannot read, such as a missing filter, is not damage; nor is a file that
@@ -242,8 +243,8 @@ Status check_dataset(const fs::path& file, const Certificate* certificate, Verif
   if (report.campaign.empty())
     report.planned = report.complete = report.attempts = dataset->trials.size();
   if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return {};
-  report.add(name, "another data set than the certified one (expected " +
-                       certificate->dataset_sha256 + ", got " + report.dataset_sha256 + ")");
+  report.add(name, "data set differs from the certificate: " + report.dataset_sha256 +
+                       " (expected " + certificate->dataset_sha256 + ")");
   return {};
 }
 
@@ -258,7 +259,7 @@ Result<VerifyReport> inspect(const fs::path& path) {
     if (report.campaign.empty() && report.dataset.empty())
       return fail({.code = Errc::not_found,
                    .where = path.string(),
-                   .what = "neither campaign.sqlite nor dataset.h5 in this folder"});
+                   .what = "folder has neither campaign.sqlite nor dataset.h5"});
     return report;
   }
   if (!there(path) && !has_log(path))
@@ -274,10 +275,10 @@ Result<VerifyReport> inspect(const fs::path& path) {
 bool is_as_listed(const Certificate& certificate, const fs::path& folder, VerifyReport& report) {
   const std::size_t before = report.found_problems.size();
   for (const FileChecksums& file : certificate.files)
-    if (!there(folder / file.name)) report.add(file.name, "is in the certificate, and missing");
+    if (!there(folder / file.name)) report.add(file.name, "missing, but in the certificate");
   for (const fs::path& file : {report.campaign, report.dataset})
     if (!file.empty() && certified_file(certificate, file) == nullptr)
-      report.add(file.filename().string(), "is not in the certificate");
+      report.add(file.filename().string(), "not in the certificate");
   return report.found_problems.size() == before;
 }
 
@@ -288,8 +289,7 @@ Status check_file(const fs::path& file, const Certificate* certificate,
   if (then != nullptr) compare_bytes(*then, file, stop_requested, report);
   // A certificate is made of a finished file, so its log must be empty.
   if (is_campaign && then != nullptr && has_log(file))
-    report.add(file.filename().string(),
-               "was written to after it had been certified: its log is not empty");
+    report.add(file.filename().string(), "written after it was certified, its log is not empty");
   // A process killed before its first write leaves a file in which nothing can be wrong.
   report.blank |= is_campaign && is_blank_campaign(file);
   if (report.blank && certificate == nullptr && report.dataset.empty()) return {};

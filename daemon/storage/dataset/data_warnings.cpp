@@ -15,8 +15,7 @@ using classifier::AtLimit;
 using classifier::SignalState;
 
 constexpr std::size_t most_named = 5;  // recordings per sentence, and sentences per text
-constexpr const char* clock_advice =
-    ": a clock or a counter? It says when a recording was made; leave the column out";
+constexpr const char* clock_advice = ": possibly a clock or a counter; leave the column out";
 constexpr double away_from_rest = 0.1;  // as a share of the range
 
 /// "1, 3 to 5 and 9": consecutive numbers are joined.
@@ -88,9 +87,9 @@ bool has_few_digits(const CheckedSignal& signal, std::size_t recording) {
 std::string format_digits(const CheckedSignal& signal, std::size_t recording) {
   const SignalState& state = signal.states[recording];
   const auto left = static_cast<int>(std::max(0.0, std::floor(state.digits)));
-  return ": of 16 digits the level of " + general(state.largest) + " takes " +
-         std::to_string(16 - left) + ", and " + std::to_string(left) +
-         " are left for a deviation of " + general(state.deviation);
+  return ": the level of " + general(state.largest) + " uses " + std::to_string(16 - left) +
+         " of 16 digits, " + std::to_string(left) + " remain for the deviation of " +
+         general(state.deviation);
 }
 
 bool is_too_small(const CheckedSignal& signal, std::size_t recording) {
@@ -122,7 +121,7 @@ const std::vector<Fault>& all_faults() {
       {"only_falls", is_clock<&SignalState::only_falls>, "only falls", "only fall", clock_advice},
       {"few_digits", has_few_digits, "has few digits", "have few digits", ""},
       {"small_unit", is_too_small, "is nearly silent", "are nearly silent",
-       ": its power is at the floor that features in decibels have; give it in a smaller unit"}};
+       ": power at the floor of the features in decibels; use a smaller unit"}};
   return faults;
 }
 

@@ -20,13 +20,13 @@ constexpr std::array<std::string_view, 7> outcome_names{
     "complete", "stopped", "aborted", "failed", "interrupted", "rejected", "ended_early"};
 
 Status sizes_disagree(std::string_view what, std::size_t expected, std::size_t got) {
-  return fail({.what = "number of " + std::string(what) + " disagrees",
+  return fail({.what = "wrong number of " + std::string(what),
                .expected = std::to_string(expected),
                .got = std::to_string(got)});
 }
 
 Status check_taxels(const classifier::Trial& trial) {
-  if (trial.samples() == 0) return fail({.what = "a trial without samples"});
+  if (trial.samples() == 0) return fail({.what = "trial without samples"});
   if (trial.counts.size() != trial.samples() * trial.taxels)
     return sizes_disagree("counts", trial.samples() * trial.taxels, trial.counts.size());
   const auto odd = std::ranges::find_if(trial.counts, [](double c) { return !std::isfinite(c); });
@@ -34,12 +34,13 @@ Status check_taxels(const classifier::Trial& trial) {
     return fail(
         {.where = "sample " + std::to_string(static_cast<std::size_t>(odd - trial.counts.begin()) /
                                              trial.taxels),
-         .what = "a count that is not a finite number"});
+         .what = "count not a finite number"});
   const auto phase = std::ranges::find_if(
       trial.phase, [](Phase p) { return !phase_from_char(to_char(p)).has_value(); });
   if (phase != trial.phase.end())
     return fail({.where = "sample " + std::to_string(phase - trial.phase.begin()),
-                 .what = "a phase that is none of S, P, M, E and -"});
+                 .what = "unknown phase",
+                 .expected = "S, P, M, E or -"});
   return {};
 }
 
@@ -63,11 +64,11 @@ Status check_record(const TrialRecord& record, std::size_t samples, const Datase
   const TrialQuality& quality = record.quality;
   if (!std::isfinite(quality.force_rms_error_n.value_or(0)) ||
       !std::isfinite(quality.force_in_band_fraction.value_or(0)))
-    return fail({.what = "a quality figure that is not a finite number"});
+    return fail({.what = "quality value not a finite number"});
   if (record.spec.factors.size() != info.factors.size())
     return sizes_disagree("factors", info.factors.size(), record.spec.factors.size());
   if (!std::ranges::all_of(record.spec.factors, [](double x) { return std::isfinite(x); }))
-    return fail({.what = "a factor's value that is not a finite number"});
+    return fail({.what = "factor value not a finite number"});
   if (auto fine = check_group_values(record.spec.group_values, info.group_columns.size()); !fine)
     return fine;
   if (record.t_ns.size() != samples) return sizes_disagree("times", samples, record.t_ns.size());
@@ -197,8 +198,8 @@ std::string format_selection(const DatasetInfo& info) {
          (all == 1 ? " slide that a live vote ended early is"
                    : " slides that a live vote ended early are") +
          " left out (" + labels +
-         "). The whole slides of these fabrics are those that the vote was "
-         "unsure of, so neither a model nor an accuracy of them is one of all slides.";
+         "). The remaining slides of these fabrics are those with an uncertain vote. "
+         "A model or an accuracy from them does not represent all slides.";
 }
 
 std::string_view to_string(TrialOutcome outcome) {
@@ -222,7 +223,7 @@ double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
 }
 
 Status check(const Dataset& dataset) {
-  if (dataset.trials.empty()) return fail({.what = "a data set without trials"});
+  if (dataset.trials.empty()) return fail({.what = "data set without trials"});
   if (dataset.records.size() != dataset.trials.size())
     return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
   if (auto fine = check_group_names(dataset.info.group_columns); !fine) return fine;
@@ -231,11 +232,11 @@ Status check(const Dataset& dataset) {
     const classifier::Trial& trial = dataset.trials[i];
     const std::string where = "trial " + trial.file;
     if (trial.file.empty() || !files.insert(trial.file).second)
-      return fail({.where = where, .what = "the name of a trial must be present and unique"});
-    if (trial.label.empty()) return fail({.where = where, .what = "a trial without label"});
+      return fail({.where = where, .what = "trial name missing or repeated"});
+    if (trial.label.empty()) return fail({.where = where, .what = "trial without label"});
     if (trial.taxels != dataset.trials.front().taxels)
       return fail({.where = where,
-                   .what = "trials of different taxel counts",
+                   .what = "number of taxels differs between trials",
                    .expected = std::to_string(dataset.trials.front().taxels),
                    .got = std::to_string(trial.taxels)});
     if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
@@ -261,7 +262,7 @@ Result<std::vector<std::string>> explorations_in(std::string_view sum) {
     std::string name(sum.substr(from, to == std::string_view::npos ? to : to - from));
     if (!sum.empty() && (name.empty() || std::ranges::find(out, name) != out.end()))
       return fail({.where = "--exploration",
-                   .what = "not a sum of explorations",
+                   .what = "invalid sum of explorations",
                    .expected = "different names with + between them, such as M1+M2",
                    .got = std::string(sum)});
     out.push_back(std::move(name));
@@ -375,12 +376,12 @@ Copies copies_in(const Dataset& dataset) {
 std::string copies_text(const Copies& copies) {
   constexpr std::size_t most_named = 5;
   if (copies.empty()) return {};
-  std::string out = "COPIES: the same samples under several names: ";
+  std::string out = "COPIES: identical samples under several names: ";
   for (std::size_t i = 0; i < std::min(copies.size(), most_named); ++i)
     out += (i > 0 ? "; " : "") + joined(copies[i], " = ");
   if (copies.size() > most_named)
     out += "; and " + std::to_string(copies.size() - most_named) + " more";
-  return out + ". Leave all but one of each out: a copy that trains answers for one that tests.\n";
+  return out + ". Keep one of each: a copy in the training part falsifies the test of the other.\n";
 }
 
 }  // namespace weft::daemon

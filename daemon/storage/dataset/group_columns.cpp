@@ -62,22 +62,23 @@ Result<std::vector<std::string>> find_group_labels(std::span<const GroupColumn> 
     std::vector<std::string_view> known{recorded_column};
     for (const GroupColumn& one : columns) known.push_back(one.name);
     return fail({.code = Errc::not_found,
-                 .what = "the data set does not say which " + shortened(column) + " a row has",
+                 .what = "unknown group column",
                  .expected = joined(known),
                  .got = shortened(column),
-                 .hint = did_you_mean(column, known, "Name it in a column of the manifest")});
+                 .hint = did_you_mean(column, known, "Add this column to the manifest")});
   }
   const auto missing = std::ranges::find(found->of_row, std::string());
   if (missing != found->of_row.end())
     return fail({.code = Errc::unsupported,
                  .where = rows[static_cast<std::size_t>(missing - found->of_row.begin())],
-                 .what = "no value of the column " + found->name,
-                 .expected = "one in every row"});
+                 .what = "value missing in group column " + found->name,
+                 .expected = "a value in every row"});
   if (std::ranges::all_of(found->of_row, [&](const auto& v) { return v == found->of_row[0]; }))
     return fail({.code = Errc::unsupported,
-                 .what = "every row has the same " + found->name,
-                 .expected = "two or more",
-                 .hint = "Record another"});
+                 .what = "too few values in group column " + found->name,
+                 .expected = "at least 2",
+                 .got = "1",
+                 .hint = "Add recordings with another value"});
   return found->of_row;
 }
 
@@ -99,18 +100,18 @@ Status check_group_names(std::span<const std::string> names) {
   for (std::size_t c = 0; c < names.size(); ++c)
     if (names[c].empty() || !can_be_stored(names[c]) || (c > 0 && names[c] <= names[c - 1]))
       return fail({.where = shortened(names[c]),
-                   .what = "names of group columns must be text, in byte order and each once"});
+                   .what = "name of a group column empty, not text, repeated or out of order"});
   return {};
 }
 
 Status check_group_values(std::span<const std::string> values, std::size_t names) {
   if (values.size() != names)
-    return fail({.what = "number of group columns disagrees",
+    return fail({.what = "wrong number of group columns",
                  .expected = std::to_string(names),
                  .got = std::to_string(values.size())});
   for (const std::string& value : values)
     if (!can_be_stored(value))
-      return fail({.what = "a value of a group column is not UTF-8 text, or too long",
+      return fail({.what = "value of a group column too long or not UTF-8 text",
                    .expected = "at most " + std::to_string(hdf5::max_text_bytes) + " bytes",
                    .got = shortened(value)});
   return {};
@@ -133,7 +134,7 @@ StoredGroupColumns read_group_columns(hdf5::Reader& in, std::size_t rows) {
   const auto values = in.texts(group + "/values");
   const std::size_t names = out.names.size();
   if (!in.require(names > 0 && values.size() % names == 0 && values.size() / names == rows, group,
-                  "another number of values than rows"))
+                  "number of values differs from the number of rows"))
     return {};
   for (auto at = values.begin(); at != values.end(); at += static_cast<std::ptrdiff_t>(names))
     out.of_row.emplace_back(at, at + static_cast<std::ptrdiff_t>(names));

@@ -118,10 +118,10 @@ Error in_use(const std::filesystem::path& path) {
   const std::string holders = file_holders({path});
   return {.code = Errc::busy,
           .where = path.string(),
-          .what = "the file is in use by another program",
-          .expected = "a file without a lock",
-          .got = holders.empty() ? "a lock whose holder is not seen" : "a lock of " + holders,
-          .hint = "Close it there and try again; nothing is wrong with the file"};
+          .what = "file in use by another program",
+          .expected = "no lock",
+          .got = holders.empty() ? "locked by an unknown program" : "locked by " + holders,
+          .hint = "Close the file in that program and try again"};
 }
 
 }  // namespace
@@ -135,7 +135,7 @@ Writer Writer::create(const std::filesystem::path& path) {
   const Handle properties = timeless_properties(H5P_FILE_CREATE);
   writer.file_ =
       Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, properties.id(), access.id()), H5Fclose);
-  writer.require(writer.file_.ok(), "cannot create the file");
+  writer.require(writer.file_.ok(), "file not created");
   return writer;
 }
 
@@ -149,7 +149,7 @@ void Writer::group(const std::string& name) {
   const Handle properties = timeless_properties(H5P_GROUP_CREATE);
   const Handle group(
       H5Gcreate2(file_.id(), name.c_str(), H5P_DEFAULT, properties.id(), H5P_DEFAULT), H5Gclose);
-  require(group.ok(), "cannot create a group");
+  require(group.ok(), "HDF5 group not created");
 }
 
 void Writer::write_attribute(const std::string& object, const std::string& name, hid_t type,
@@ -160,7 +160,7 @@ void Writer::write_attribute(const std::string& object, const std::string& name,
   const Handle attribute(
       H5Acreate2(owner.id(), name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   require(attribute.ok() && H5Awrite(attribute.id(), type, value) >= 0,
-          "cannot write an attribute");
+          "HDF5 attribute not written");
 }
 
 void Writer::attribute(const std::string& object, const std::string& name, std::string_view text) {
@@ -177,10 +177,10 @@ void Writer::write_column(const std::string& name, hid_t type, const void* value
   const Handle column(H5Dcreate2(file_.id(), name.c_str(), type, space.id(), H5P_DEFAULT,
                                  properties.id(), H5P_DEFAULT),
                       H5Dclose);
-  if (!require(column.ok(), "cannot create a column") || count == 0) return;
+  if (!require(column.ok(), "HDF5 column not created") || count == 0) return;
   const ByteView rows(static_cast<const std::uint8_t*>(values), count * item_bytes);
   require(write_chunks(column, rows, chunk_size(size[0], width, item_bytes), item_bytes),
-          "cannot write a column");
+          "HDF5 column not written");
 }
 
 void Writer::column(const std::string& name, const std::vector<std::string>& texts) {
@@ -202,11 +202,11 @@ void Writer::document(const std::string& name, std::string_view text) {
                         H5Dclose);
   require(document.ok() && H5Dwrite(document.id(), type.id(), whole_column, whole_column,
                                     H5P_DEFAULT, padded.data()) >= 0,
-          "cannot write a document");
+          "HDF5 document not written");
 }
 
 Status Writer::close() {
-  require(file_.close(), "cannot bring the whole file to the disk");
+  require(file_.close(), "file not completely written to the disk");
   return status_;
 }
 
@@ -215,16 +215,16 @@ Result<Reader> Reader::open(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, ignored))
     return fail({.code = Errc::not_found,
                  .where = path.string(),
-                 .what = "a folder where a data set file is due",
-                 .hint = "A campaign's data set is the file dataset.h5 in its folder"});
+                 .what = "folder given instead of a data set file",
+                 .hint = "Give the file dataset.h5 in the campaign folder"});
   if (!std::filesystem::is_regular_file(path, ignored))
-    return fail({.code = Errc::not_found, .where = path.string(), .what = "no such data set file"});
+    return fail(
+        {.code = Errc::not_found, .where = path.string(), .what = "data set file not found"});
   if (is_locked_by_another(path)) return tl::unexpected<Error>(in_use(path));
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return fail(with_file_kind({.code = Errc::parse,
-                                .where = path.string(),
-                                .what = "not an HDF5 file, or cut short within its first bytes"},
-                               path));
+    return fail(with_file_kind(
+        {.code = Errc::parse, .where = path.string(), .what = "not an HDF5 file, or truncated"},
+        path));
   Reader reader;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   allow_without_locks(access);
@@ -233,7 +233,7 @@ Result<Reader> Reader::open(const std::filesystem::path& path) {
   if (!reader.file_.ok())
     return fail({.code = Errc::corrupt,
                  .where = path.string(),
-                 .what = "cannot be opened: cut short or damaged",
+                 .what = "HDF5 file truncated or damaged",
                  .got = last_error(),
                  .hint = "Export the data set again"});
   return reader;
@@ -251,13 +251,13 @@ bool Reader::require(bool fine, std::string_view where, std::string_view what) {
 std::string Reader::text_attribute(const std::string& object, const std::string& name) {
   if (!status_) return {};
   const Handle attribute = open_attribute(file_, object, name);
-  if (!require(attribute.ok(), name, "the attribute is missing or damaged")) return {};
+  if (!require(attribute.ok(), name, "attribute missing or damaged")) return {};
   const Handle type(H5Aget_type(attribute.id()), H5Tclose);
   const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  if (!require(is_text(type, space, max_text_bytes), name, "the attribute is not a short text"))
+  if (!require(is_text(type, space, max_text_bytes), name, "attribute is not a short text"))
     return {};
   std::string text(H5Tget_size(type.id()), '\0');
-  require(H5Aread(attribute.id(), type.id(), text.data()) >= 0, name, "unreadable attribute");
+  require(H5Aread(attribute.id(), type.id(), text.data()) >= 0, name, "attribute not readable");
   return unpadded(text);
 }
 
@@ -274,14 +274,14 @@ void Reader::read_number(const std::string& object, const std::string& name, hid
 double Reader::real_attribute(const std::string& object, const std::string& name) {
   double value = 0;
   read_number(object, name, H5T_NATIVE_DOUBLE, &value,
-              "the attribute is missing, damaged or not a number");
+              "attribute missing, damaged or not a number");
   return value;
 }
 
 std::uint64_t Reader::integer_attribute(const std::string& object, const std::string& name) {
   std::uint64_t value = 0;
   read_number(object, name, H5T_NATIVE_UINT64, &value,
-              "the attribute is missing, damaged or not a whole number");
+              "attribute missing, damaged or not a whole number");
   return value;
 }
 
@@ -298,12 +298,12 @@ void Reader::require_filters(const Handle& column, const std::string& name) {
     const std::string called(text.data(), strnlen(text.data(), text.size()));
     status_ = fail({.code = Errc::unsupported,
                     .where = name,
-                    .what = "compressed with a filter that this build does not read",
+                    .what = "unsupported compression filter",
                     .expected = "gzip (deflate) or no compression",
                     .got = (called.empty() ? "" : as_utf8(called) + ", ") + "HDF5 filter " +
                            std::to_string(filter),
-                    .hint = "Where the filter is installed: h5repack -f SHUF -f GZIP=1 IN.h5 "
-                            "OUT.h5"});
+                    .hint = "Convert the file on a computer that has the filter: "
+                            "h5repack -f SHUF -f GZIP=1 IN.h5 OUT.h5"});
   }
 }
 
@@ -311,19 +311,19 @@ std::optional<Reader::Column> Reader::open_column(const std::string& name, H5T_c
                                                   std::size_t width) {
   if (!status_) return std::nullopt;
   OpenColumn found(file_, name);
-  if (!require(found.handle.ok(), name, "the column is missing or damaged")) return std::nullopt;
+  if (!require(found.handle.ok(), name, "column missing or damaged")) return std::nullopt;
   require_filters(found.handle, name);
   if (!status_) return std::nullopt;
   std::array<hsize_t, 2> size{0, 0};
   const bool shaped = found.read_size(size) == (width == 0 ? 1 : 2) && size[1] == width;
   if (!require(shaped && H5Tget_class(found.type.id()) == type_class, name,
-               "a column of another shape or type"))
+               "column has the wrong shape or type"))
     return std::nullopt;
   Column column{std::move(found.handle), 0, H5Tget_size(found.type.id())};
   const std::uint64_t row_bytes = column.item_bytes * std::max<std::size_t>(width, 1);
   const std::uint64_t limit = H5Dget_storage_size(column.handle.id()) * max_inflation;
   if (!require(row_bytes > 0 && size[0] <= limit / row_bytes, name,
-               "the column claims more than is stored"))
+               "column longer than its stored data"))
     return std::nullopt;
   column.items = static_cast<std::size_t>(size[0]) * std::max<std::size_t>(width, 1);
   return column;
@@ -339,7 +339,7 @@ std::vector<std::string> Reader::texts(const std::string& name) {
   const std::optional<Column> column = open_column(name, H5T_STRING, 0);
   if (!column) return {};
   const Handle type(H5Dget_type(column->handle.id()), H5Tclose);
-  if (!require(H5Tis_variable_str(type.id()) == 0, name, "a text column of variable length"))
+  if (!require(H5Tis_variable_str(type.id()) == 0, name, "text column has variable length"))
     return {};
   std::string padded(column->items * column->item_bytes, '\0');
   read_into(*column, name, type.id(), padded.data());
@@ -353,15 +353,16 @@ std::vector<std::string> Reader::texts(const std::string& name) {
 std::string Reader::document(const std::string& name) {
   if (!status_) return {};
   const OpenColumn document(file_, name);
-  if (!require(document.handle.ok(), name, "the document is missing or damaged")) return {};
+  if (!require(document.handle.ok(), name, "document missing or damaged")) return {};
   require_filters(document.handle, name);
   if (!status_) return {};
-  if (!require(is_text(document.type, document.space, max_document_bytes), name, "not a text"))
+  if (!require(is_text(document.type, document.space, max_document_bytes), name,
+               "document is not text"))
     return {};
   std::string text(H5Tget_size(document.type.id()), '\0');
   require(H5Dread(document.handle.id(), document.type.id(), whole_column, whole_column, H5P_DEFAULT,
                   text.data()) >= 0,
-          name, "the document is damaged");
+          name, "document damaged");
   return unpadded(text);
 }
 
@@ -382,7 +383,7 @@ std::size_t Reader::text_width(const std::string& name) {
   if (!status_) return 0;
   std::array<hsize_t, 2> size{0, 0};
   require(OpenColumn(file_, name).read_size(size) == 2, name,
-          "the column is missing, damaged or not two-dimensional");
+          "column missing, damaged or not two-dimensional");
   return static_cast<std::size_t>(size[1]);
 }
 

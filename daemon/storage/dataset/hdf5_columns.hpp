@@ -193,7 +193,7 @@ class Writer {
 /// is allocated.
 class Reader {
  public:
-  static constexpr const char* damaged_column = "the column is damaged";
+  static constexpr const char* damaged_column = "column damaged";
 
   /// Errors: not_found, parse (not HDF5), corrupt (truncated), busy.
   static Result<Reader> open(const std::filesystem::path& path);
@@ -210,7 +210,8 @@ class Reader {
     } else {
       const std::optional<Column> found =
           open_column(name, std::is_same_v<Value, double> ? H5T_FLOAT : H5T_INTEGER, width);
-      if (!found || !require(found->item_bytes == sizeof(Value), name, "numbers of another size"))
+      if (!found || !require(found->item_bytes == sizeof(Value), name,
+                             "column has numbers of the wrong size"))
         return {};
       std::vector<Value> values(found->items);
       read_into(*found, name, native_type<Value>(), values.data());

@@ -68,22 +68,22 @@ std::vector<std::uint64_t> read_extents(Reader& in, const std::string& family, s
     fits = fits && count <= left;
     if (fits) left -= count;
   }
-  if (in.require(fits && left == 0, name, "does not add up to the length of its columns"))
+  if (in.require(fits && left == 0, name, "sum differs from the length of its columns"))
     compare(in, "/trials/" + family + "_first", compute_begins(samples),
-            "a trial does not begin where the one before it ends");
+            "trial does not begin at the end of the previous trial");
   return samples;
 }
 
 void compare_quantum(Reader& in, const std::string& column, double per_unit) {
   if (in.has_attribute(column, "per_unit"))
     in.require(in.real_attribute(column, "per_unit") == per_unit, column,
-               "per_unit is not what this layout counts in");
+               "per_unit differs from this layout");
 }
 
 void compare_axes(Reader& in, const std::vector<Axis>& axes) {
   std::vector<double> per_unit;
   for (const Axis& axis : axes) per_unit.push_back(axis.quanta_per_unit());
-  compare(in, "/stages/per_unit", per_unit, "not what this layout counts in");
+  compare(in, "/stages/per_unit", per_unit, "per_unit differs from this layout");
 }
 
 Error with_damaged_trials(Error error, const std::filesystem::path& file, const Dataset& dataset) {

@@ -19,7 +19,7 @@ using hdf5::Reader;
 
 double rate_of(Reader& in, const std::string& group) {
   const double rate_hz = in.real_attribute(group, "rate_hz");
-  in.require(std::isfinite(rate_hz) && rate_hz >= 0, group, "an impossible rate_hz");
+  in.require(std::isfinite(rate_hz) && rate_hz >= 0, group, "rate_hz out of range");
   return rate_hz;
 }
 
@@ -27,19 +27,19 @@ Status read_root(Reader& in, DatasetInfo& info) {
   const std::string format = in.text_attribute("/", "format");
   if (!in.status() || format != hdf5::format_name)
     return fail({.code = Errc::parse,
-                 .what = "an HDF5 file, but not a Weft data set",
+                 .what = "not a Weft data set, but another HDF5 file",
                  .expected = hdf5::format_name,
                  .got = format,
-                 .hint = "`weft dataset import` makes one of tables and sound files"});
+                 .hint = "Import tables and sound files with `weft dataset import`"});
   const std::uint64_t version = in.integer_attribute("/", "format_version");
   if (in.status() && version != hdf5::format_version)
     return fail({.code = Errc::unsupported,
-                 .what = "a data set of another layout",
+                 .what = "unsupported data set version",
                  .expected = std::to_string(hdf5::format_version),
                  .got = std::to_string(version)});
   const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
   info.kind = kind.value_or(BenchKind::unknown);
-  in.require(kind.has_value(), "bench_kind", "an unknown word");
+  in.require(kind.has_value(), "bench_kind", "unknown bench kind");
   info.name = in.text_attribute("/", "name");
   info.source = in.text_attribute("/", "source");
   info.seed = in.integer_attribute("/", "seed");
@@ -59,7 +59,7 @@ Status read_provenance(Reader& in, DatasetInfo& info) {
   const auto drivers = in.texts("/provenance/device_driver");
   const auto identities = in.texts("/provenance/device_identity_json");
   in.require(drivers.size() == names.size() && identities.size() == names.size(), "/provenance",
-             "columns of different length");
+             "columns differ in length");
   if (!in.status()) return in.status();
   for (std::size_t i = 0; i < names.size(); ++i)
     info.devices.push_back({names[i], drivers[i], identities[i]});
@@ -72,7 +72,7 @@ Status read_selection(Reader& in, DatasetInfo& info) {
   const auto explorations = in.texts("/ended_early/exploration");
   const auto trials = in.column<std::uint32_t>("/ended_early/trials");
   in.require(explorations.size() == labels.size() && trials.size() == labels.size(), "/ended_early",
-             "columns of different length");
+             "columns differ in length");
   if (!in.status()) return in.status();
   for (std::size_t i = 0; i < labels.size(); ++i)
     info.ended_early.push_back({labels[i], explorations[i], trials[i]});
@@ -82,10 +82,10 @@ Status read_selection(Reader& in, DatasetInfo& info) {
 Status read_axes(Reader& in, DatasetInfo& info) {
   const auto names = in.texts("/stages/axis");
   const auto units = in.texts("/stages/unit");
-  in.require(units.size() == names.size(), "/stages", "columns of different length");
+  in.require(units.size() == names.size(), "/stages", "columns differ in length");
   if (!in.status()) return in.status();
   for (std::size_t i = 0; i < names.size(); ++i) {
-    in.require(units[i] == "m" || units[i] == "rad", "/stages/unit", "neither m nor rad");
+    in.require(units[i] == "m" || units[i] == "rad", "/stages/unit", "unit is neither m nor rad");
     info.axes.push_back({names[i], units[i] == "rad"});
   }
   hdf5::compare_axes(in, info.axes);
@@ -97,7 +97,7 @@ template <class Place>
 void read_trial_column(Reader& in, const std::string& name, std::size_t trials, Place place) {
   using Value = std::remove_cvref_t<std::invoke_result_t<Place, std::size_t>>;
   auto column = in.column<Value>(name);
-  if (!in.require(column.size() == trials, name, "another length than /trials/file")) return;
+  if (!in.require(column.size() == trials, name, "length differs from /trials/file")) return;
   for (std::size_t i = 0; i < trials; ++i) place(i) = std::move(column[i]);
 }
 
@@ -154,7 +154,7 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
       in, "/trials/outcome", n, [&](std::size_t i) -> auto& { return outcomes[i]; });
   for (std::size_t i = 0; i < n; ++i) {
     const auto outcome = trial_outcome_from(outcomes[i]);
-    in.require(outcome.has_value(), "/trials/outcome", "an unknown word");
+    in.require(outcome.has_value(), "/trials/outcome", "unknown outcome");
     records[i].outcome = outcome.value_or(TrialOutcome::failed);
     dataset.trials[i].file = files[i];
     dataset.trials[i].label = records[i].spec.label;
@@ -193,7 +193,7 @@ Status read_factors(Reader& in, Dataset& dataset) {
   names = in.texts("/factors/name");
   const auto values = in.column<double>("/factors/values", names.size());
   in.require(values.size() == names.size() * dataset.records.size(), "/factors/values",
-             "another length than /trials/file");
+             "length differs from /trials/file");
   if (!in.status()) return in.status();
   const std::vector<std::uint64_t> one_row(dataset.records.size(), 1);
   split(
@@ -216,11 +216,11 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
   phases.reserve(letters.size());
   for (const std::uint8_t letter : letters) {
     const auto phase = phase_from_char(static_cast<char>(letter));
-    if (!in.require(phase.has_value(), "/taxel/phase", "an unknown phase")) return in.status();
+    if (!in.require(phase.has_value(), "/taxel/phase", "unknown phase")) return in.status();
     phases.push_back(*phase);
   }
   const std::uint64_t rows = std::accumulate(extents.begin(), extents.end(), std::uint64_t{0});
-  in.require(letters.size() == rows, "/taxel/phase", "another length than /taxel/t_ns");
+  in.require(letters.size() == rows, "/taxel/phase", "length differs from /taxel/t_ns");
   if (!in.status()) return in.status();
   split(phases, extents, 1, dataset.trials, &classifier::Trial::phase);
   return {};
@@ -230,8 +230,7 @@ Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Datase
 std::size_t read_taxel_count(Reader& in) {
   if (!in.has("/taxel/counts")) return 0;
   const std::size_t taxels = in.text_width("/taxel/counts");
-  in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts",
-             "an impossible number of taxels");
+  in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts", "number of taxels out of range");
   return taxels;
 }
 
@@ -244,7 +243,7 @@ Status read_taxels(Reader& in, Dataset& dataset) {
   split(t_ns, extents, 1, dataset.records, &TrialRecord::t_ns);
   const auto place = [&](const auto& counts) {
     if (in.require(counts.size() == t_ns.size() * taxels, "/taxel/counts",
-                   "another length than /taxel/t_ns"))
+                   "length differs from /taxel/t_ns"))
       split(counts, extents, taxels, dataset.trials, &classifier::Trial::counts);
   };
   if (taxels > 0 && in.is_integer("/taxel/counts")) {
@@ -271,7 +270,7 @@ std::vector<std::uint64_t> read_stream(Reader& in, const std::string& group,
   const auto t_ns = in.column<std::int64_t>(group + "/t_ns");
   const auto quanta = in.column<std::int32_t>(group + "/quanta", width);
   in.require(quanta.size() == t_ns.size() * row_values, group + "/quanta",
-             "another length than its times");
+             "length differs from its times");
   auto extents = hdf5::read_extents(in, family, dataset.trials.size(), t_ns.size());
   if (!in.status()) return extents;
   split(
@@ -289,7 +288,7 @@ void read_block_format(Reader& in, const std::string& group, BlockFormat& format
   format.rate_hz = rate_of(in, group);
   const std::uint64_t readings = in.integer_attribute(group, "block_readings");
   in.require(readings > 0 && readings <= most_block_values && format.rate_hz > 0, group,
-             "impossible blocks");
+             "block_readings or rate_hz out of range");
   format.readings = static_cast<std::uint32_t>(readings);
 }
 
@@ -302,7 +301,7 @@ void read_blocks(Reader& in, const std::string& group, std::size_t axes, const B
   const auto numbers = [&](const std::string& name,
                            std::vector<std::uint32_t> BlockStream::*column) {
     const auto all = in.column<std::uint32_t>(group + name);
-    in.require(all.size() == blocks, group + name, "another length than its times");
+    in.require(all.size() == blocks, group + name, "length differs from its times");
     if (in.status())
       split(
           all, extents, 1,
@@ -337,7 +336,8 @@ struct ReportedCounts {
 Status read_reported_counts(Reader& in, const Dataset& dataset, ReportedCounts& out) {
   auto& trials = out.digest.trial_sha256;
   trials = in.texts("/trials/sha256");
-  in.require(trials.size() == dataset.trials.size(), "/trials/sha256", "another length");
+  in.require(trials.size() == dataset.trials.size(), "/trials/sha256",
+             "length differs from /trials/file");
   out.digest.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
   out.phases = hdf5::read_phase_runs(in);
   return in.status();
@@ -351,18 +351,18 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
     if (got == recorded) return {};
     return fail({.code = Errc::corrupt,
                  .where = std::move(where),
-                 .what = std::string(whose) + " was altered: its SHA-256 disagrees",
+                 .what = std::string(whose) + " altered, SHA-256 differs",
                  .expected = recorded,
                  .got = got});
   };
   const auto got = compute_digest(dataset, stop_requested);
   if (!got) return pass(got.error());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    if (Status same = compare("trial " + dataset.trials[i].file, "the trial",
-                              expected.trial_sha256[i], got->trial_sha256[i]);
+    if (Status same = compare("trial " + dataset.trials[i].file, "trial", expected.trial_sha256[i],
+                              got->trial_sha256[i]);
         !same)
       return same;
-  return compare("dataset_sha256", "the data set", expected.dataset_sha256, got->dataset_sha256);
+  return compare("dataset_sha256", "data set", expected.dataset_sha256, got->dataset_sha256);
 }
 
 /// All work inside the HDF5 library.
@@ -403,7 +403,7 @@ Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest,
   // After the digests, which can name the trial with an altered phase.
   if (done && reported.phases && *reported.phases != hdf5::phase_runs(*dataset))
     done = fail(
-        {.code = Errc::corrupt, .where = "/phases", .what = "does not follow from /taxel/phase"});
+        {.code = Errc::corrupt, .where = "/phases", .what = "phases differ from /taxel/phase"});
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }
@@ -416,7 +416,7 @@ Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest,
     return read_all(path, verify_digest, stop_requested);
   } catch (const std::bad_alloc&) {
     return fail(
-        {.code = Errc::io, .where = path.string(), .what = "not enough memory for this data set"});
+        {.code = Errc::io, .where = path.string(), .what = "data set too large for the memory"});
   }
 }
 

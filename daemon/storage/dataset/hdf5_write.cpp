@@ -58,7 +58,7 @@ void write_factors(Writer& out, const Dataset& dataset) {
   out.group("/factors");
   out.column("/factors/name", dataset.info.factors);
   out.column("/factors/values", values, dataset.info.factors.size());
-  out.attribute("/factors/values", "unit", "SI, as the names say");
+  out.attribute("/factors/values", "unit", "SI, as in the names");
 }
 
 void write_columns_of_groups(Writer& out, const Dataset& dataset) {

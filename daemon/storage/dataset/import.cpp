@@ -65,9 +65,9 @@ Status read_name(const std::string& name, FabricslideGroup group, Mountings& mou
   if (!std::regex_match(name, parts, pattern))
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "not a name of this layout",
+                 .what = "file name does not follow this layout",
                  .expected = "<Fabric>_F<grip>_V[-]<speed>mmps_<repetition>.csv",
-                 .hint = "Leave other files out with a filter"});
+                 .hint = "Exclude other files with a filter"});
   trial.file = name;
   trial.label = parts[1];
   const std::string repetition = parts[4];
@@ -93,7 +93,7 @@ Result<std::vector<std::filesystem::path>> matching_files(const std::filesystem:
   if (error)
     return fail({.code = Errc::not_found,
                  .where = folder.string(),
-                 .what = "cannot list the folder",
+                 .what = "folder not readable",
                  .got = error.message()});
   if (files.empty())
     return fail({.code = Errc::not_found,
@@ -126,7 +126,7 @@ Result<Columns> find_columns(CsvTable& csv) {
   if (!taxels) return pass(taxels.error());
   out.taxels = std::move(*taxels);
   if (out.taxels.size() % triangle_taxels != 0)
-    return csv.complaint("taxels do not make whole triangles", "a multiple of 10",
+    return csv.complaint("wrong number of taxels", "a multiple of 10",
                          std::to_string(out.taxels.size()));
   return out;
 }
@@ -141,12 +141,10 @@ Status read_step(const CsvTable& csv, const Columns& columns, Slide& slide) {
   const auto& [sample, label, fold, t] = columns.of;
   classifier::Trial& trial = slide.trial;
   if (csv.fields()[label] != trial.label || csv.fields()[fold] != trial.group)
-    return csv.complaint("another label or fold than the slide began with",
-                         trial.label + ", " + trial.group,
+    return csv.complaint("label or fold changes within a slide", trial.label + ", " + trial.group,
                          csv.fields()[label] + ", " + csv.fields()[fold]);
   const std::string step = std::to_string(trial.samples());
-  if (csv.fields()[t] != step)
-    return csv.complaint("steps of a slide count up from 0", step, csv.fields()[t]);
+  if (csv.fields()[t] != step) return csv.complaint("wrong step of a slide", step, csv.fields()[t]);
   if (auto done = csv.append_numbers(columns.taxels, trial.counts); !done) return done;
   slide.record.t_ns.push_back(static_cast<std::int64_t>(trial.samples()) * step_ns);
   trial.phase.push_back(Phase::motion);
@@ -172,11 +170,11 @@ Result<Slide> begun(const CsvTable& csv, const Columns& columns, std::set<std::s
   const auto& [sample, label, fold, t] = columns.of;
   const std::vector<std::string>& line = csv.fields();
   for (const std::size_t column : {sample, label, fold}) {
-    if (line[column].empty()) return csv.complaint("a name is empty");
-    if (!is_utf8(line[column])) return csv.complaint("a name is not UTF-8", "UTF-8 text");
+    if (line[column].empty()) return csv.complaint("name empty");
+    if (!is_utf8(line[column])) return csv.complaint("name not UTF-8", "UTF-8 text");
   }
   if (!seen.insert(line[sample]).second)
-    return csv.complaint("slide " + line[sample] + " comes back", "its steps together");
+    return csv.complaint("slide " + line[sample] + " not contiguous", "all its steps together");
   Slide out;
   out.trial.file = line[sample];
   out.trial.label = line[label];
@@ -191,7 +189,7 @@ Status check_steps(const CsvTable& csv, const std::vector<Slide>& slides, Icub20
   const classifier::Trial& last = slides.back().trial;
   const std::size_t steps = slides.front().trial.samples();
   if (last.samples() == steps) return {};
-  return csv.complaint("slide " + last.file + " has another number of steps than the first",
+  return csv.complaint("slide " + last.file + " differs from the first slide in steps",
                        std::to_string(steps), std::to_string(last.samples()));
 }
 
@@ -212,7 +210,7 @@ Result<std::vector<Slide>> read_slides(CsvTable& csv, Icub20Order order) {
   }
   if (!more) return pass(more.error());
   if (auto done = check_steps(csv, out, order); !done) return pass(done.error());
-  if (out.empty()) return csv.complaint("a header but no slides");
+  if (out.empty()) return csv.complaint("no slides after the header");
   return out;
 }
 

@@ -45,17 +45,16 @@ Status check_group_name(const CsvTable& manifest, const std::string& name,
   // Names with another meaning in --group or in the file.
   constexpr std::array taken{"recorded", "exploration", "recording", "outcome"};
   if (is_invisible(name))
-    return manifest.complaint("a column without a name", "a name for every column", {},
-                              "Leave the column out, or name it");
-  if (!is_utf8(name)) return manifest.complaint("a column's name is not UTF-8", "UTF-8 text");
+    return manifest.complaint("column without a name", "a name for every column", {},
+                              "Name the column or remove it");
+  if (!is_utf8(name)) return manifest.complaint("column name not UTF-8", "UTF-8 text");
   const std::string plain = lower_case(trimmed(name));
   if (std::ranges::find(standard, plain) != standard.end())
-    return manifest.complaint("the column '" + shortened(name) + "' could be taken for another",
-                              joined(standard), {}, "Did you mean " + plain + "?");
+    return manifest.complaint("ambiguous column name", joined(standard),
+                              "'" + shortened(name) + "'", "Did you mean " + plain + "?");
   if (std::ranges::find(taken, plain) != taken.end())
-    return manifest.complaint(
-        "the name of the column '" + shortened(name) + "' means something else here",
-        "another name", {}, "Rename it");
+    return manifest.complaint("reserved column name", "another name", "'" + shortened(name) + "'",
+                              "Rename the column");
   return {};
 }
 
@@ -92,7 +91,7 @@ Result<std::uint32_t> read_count(const CsvTable& manifest, std::optional<std::si
   std::uint32_t out = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
   if (error != std::errc() || end != text.data() + text.size() || out == 0)
-    return manifest.complaint("not a whole number from 1 on", "1 or more", text.substr(0, 40));
+    return manifest.complaint("not a positive whole number", "1 or more", text.substr(0, 40));
   return out;
 }
 
@@ -104,11 +103,11 @@ Status read_bench(const CsvTable& manifest, std::optional<std::size_t> column,
   const std::string& word = manifest.fields()[*column];
   const auto own = bench_kind_from(word);
   if (!own)
-    return manifest.complaint("no such bench", "real, simulated or unknown", shortened(word));
+    return manifest.complaint("unknown bench kind", "real, simulated or unknown", shortened(word));
   if (bench && *own != *bench)
-    return manifest.complaint("another bench than the lines before, or --bench, have",
+    return manifest.complaint("bench kind differs from earlier lines or --bench",
                               std::string(to_string(*bench)), word,
-                              "Make a data set of the recordings of each bench");
+                              "Make one data set for each bench kind");
   bench = own;
   return {};
 }
@@ -138,10 +137,10 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
   for (const auto* count : {&piece, &mounting, &patch})
     if (!*count) return pass(count->error());
   out.place = {*piece, *mounting, *patch};
-  if (is_invisible(out.file)) return manifest.complaint("the file name is empty");
-  if (is_invisible(out.label)) return manifest.complaint("the label is empty");
+  if (is_invisible(out.file)) return manifest.complaint("file name empty");
+  if (is_invisible(out.label)) return manifest.complaint("label empty");
   for (const std::string* name : {&out.file, &out.label, &out.group, &out.recording})
-    if (!is_utf8(*name)) return manifest.complaint("a name is not UTF-8", "UTF-8 text");
+    if (!is_utf8(*name)) return manifest.complaint("name not UTF-8", "UTF-8 text");
   if (auto ok = check_group_values(out.group_values, columns.rest.size()); !ok)
     return pass(ok.error(), manifest.where());
   out.path = (folder / out.file).lexically_normal();
@@ -152,15 +151,15 @@ Result<ManifestEntry> read_entry(const CsvTable& manifest, const ManifestColumns
                  .where = out.where,
                  .what = "no such file",
                  .got = out.file,
-                 .hint = "Write / between folders and file, relative to the manifest"});
+                 .hint = "Give the path relative to the manifest, with / between folders"});
   const auto [first, is_new] =
       seen.emplace(one_name(out.path), out.where + " as '" + out.file + "'");
   if (is_new) return out;
   return fail({.code = Errc::parse,
                .where = out.where,
-               .what = "the file is listed twice",
+               .what = "file listed twice",
                .got = out.file,
-               .hint = "It stands in " + first->second + " already"});
+               .hint = "Remove it here or in " + first->second});
 }
 
 }  // namespace
@@ -173,8 +172,7 @@ Status read_samples(CsvTable& csv, const TrialColumns& columns, classifier::Tria
   for (; more && *more; more = csv.next()) {
     const auto t_ns = read_time(csv, columns);
     if (!t_ns) return pass(t_ns.error());
-    if (!record.t_ns.empty() && *t_ns < record.t_ns.back())
-      return csv.complaint("time runs backwards");
+    if (!record.t_ns.empty() && *t_ns < record.t_ns.back()) return csv.complaint("time decreases");
     const auto phase = read_phase(csv, columns);
     if (!phase) return pass(phase.error());
     if (auto done = csv.append_numbers(columns.channels, trial.counts); !done) return done;
@@ -185,7 +183,7 @@ Status read_samples(CsvTable& csv, const TrialColumns& columns, classifier::Tria
                           std::ranges::equal(trial.row(i - 1), trial.row(i)));
   }
   if (!more) return pass(std::move(more).error());
-  if (trial.phase.empty()) return csv.complaint("a header but no samples");
+  if (trial.phase.empty()) return csv.complaint("no samples after the header");
   return repeated.check(columns.is_rate_stated, warnings);
 }
 
@@ -201,13 +199,12 @@ Status RepeatedSamples::check(bool is_rate_stated, std::vector<Warning>& warning
   if (!is_rate_stated && repeated_ > samples_ / tolerated_share)
     return fail({.code = Errc::parse,
                  .where = first_,
-                 .what = "samples stand twice, with equal times and equal values",
+                 .what = "samples repeated with equal times and values",
                  .expected = "each sample once",
                  .got = count,
-                 .hint = "Leave the copies out; where the sensor was read so often, state its "
-                         "rate: --rate-hz"});
+                 .hint = "Remove the copies, or state the rate of the sensor with --rate-hz"});
   warnings.push_back({"repeated_samples", first_ + ": " + count +
-                                              " samples have the time and the values of the "
+                                              " samples repeat the time and values of the "
                                               "sample before"});
   return {};
 }
@@ -226,9 +223,9 @@ Status settle_rate(Dataset& dataset, double stated_hz) {
         times.size() > 1 && sampled_time(times).intervals == 0)
       return fail({.code = Errc::parse,
                    .where = dataset.trials[i].file,
-                   .what = "the samples are not evenly spaced",
+                   .what = "samples not evenly spaced",
                    .expected = "intervals within 1 % of each other, pauses left out",
-                   .hint = "State the rate of the sensor: --rate-hz"});
+                   .hint = "State the rate of the sensor with --rate-hz"});
   dataset.info.taxel_rate_hz = stated_hz == 0 ? common_rate_hz(dataset) : stated_hz;
   if (stated_hz == 0) warn_of_slow_rate(dataset.info.taxel_rate_hz, 1.5, dataset.warnings);
   return {};
@@ -236,8 +233,8 @@ Status settle_rate(Dataset& dataset, double stated_hz) {
 
 void warn_of_slow_rate(double rate_hz, double usual_hz, std::vector<Warning>& warnings) {
   if (rate_hz <= 0 || rate_hz >= usual_hz) return;
-  warnings.push_back({"slow_rate", "the times tell a rate of " + general(rate_hz) +
-                                       " Hz: are they milliseconds? t_s is in seconds"});
+  warnings.push_back({"slow_rate", "the times give a low rate of " + general(rate_hz) +
+                                       " Hz: check that t_s is in seconds"});
 }
 
 Dataset imported_set(std::string name, std::string source, BenchKind kind) {
@@ -253,7 +250,7 @@ Status append(Dataset& dataset, classifier::Trial trial, TrialRecord record) {
   if (!dataset.trials.empty() && dataset.trials.front().taxels != trial.taxels)
     return fail({.code = Errc::parse,
                  .where = trial.file,
-                 .what = "another number of channels than " + dataset.trials.front().file,
+                 .what = "number of channels differs from " + dataset.trials.front().file,
                  .expected = std::to_string(dataset.trials.front().taxels),
                  .got = std::to_string(trial.taxels)});
   record.spec.index = static_cast<std::uint32_t>(dataset.trials.size());
@@ -281,7 +278,7 @@ Result<Manifest> read_manifest(const std::filesystem::path& path, ManifestKind k
     out.entries.push_back(std::move(*entry));
   }
   if (!more) return pass(std::move(more).error());
-  if (out.entries.empty()) return manifest->complaint("a header but no trials");
+  if (out.entries.empty()) return manifest->complaint("no trials after the header");
   out.bench = bench.value_or(BenchKind::unknown);
   return out;
 }

@@ -69,19 +69,19 @@ Status read_plain_map(const std::string& name, GreyMapTokens& words, std::size_t
     if (!number || *number > most)
       return fail({.code = Errc::parse,
                    .where = name,
-                   .what = "a taxel is missing or too large",
+                   .what = "taxel value missing or too large",
                    .expected = "0 to " + std::to_string(most)});
     value = static_cast<double>(*number);
   }
   if (!words.is_ended())
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "nothing ends the last taxel: the file may be cut short",
-                 .expected = "a line break at the end"});
+                 .what = "no line break at the end, the file may be truncated",
+                 .hint = "Add a line break if the file is complete"});
   if (!words.is_at_end())
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "more taxels than the header says",
+                 .what = "more taxels than in the header",
                  .expected = std::to_string(out.rows()) + " x " + std::to_string(out.cols())});
   return {};
 }
@@ -92,7 +92,7 @@ Status read_binary_map(const std::string& name, std::string_view bytes, std::siz
   if (bytes.size() != width * out.data().size())
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the image has another number of bytes",
+                 .what = "wrong number of bytes in the image",
                  .expected = std::to_string(width * out.data().size()),
                  .got = std::to_string(bytes.size())});
   for (std::size_t i = 0; i < out.data().size(); ++i) {
@@ -101,7 +101,7 @@ Status read_binary_map(const std::string& name, std::string_view bytes, std::siz
     if (value > most)
       return fail({.code = Errc::parse,
                    .where = name,
-                   .what = "a taxel is larger than the file's largest value",
+                   .what = "taxel value larger than the maximum in the header",
                    .expected = "0 to " + std::to_string(most)});
     out.data()[i] = static_cast<double>(value);
   }
@@ -141,14 +141,14 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
   if (type && type->starts_with('['))
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "values of this type are not read",
-                 .expected = "one number a taxel",
+                 .what = "unsupported type of values",
+                 .expected = "one number per taxel",
                  .got = "several fields",
-                 .hint = "Save one field alone: numpy.save(file, array['name'])"});
+                 .hint = "Save a single field: numpy.save(file, array['name'])"});
   if (!type || !order || !shape || !type->starts_with('\''))
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the header is not an array's",
+                 .what = "invalid NumPy header",
                  .expected = "descr, fortran_order and shape",
                  .got = std::string(text.substr(0, 80))});
   ArrayHeader out;
@@ -156,7 +156,7 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
   if (end == std::string_view::npos)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the type has no end",
+                 .what = "type in the NumPy header has no closing quote",
                  .expected = "'<u2'",
                  .got = std::string(type->substr(0, 80))});
   out.type = type->substr(1, end - 1);
@@ -169,13 +169,13 @@ Result<ArrayHeader> read_array_header(const std::string& name, std::string_view 
   if (!rows || !cols || sizes.find_first_not_of(" ,") != std::string_view::npos)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "an imprint has two dimensions",
+                 .what = "array not two-dimensional",
                  .expected = "shape (rows, columns)",
                  .got = got});
   if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "no imprint has this size",
+                 .what = "imprint size out of range",
                  .expected = "1 to 16777216 taxels",
                  .got = got});
   out.rows = *rows;
@@ -237,7 +237,7 @@ Result<std::vector<double>> read_values(const std::string& name, const ArrayHead
       std::string_view("<>|=").find(header.type.front()) == std::string_view::npos)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "values of this type are not read",
+                 .what = "unsupported type of values",
                  .expected = "b1, u1, i1, u2, i2, f2, u4, i4, f4, u8, i8 or f8 with its byte order",
                  .got = header.type.substr(0, 80),
                  .hint = "Save it with .astype('f4') or .astype('f8')"});
@@ -245,7 +245,7 @@ Result<std::vector<double>> read_values(const std::string& name, const ArrayHead
   if (bytes.size() != out.size() * type->width)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the array has another number of bytes",
+                 .what = "wrong number of bytes in the array",
                  .expected = std::to_string(out.size() * type->width),
                  .got = std::to_string(bytes.size())});
   type->read(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), header.type.front() == '>',
@@ -256,8 +256,8 @@ Result<std::vector<double>> read_values(const std::string& name, const ArrayHead
   if (kind.back() == '8' && kind.front() != 'f' && far != out.end())
     return fail({.code = Errc::range,
                  .where = name,
-                 .what = "a whole number that no double holds exactly",
-                 .expected = "less than 2^53 of either sign",
+                 .what = "whole number too large for a double",
+                 .expected = "magnitude below 2^53",
                  .hint = "Save it with .astype('f8') if its last digits do not matter"});
   return out;
 }
@@ -286,7 +286,7 @@ Result<Image> read_image(const std::filesystem::path& path) {
   if (kind != ".csv" && kind != ".txt" && kind != ".pgm" && kind != ".npy")
     return fail(with_file_kind({.code = Errc::unsupported,
                                 .where = name,
-                                .what = "imprints are not read from such files",
+                                .what = "unsupported file type for imprints",
                                 .expected = ".csv, .txt, .pgm or .npy",
                                 .got = kind},
                                path));
@@ -322,13 +322,13 @@ Result<Image> parse_image_csv(const std::string& name, std::string_view text) {
   if (values.empty())
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the file holds no imprint",
+                 .what = "file contains no imprint",
                  .expected = "rows of numbers"});
   if (padding.behind && !padding.before && text.find(',') != text.npos)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "numbers behind commas begin with 0: the commas may be decimal marks",
-                 .hint = "Export it again with points as decimal marks"});
+                 .what = "numbers after commas begin with 0, the commas may be decimal marks",
+                 .hint = "Export the file again with points as decimal marks"});
   Image out(values.size() / csv->fields().size(), csv->fields().size());
   std::ranges::copy(values, out.data().begin());
   return out;
@@ -339,21 +339,21 @@ Result<Image> parse_image_pgm(const std::string& name, std::string_view text) {
   if (!plain && !binary)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "no grey map",
+                 .what = "not a grey map (PGM)",
                  .expected = "a file that begins with P2 or P5"});
   GreyMapTokens words(text);
   const auto cols = words.number(), rows = words.number(), most = words.number();
   if (!cols || !rows || !most || *most < 1 || *most > largest_map_value)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the header is not one of a grey map",
+                 .what = "invalid header of a grey map",
                  .expected = "width, height and a largest value of 1 to 65535"});
   if (*rows == 0 || *cols == 0 || *rows > classifier::imprint::most_taxels / *cols ||
       *rows * *cols > text.size())
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "the image cannot have this size",
-                 .expected = "as many taxels as the file has bytes"});
+                 .what = "image size out of range",
+                 .expected = "at most one taxel per byte of the file"});
   Image out(*rows, *cols);
   auto done = plain ? read_plain_map(name, words, *most, out)
                     : read_binary_map(name, words.rest(), *most, out);
@@ -365,23 +365,20 @@ Result<Image> parse_image_npy(const std::string& name, std::string_view text) {
   if (!text.starts_with("\x93NUMPY") || text.size() < 10)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "no NumPy array",
+                 .what = "not a NumPy array",
                  .expected = "a file that begins with \\x93NUMPY",
                  .got = std::string(file_kind(text).name)});
   const std::size_t wide = text[6] == 1 ? 2 : 4, start = 8 + wide;
   if (text[6] < 1 || text[6] > 3 || text.size() < start)
     return fail({.code = Errc::parse,
                  .where = name,
-                 .what = "an array file of another version",
+                 .what = "unsupported version of a NumPy file",
                  .expected = "1, 2 or 3"});
   std::size_t length = 0;
   for (std::size_t i = 0; i < wide; ++i)
     length |= static_cast<std::size_t>(static_cast<unsigned char>(text[8 + i])) << (8 * i);
   if (length > text.size() - start)
-    return fail({.code = Errc::parse,
-                 .where = name,
-                 .what = "the header is cut short",
-                 .expected = "its length"});
+    return fail({.code = Errc::parse, .where = name, .what = "NumPy header truncated"});
   const auto header = read_array_header(name, text.substr(start, length));
   if (!header) return pass(header.error());
   const std::string_view body = text.substr(start + length);

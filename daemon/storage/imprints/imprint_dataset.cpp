@@ -43,10 +43,10 @@ Status check_size(const classifier::Trial& first, std::size_t rows, std::size_t 
   if (first.samples() == rows && first.taxels == cols) return {};
   return fail({.code = Errc::invalid_argument,
                .where = file,
-               .what = "imprints of different sizes",
+               .what = "imprints differ in size",
                .expected = format_size(first.samples(), first.taxels) + " as in " + first.file,
                .got = format_size(rows, cols),
-               .hint = "Make a data set of the imprints of each array"});
+               .hint = "Make one data set for each array"});
 }
 
 /// A whole number as a device reports it; nothing for other text.
@@ -80,9 +80,9 @@ Result<std::map<std::string, std::string>> classes_on_record(const DatasetInfo& 
   if (!limits) return pass(limits.error());
   const recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits);
   if (!report.plan)
-    return fail({.code = Errc::corrupt,
-                 .what = "the recipe on record cannot be read: " +
-                         recipes::to_string(report.problems.front())});
+    return fail(
+        {.code = Errc::corrupt,
+         .what = "recorded recipe not readable: " + recipes::to_string(report.problems.front())});
   for (std::size_t i = 0; i < report.plan->class_of.size(); ++i)
     out[report.plan->fabrics[i]] = report.plan->class_of[i];
   return out;
@@ -96,7 +96,7 @@ Result<Image> make_image(const classifier::Trial& trial, const TaxelGrid& grid) 
                  .what = "no scan in phase P",
                  .expected = "at least one",
                  .got = "none",
-                 .hint = "Hold phase P for longer than the array's period"});
+                 .hint = "Make phase P longer than the scan period of the array"});
   const auto at = static_cast<std::size_t>(trial.phase.rend() - last - 1);
   Image image(grid.rows, grid.cols);
   const auto first = trial.counts.begin() + static_cast<std::ptrdiff_t>(at * trial.taxels);
@@ -169,28 +169,28 @@ Result<TableColumns> find_table_columns(CsvTable& csv, std::size_t width) {
     if (!label) return pass(label.error());
     for (const char* name : {"label", "group"})
       if (std::ranges::count(header, name) > 1)
-        return csv.complaint("two columns of the same name", {}, name);
+        return csv.complaint("column name repeated", {}, name);
     out.label = *label;
     out.group = csv.find_column("group").value_or(*label == 0 ? 1 : 0);
     const bool is_whole = header.size() == width;
     if (!is_whole && (header.size() > width || out.label + out.group != 1))
-      return csv.complaint("the heading has another number of names than an imprint's line",
-                           std::to_string(width), std::to_string(header.size()),
-                           "Name every column, or label and group alone, which are first then");
+      return csv.complaint("wrong number of names in the header", std::to_string(width),
+                           std::to_string(header.size()),
+                           "Name every column, or only label and group as the first two");
   }
   for (std::size_t i = 0; i < width; ++i)
     if (i != out.label && i != out.group) out.values.push_back(i);
   if (header.size() == width && is_out_of_order(header, out.values))
-    return csv.complaint("the columns of the values are out of order", "numbers that count up", {},
-                         "Sort them by number, not as text");
+    return csv.complaint("value columns out of order", "ascending numbers", {},
+                         "Sort the columns by number, not as text");
   return out;
 }
 
 Status import_table_line(CsvTable& csv, const TableColumns& columns, std::size_t rows,
                          std::size_t cols, Dataset& dataset) {
   const std::string &label = csv.fields()[columns.label], &group = csv.fields()[columns.group];
-  if (is_invisible(label)) return csv.complaint("the label is empty");
-  if (!is_utf8(label) || !is_utf8(group)) return csv.complaint("a name is not UTF-8", "UTF-8 text");
+  if (is_invisible(label)) return csv.complaint("label empty");
+  if (!is_utf8(label) || !is_utf8(group)) return csv.complaint("name not UTF-8", "UTF-8 text");
   std::vector<double> values;
   if (auto done = csv.append_numbers(columns.values, values); !done) return done;
   Image image(rows, cols);
@@ -223,15 +223,15 @@ Status check_first_row(const std::string& table, Dataset& dataset) {
   const double begin = first.counts.front();
   const bool is_counted_on = first.label == general(begin - 2) && first.group == general(begin - 1);
   if (begin != 0 && !is_counted_on) {
-    dataset.warnings.push_back({"numbered_row", table + ": the values of the first row count up: "
-                                                        "where it is a heading, leave it out"});
+    dataset.warnings.push_back({"numbered_row", table + ": the values of the first row count up; "
+                                                        "remove the row if it is a header"});
     return {};
   }
   return fail({.code = Errc::parse,
                .where = table,
-               .what = "the first row may be a heading: its values count up",
+               .what = "first row counts up and may be a header",
                .got = first.label + ", " + first.group + ", ...",
-               .hint = "Leave it out, or call its first two columns label and group"});
+               .hint = "Remove the row, or name its first two columns label and group"});
 }
 
 bool is_heading(std::span<const double> values) {
@@ -245,15 +245,15 @@ void warn_of_odd_table(const Image& image, const std::string& file,
   std::vector<double> column;
   for (std::size_t r = 0; r < image.rows(); ++r) column.push_back(image(r, 0));
   if (image.rows() > 1 && is_heading(image.row(0)))
-    warnings.push_back({"numbered_row", file + ": the first row counts up: where it is a heading, "
-                                               "leave it out"});
+    warnings.push_back({"numbered_row", file + ": the first row counts up; remove it if it "
+                                               "is a header"});
   if (image.cols() > 1 && is_heading(column))
-    warnings.push_back({"numbered_column", file + ": the first column counts up: where it has the "
-                                                  "numbers of rows, leave it out"});
+    warnings.push_back({"numbered_column", file + ": the first column counts up; remove it if it "
+                                                  "has row numbers"});
   const auto is_whole = [](double v) { return v >= 0 && v == std::floor(v); };
   if (image.cols() == 2 && is_csv_name(file) && std::ranges::all_of(image.data(), is_whole))
-    warnings.push_back({"two_columns", file + ": rows of two whole numbers: where the commas are "
-                                              "decimal marks, write points"});
+    warnings.push_back({"two_columns", file + ": all rows have two whole numbers; if the commas "
+                                              "are decimal marks, use points"});
 }
 
 }  // namespace
@@ -286,10 +286,10 @@ Status append_imprint(Dataset& dataset, const Image& image, std::string file, st
 Result<std::vector<Imprint>> extract_imprints(const Dataset& dataset) {
   if (!holds_imprints(dataset))
     return fail({.code = Errc::invalid_argument,
-                 .what = "the data set does not hold imprints alone",
+                 .what = "data set contains other trials than imprints",
                  .expected = "trials of exploration imprint",
                  .got = dataset.info.source,
-                 .hint = "weft dataset import --help"});
+                 .hint = "See `weft dataset import --help`"});
   if (const auto grid = grid_of_scans(dataset)) return imprints_of_scans(dataset, *grid);
   // Objects may be numbered within their class; then a group's name alone does not identify an
   // object.
@@ -319,8 +319,9 @@ Result<TaxelGrid> find_grid(const Dataset& dataset, std::span<const Imprint> imp
   if (imprints.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.info.source,
-                 .what = "no imprint",
-                 .expected = "one or more"});
+                 .what = "too few imprints",
+                 .expected = "at least 1",
+                 .got = "0"});
   TaxelGrid out = grid_of_scans(dataset).value_or(
       TaxelGrid{imprints.front().image.rows(), imprints.front().image.cols()});
   read_scene(dataset.info.rig_json, out);
@@ -355,7 +356,7 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
   if (rows == 0 || cols == 0 || rows > classifier::imprint::most_taxels / cols)
     return fail({.code = Errc::range,
                  .where = "--shape",
-                 .what = "no imprint has this size",
+                 .what = "imprint size out of range",
                  .expected = "28x50",
                  .got = std::to_string(rows) + "x" + std::to_string(cols)});
   const std::size_t width = 2 + rows * cols;
@@ -377,7 +378,8 @@ Result<Dataset> import_imprint_table(const std::filesystem::path& table, std::si
       return pass(done.error());
   if (!more) return pass(more.error());
   if (out.trials.empty())
-    return fail({.code = Errc::parse, .where = table.string(), .what = "no imprint in the table"});
+    return fail(
+        {.code = Errc::parse, .where = table.string(), .what = "table contains no imprint"});
   if (auto ok = check_first_row(table.string(), out); !ok) return pass(ok.error());
   if (auto ok = check(out); !ok) return pass(ok.error(), table.string());
   for (Warning& one : csv->warnings()) out.warnings.push_back(std::move(one));

@@ -43,21 +43,21 @@ struct Descriptor {
 tl::unexpected<Error> cannot(const std::filesystem::path& folder, const char* what) {
   return fail({.code = Errc::unsupported,
                .where = folder.string(),
-               .what = std::string("the file system cannot ") + what,
-               .expected = "a file system that locks, syncs and maps files, as a local disk does",
+               .what = std::string("file system cannot ") + what,
+               .expected = "a local disk (file locks, fsync, mmap)",
                .got = system_error().message(),
-               .hint = "Record into a folder on a local disk, and copy the campaign afterwards"});
+               .hint = "Record into a folder on a local disk and copy the campaign afterwards"});
 }
 
 /// The campaign file needs range locks and shared memory (for SQLite's write-ahead log).
 Status check_shared_file(const std::filesystem::path& folder, int file) {
   constexpr off_t bytes = 4096;
-  if (::ftruncate(file, bytes) != 0) return cannot(folder, "make a file longer");
+  if (::ftruncate(file, bytes) != 0) return cannot(folder, "extend a file");
   struct flock range {};
   range.l_type = F_WRLCK;
   range.l_whence = SEEK_SET;
   range.l_len = 1;
-  if (::fcntl(file, F_SETLK, &range) != 0) return cannot(folder, "lock a part of a file");
+  if (::fcntl(file, F_SETLK, &range) != 0) return cannot(folder, "lock part of a file");
   void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
   if (memory == MAP_FAILED) return cannot(folder, "share a file between programs (mmap)");
   ::munmap(memory, bytes);
@@ -70,7 +70,7 @@ Status check_shared_file(const std::filesystem::path& folder, int file) {
 Status check_file_system(const std::filesystem::path& folder) {
   std::string name = (folder / ".weft-try-XXXXXX").string();
   const Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
-  if (file.number < 0) return cannot(folder, "make a file");
+  if (file.number < 0) return cannot(folder, "create a file");
   Status done = check_shared_file(folder, file.number);
   ::unlink(name.c_str());
   if (!done) return done;
@@ -85,14 +85,14 @@ Status check_file_system(const std::filesystem::path& folder) {
 // left behind.
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return io_error(folder, "cannot open the folder", system_error());
+  if (descriptor < 0) return io_error(folder, "folder cannot be opened", system_error());
   FolderLock lock(descriptor);
   if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
   if (errno != EWOULDBLOCK) return cannot(folder, "lock a folder");
   return fail({.code = Errc::busy,
                .where = folder,
-               .what = "another run works in this folder",
-               .hint = "Wait for its end, or choose another folder"});
+               .what = "folder in use by another run",
+               .hint = "Wait until that run has ended, or choose another folder"});
 }
 
 FolderLock::FolderLock(FolderLock&& other) noexcept
@@ -105,9 +105,9 @@ FolderLock::~FolderLock() {
 Result<FolderLock> prepare_folder(const std::filesystem::path& folder, std::uint64_t bytes) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return io_error(folder, "cannot make the folder", error);
+  if (error) return io_error(folder, "folder not created", error);
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return io_error(folder, "the folder cannot be written to", system_error(),
+    return io_error(folder, "folder not writable", system_error(),
                     "Choose another folder or change its permissions");
   auto lock = FolderLock::take(folder);
   if (!lock) return lock;
@@ -138,7 +138,7 @@ Result<std::filesystem::path> set_aside(const std::filesystem::path& campaign) {
   }
   std::error_code error;
   std::filesystem::rename(campaign, campaign.parent_path() / name, error);
-  if (error) return io_error(campaign, "cannot rename", error);
+  if (error) return io_error(campaign, "file not renamed", error);
   return name;
 }
 
@@ -165,12 +165,12 @@ std::uint64_t forecast_bytes(const RecordingForecast& forecast) {
 Status check_space(const std::filesystem::path& folder, std::uint64_t needed_bytes) {
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
-  if (error) return io_error(folder, "cannot tell the free space", error);
+  if (error) return io_error(folder, "free space unknown", error);
   if (space.available < needed_bytes)
     return fail({.code = Errc::no_space,
                  .where = folder,
                  .what = "not enough free space",
-                 .expected = std::to_string(needed_bytes) + " bytes",
+                 .expected = "at least " + std::to_string(needed_bytes) + " bytes",
                  .got = std::to_string(space.available) + " bytes",
                  .hint = "Free some space or choose another folder"});
   return {};

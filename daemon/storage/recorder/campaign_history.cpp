@@ -16,11 +16,10 @@ bool disturbs(const JournalEntry& entry) {
 }
 
 tl::unexpected<Error> history_mismatch(std::uint32_t index, std::string_view what) {
-  return fail(
-      {.code = Errc::wrong_state,
-       .where = "trial " + std::to_string(index + 1) + ", " + std::string(what),
-       .what = "the simulated bench, played again from its seed, does not do what was recorded",
-       .hint = "Go on with the version of Weft that recorded it, or begin a new campaign"});
+  return fail({.code = Errc::wrong_state,
+               .where = "trial " + std::to_string(index + 1) + ", " + std::string(what),
+               .what = "replay differs from the recording",
+               .hint = "Resume with the Weft version that recorded it, or start a new campaign"});
 }
 
 }  // namespace

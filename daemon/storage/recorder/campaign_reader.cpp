@@ -20,15 +20,14 @@ namespace {
 Result<std::int64_t> read_integer(sqlite::Database& database, const char* sql) {
   const auto found = database.integer(sql);
   if (!found) return pass(found.error());
-  if (!*found)
-    return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
+  if (!*found) return fail({.code = Errc::corrupt, .what = "header row of the campaign missing"});
   return **found;
 }
 
 Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
-    return fail({.code = Errc::not_found, .where = path, .what = "no such campaign file"});
+    return fail({.code = Errc::not_found, .where = path, .what = "campaign file not found"});
   auto database = sqlite::Database::open(path, sqlite::Mode::read_only);
   if (!database) return database;
   const auto identity = read_integer(*database, "PRAGMA application_id");
@@ -40,7 +39,7 @@ Result<sqlite::Database> open_campaign(const std::filesystem::path& path) {
   if (*version != campaign_schema_version)
     return fail({.code = Errc::unsupported,
                  .where = path,
-                 .what = "a campaign file of another layout",
+                 .what = "unsupported campaign file version",
                  .expected = std::to_string(campaign_schema_version),
                  .got = std::to_string(*version)});
   return database;
@@ -64,7 +63,7 @@ Status read_block_streams(sqlite::Database& database, DatasetInfo& info) {
                          if (readings < 1 || readings > most_block_values || !(row.real(1) > 0))
                            return fail({.code = Errc::corrupt,
                                         .where = "block_stream",
-                                        .what = "a stream of impossible blocks"});
+                                        .what = "block format out of range"});
                          const bool sound =
                              row.integer(0) == static_cast<std::int64_t>(Stream::sound);
                          (sound ? info.sound : info.acceleration) = {
@@ -87,7 +86,7 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   if (!query) return pass(std::move(query).error());
   auto row = query->step();
   if (!row) return pass(std::move(row).error());
-  if (!*row) return fail({.code = Errc::corrupt, .what = "the campaign file lacks its header row"});
+  if (!*row) return fail({.code = Errc::corrupt, .what = "header row of the campaign missing"});
   const auto kind = bench_kind_from(query->text(0));
   if (!kind)
     return fail({.code = Errc::corrupt,
@@ -98,7 +97,7 @@ Result<std::size_t> read_header(sqlite::Database& database, DatasetInfo& info) {
   if (taxels < 0 || taxels > most_taxels)
     return fail({.code = Errc::corrupt,
                  .where = "campaign",
-                 .what = "impossible number of taxels",
+                 .what = "number of taxels out of range",
                  .got = std::to_string(taxels)});
   info.kind = *kind;
   info.name = query->text(1);
@@ -234,13 +233,11 @@ class ChunkReader {
         .each([&](const sqlite::Statement& row) -> Status {
           const std::int64_t stream = row.integer(0);
           if (stream < 0 || stream >= std::int64_t{stream_count})
-            return fail({.code = Errc::corrupt, .what = "a chunk of an unknown stream"});
+            return fail({.code = Errc::corrupt, .what = "chunk of an unknown stream"});
           const std::string where =
               std::string(to_string(static_cast<Stream>(stream))) + " chunk " + row.text(1);
           if (row.integer(1) != expected_number[static_cast<std::size_t>(stream)]++)
-            return fail({.code = Errc::corrupt,
-                         .where = where,
-                         .what = "a chunk before this one is missing"});
+            return fail({.code = Errc::corrupt, .where = where, .what = "previous chunk missing"});
           auto done = decode(static_cast<Stream>(stream), trial, record);
           if (!done) return pass(std::move(done).error(), where);
           return {};
@@ -257,17 +254,16 @@ class ChunkReader {
     const ByteView data = query_.blob(5);
     const std::size_t width = widths_[static_cast<std::size_t>(stream)];
     if (width == 0 && stream != Stream::stages && stream != Stream::taxel)
-      return fail(
-          {.code = Errc::corrupt, .what = "a chunk of a stream that the file does not describe"});
+      return fail({.code = Errc::corrupt, .what = "chunk of a stream without description"});
     const std::size_t row = row_bytes(stream, width);
     if (data.empty() || data.size() % row != 0 ||
         std::cmp_not_equal(data.size() / row, query_.integer(2)))
       return fail({.code = Errc::corrupt,
-                   .what = "cut short",
+                   .what = "chunk truncated",
                    .expected = query_.text(2) + " rows of " + std::to_string(row) + " bytes",
                    .got = std::to_string(data.size()) + " bytes"});
     if (crc32(data) != query_.integer(4))
-      return fail({.code = Errc::corrupt, .what = "altered: its CRC-32 disagrees"});
+      return fail({.code = Errc::corrupt, .what = "chunk altered, CRC-32 differs"});
     const auto lost = static_cast<std::uint32_t>(query_.integer(3));
     switch (stream) {
       case Stream::wrench:
@@ -287,7 +283,7 @@ class ChunkReader {
     }
     record.lost_samples += lost;
     if (!decode_taxels(data, trial, record))
-      return fail({.code = Errc::corrupt, .what = "an unknown phase"});
+      return fail({.code = Errc::corrupt, .what = "unknown phase"});
     return {};
   }
 
@@ -339,7 +335,7 @@ Status read_trials(sqlite::Database& database, const WantedTrials& options, std:
     if (spec.factors.size() != dataset.info.factors.size())
       return fail({.code = Errc::corrupt,
                    .where = trial_name(spec),
-                   .what = "a trial without its values of the sweep's factors",
+                   .what = "wrong number of factor values",
                    .expected = std::to_string(dataset.info.factors.size()),
                    .got = std::to_string(spec.factors.size())});
     if (record->outcome == TrialOutcome::ended_early) ++ended_early[{spec.label, spec.exploration}];
@@ -379,7 +375,7 @@ Result<Dataset> load_trials(const std::filesystem::path& path, const WantedTrial
   if (*discarded && !wanted.all_outcomes)
     return fail({.code = Errc::wrong_state,
                  .where = path,
-                 .what = "the campaign was discarded: no data set is made of it"});
+                 .what = "campaign discarded, it has no data set"});
   Dataset dataset;
   auto taxels = read_header(*database, dataset.info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());

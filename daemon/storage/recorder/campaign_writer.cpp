@@ -183,8 +183,9 @@ void CampaignWriter::wait_for_locks(std::function<void(std::string)> on_wait) {
                        on_wait = std::move(on_wait)](std::chrono::milliseconds waited) {
     const std::string holders = file_holders({file, file + "-wal", file + "-shm"});
     on_wait(file + " has been locked for " + std::to_string(waited.count() / 1000) + " s by " +
-            (holders.empty() ? "another program" : holders) + "; the recording waits up to " +
-            std::to_string(lock_patience.count() / 1000) + " s, then the run ends: close it there");
+            (holders.empty() ? "another program" : holders) + "; the run ends after " +
+            std::to_string(lock_patience.count() / 1000) +
+            " s of waiting. Close the file in that program");
   };
   database_.wait_for_others(lock_patience, report);
 }
@@ -313,10 +314,8 @@ Status CampaignWriter::one_piece() {
   return fail(
       {.code = Errc::wrong_state,
        .where = "the end of the campaign",
-       .what = "somebody has been reading the campaign file without a pause",
-       .hint =
-           "All of it is recorded. End that program, then go on with the campaign: what is left "
-           "is its end"});
+       .what = "campaign file constantly read by another program",
+       .hint = "End that program, then resume the campaign to finish it; all trials are recorded"});
 }
 
 }  // namespace weft::daemon

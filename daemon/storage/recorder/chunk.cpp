@@ -42,12 +42,12 @@ Status put_quanta(RowWriter& out, std::span<const double> values, double per_uni
   for (const double value : values) {
     const double quanta = value * per_unit;
     if (!(std::abs(quanta) < limit + 0.5))
-      return fail({.code = Errc::range,
-                   .what = std::string(what) + " cannot be recorded",
-                   .expected = "at most " + std::to_string(limit / per_unit),
-                   .got = std::to_string(value),
-                   .hint = "No bench has such a value: look at the device's status and cable, and "
-                           "at its scale in the rig file"});
+      return fail(
+          {.code = Errc::range,
+           .what = std::string(what) + " out of range",
+           .expected = "at most " + std::to_string(limit / per_unit),
+           .got = std::to_string(value),
+           .hint = "Check the status and cable of the device, and its scale in the rig file"});
     out.put(nearest(quanta));
   }
   return {};
@@ -95,8 +95,8 @@ void encode_taxel(std::span<std::uint8_t> row, TimePoint host, const TaxelSample
 Status encode_wrench(std::span<std::uint8_t> row, TimePoint host, const WrenchSample& sample) {
   RowWriter out(row);
   out.put(ns_of(host)).put(sample.status).put(static_cast<std::uint8_t>(sample.valid ? 1 : 0));
-  Status done = put_quanta(out, sample.force_n, force_quanta_per_n, "a force [N]");
-  return done ? put_quanta(out, sample.torque_nm, torque_quanta_per_nm, "a torque [N m]") : done;
+  Status done = put_quanta(out, sample.force_n, force_quanta_per_n, "force [N]");
+  return done ? put_quanta(out, sample.torque_nm, torque_quanta_per_nm, "torque [N m]") : done;
 }
 
 Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<const double> positions,
@@ -104,8 +104,8 @@ Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<cons
   RowWriter out(row);
   out.put(ns_of(host));
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Status done = put_quanta(out, positions.subspan(i, 1), axes[i].quanta_per_unit(),
-                                   "a position [m or rad]");
+    const Status done =
+        put_quanta(out, positions.subspan(i, 1), axes[i].quanta_per_unit(), "position [m or rad]");
     if (!done) return pass(done.error(), axes[i].name);
   }
   return {};
@@ -114,7 +114,7 @@ Status encode_stages(std::span<std::uint8_t> row, TimePoint host, std::span<cons
 Status encode_block(std::span<std::uint8_t> row, TimePoint host, const BlockRow& block) {
   RowWriter out(row);
   out.put(ns_of(host)).put(block.device_us).put(block.clipped);
-  return put_quanta(out, block.values, block.quanta_per_unit, "a vibration [m/s2 or Pa]");
+  return put_quanta(out, block.values, block.quanta_per_unit, "vibration [m/s2 or Pa]");
 }
 
 bool decode_taxels(ByteView rows, classifier::Trial& trial, TrialRecord& record) {

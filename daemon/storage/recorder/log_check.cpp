@@ -157,16 +157,16 @@ bool has_page_of(const fs::path& database, const LogFrame& frame) {
 }
 
 std::string format_damage(const LogDamage& damage) {
-  if (damage.at == 0) return "damaged: nothing of the log can be read";
-  return "damaged: " + std::to_string(damage.transactions_lost) +
+  if (damage.at == 0) return "log damaged, no transaction readable";
+  return "log damaged, " + std::to_string(damage.transactions_lost) +
          (damage.transactions_lost == 1 ? " transaction" : " transactions") +
-         " behind it cannot be read";
+         " from here on not readable";
 }
 
 std::string hint_of(const LogState& log) {
-  if (log.transactions == 0) return "Put back a copy of it; nothing was changed";
-  return "Put back a copy of it; or, to go on with what lies before, keep a copy of the folder "
-         "and fold the log in: sqlite3 campaign.sqlite 'PRAGMA wal_checkpoint(TRUNCATE)'";
+  if (log.transactions == 0) return "Restore the log from a copy; nothing was changed";
+  return "Restore the log from a copy, or copy the folder and apply the readable part: "
+         "sqlite3 campaign.sqlite 'PRAGMA wal_checkpoint(TRUNCATE)'";
 }
 
 }  // namespace
@@ -192,7 +192,7 @@ Result<LogState> read_log(const fs::path& database) {
   state.bytes = bytes;
   if (bytes <= header_bytes) return state;  // killed before the first frame
   if (!in.read(reinterpret_cast<char*>(begin.data()), static_cast<std::streamsize>(begin.size())))
-    return fail({.code = Errc::io, .where = file, .what = "cannot read the write-ahead log"});
+    return fail({.code = Errc::io, .where = file, .what = "write-ahead log not readable"});
   if (const auto header = header_from(begin)) {
     state = walk(in, *header).state;
   } else {
@@ -237,13 +237,10 @@ Status check_wal(const std::filesystem::path& campaign) {
                  .hint = hint_of(*log)});
   const auto expected = expects_log(campaign);  // other read errors are reported elsewhere
   if (!expected || !*expected || log->bytes > 0) return {};
-  return fail(
-      {.code = Errc::corrupt,
-       .where = where,
-       .what =
-           "the log is missing, and with it all that was recorded since it was last folded into "
-           "the file",
-       .hint = "Put it back: until a campaign has ended, both files are it"});
+  return fail({.code = Errc::corrupt,
+               .where = where,
+               .what = "log missing, with all data recorded since its last checkpoint",
+               .hint = "Restore the log; an unfinished campaign needs both files"});
 }
 
 }  // namespace weft::daemon

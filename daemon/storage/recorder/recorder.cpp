@@ -107,12 +107,10 @@ struct Recorder::Impl {
 
 Status Recorder::Impl::ready(bool in_trial) {
   if (failure) return tl::unexpected<Error>(*failure);
-  if (finished)
-    return fail({.code = Errc::wrong_state, .what = "the campaign file has been finished"});
+  if (finished) return fail({.code = Errc::wrong_state, .what = "campaign file already finished"});
   if (trial_open != in_trial)
     return fail({.code = Errc::wrong_state,
-                 .what = in_trial ? "no trial is open to record into"
-                                  : "the last trial has not been ended"});
+                 .what = in_trial ? "no open trial" : "previous trial not ended"});
   return {};
 }
 
@@ -206,7 +204,7 @@ Status Recorder::Impl::add(Stream stream, const Stamp& stamp, Encode encode) {
 
 Status Recorder::Impl::begin_blocks(const BlockKind& kind, std::size_t values, double rate_hz) {
   if (values == 0 || values > most_block_values || values % kind.axes != 0 || !(rate_hz > 0))
-    return unlike(kind.stream, "a block that cannot be", "whole readings at a rate",
+    return unlike(kind.stream, "invalid block", "whole readings at a positive rate",
                   format_blocks(values, rate_hz));
   const BlockStreamRecord record{static_cast<std::int64_t>(kind.stream),
                                  {rate_hz, static_cast<std::uint32_t>(values / kind.axes)},
@@ -229,7 +227,8 @@ Status Recorder::Impl::block(const Stamp& stamp, const BlockKind& kind, const Bl
     if (auto begun = begin_blocks(kind, row.values.size(), rate_hz); !begun) return begun;
   return add(kind.stream, stamp, [&](ChunkBuffer& chunk) -> Status {
     if (row.values.size() != chunk.width() || rate_hz != known_hz)
-      return unlike(kind.stream, "a block unlike the first", format_blocks(chunk.width(), known_hz),
+      return unlike(kind.stream, "block differs from the first",
+                    format_blocks(chunk.width(), known_hz),
                     format_blocks(row.values.size(), rate_hz));
     auto done = encode_block(chunk.slot(), stamp.host, row);
     return done ? done : pass(std::move(done).error(), stamp.device);
@@ -246,8 +245,8 @@ Status Recorder::refuse_existing(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path, ignored)) return {};
   return fail({.code = Errc::wrong_state,
                .where = path,
-               .what = "the campaign file exists already",
-               .hint = "--resume goes on with it; another campaign needs another folder"});
+               .what = "campaign file already exists",
+               .hint = "Resume it with --resume, or choose another folder for a new campaign"});
 }
 
 Result<Recorder> Recorder::create(const std::filesystem::path& path, const CampaignHeader& header) {
@@ -290,8 +289,8 @@ Status Recorder::resume_recording(TimePoint now) {
   if (impl_->verifier && !impl_->verifier->whole())
     return fail({.code = Errc::wrong_state,
                  .where = "resume",
-                 .what = "the run ended before it had come to the trials that are left",
-                 .hint = "Nothing was changed: resume it again"});
+                 .what = "run ended before its remaining trials",
+                 .hint = "Resume it again; nothing was changed"});
   return impl_->resume_recording(now);
 }
 
@@ -331,7 +330,7 @@ Status Recorder::begin_trial(const TrialSpec& spec, TimePoint now) {
 Status Recorder::taxel(const Stamp& stamp, const TaxelSample& sample, Phase phase) {
   return impl_->add(Stream::taxel, stamp, [&](ChunkBuffer& chunk) -> Status {
     if (sample.counts.size() != chunk.width())
-      return unlike(Stream::taxel, "a frame with another number of taxels",
+      return unlike(Stream::taxel, "wrong number of taxels in a frame",
                     std::to_string(chunk.width()), std::to_string(sample.counts.size()));
     encode_taxel(chunk.slot(), stamp.host, sample, phase);
     return {};
@@ -348,7 +347,7 @@ Status Recorder::wrench(const Stamp& stamp, const WrenchSample& sample) {
 Status Recorder::stages(const Stamp& stamp, std::span<const double> positions) {
   return impl_->add(Stream::stages, stamp, [&](ChunkBuffer& chunk) -> Status {
     if (positions.size() != impl_->axes.size())
-      return unlike(Stream::stages, "another number of axes", std::to_string(impl_->axes.size()),
+      return unlike(Stream::stages, "wrong number of axes", std::to_string(impl_->axes.size()),
                     std::to_string(positions.size()));
     return encode_stages(chunk.slot(), stamp.host, positions, impl_->axes);
   });
@@ -382,7 +381,7 @@ Status Recorder::end_trial(TrialOutcome outcome, const TrialQuality& quality, Ti
 
 Status Recorder::journal(TimePoint now, std::string_view kind, std::string_view payload_json) {
   if (!impl_->failure && impl_->finished)
-    return fail({.code = Errc::wrong_state, .what = "the campaign file has been finished"});
+    return fail({.code = Errc::wrong_state, .what = "campaign file already finished"});
   if (impl_->verifier) return {};
   return impl_->write([now, what = std::string(kind), payload = std::string(payload_json)](
                           CampaignWriter& w) { return w.journal(now, what, payload); });

@@ -37,9 +37,8 @@ std::string holders_of(int sqlite_code, const FilePath& file) {
 
 std::string hint_for(Errc code) {
   if (code == Errc::no_space) return "Free some space on the disk";
-  if (code == Errc::busy) return "End that program or close the file there; nothing is damaged";
-  if (code == Errc::io)
-    return "Look at the disk, its quota and the limit of a file's size (ulimit -f)";
+  if (code == Errc::busy) return "Close the file in that program; nothing is damaged";
+  if (code == Errc::io) return "Check the disk, its quota and the file size limit (ulimit -f)";
   return {};
 }
 
@@ -132,14 +131,14 @@ Status Statement::run() {
 Result<bool> Statement::step() {
   sqlite3* database = sqlite3_db_handle(raw_.get());
   if (std::exchange(bind_result_, SQLITE_OK) != SQLITE_OK)
-    return database_error(database, file_, "cannot bind a value");
+    return database_error(database, file_, "SQLite value not bound");
   const int code = sqlite3_step(raw_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) {
     sqlite3_reset(raw_.get());
     return false;
   }
-  auto failure = database_error(database, file_, "the file refused a statement");
+  auto failure = database_error(database, file_, "SQLite statement failed");
   sqlite3_reset(raw_.get());
   return failure;
 }
@@ -177,8 +176,9 @@ Result<Database> Database::open_named(const std::filesystem::path& path, const s
   database.raw_.reset(raw);
   database.file_ = std::make_shared<const std::string>(path.string());
   if (raw == nullptr)
-    return fail({.code = Errc::io, .where = path.string(), .what = "no memory to open the file"});
-  if (code != SQLITE_OK) return database_error(raw, database.file_, "cannot open the file");
+    return fail(
+        {.code = Errc::io, .where = path.string(), .what = "too little memory to open the file"});
+  if (code != SQLITE_OK) return database_error(raw, database.file_, "file cannot be opened");
   return database;
 }
 
@@ -190,8 +190,8 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode) {
   if (is_orphan(path))
     return fail({.code = Errc::corrupt,
                  .where = path.string(),
-                 .what = "the file is missing or empty, but its log is there",
-                 .hint = "Put the file back beside its log; nothing was changed"});
+                 .what = "file missing or empty, but its log exists",
+                 .hint = "Restore the file beside its log; nothing was changed"});
   if (mode == Mode::read_only && lacks_log(path)) return open_untouched(path);
   const int flags = mode == Mode::read_only    ? SQLITE_OPEN_READONLY
                     : mode == Mode::read_write ? SQLITE_OPEN_READWRITE
@@ -241,8 +241,7 @@ Result<Statement> Database::prepare_to_write(std::string_view sql) {
   if (!has_moved()) return prepare(sql);
   return fail({.code = Errc::io,
                .where = file_ ? *file_ : "",
-               .what = "the file was moved or removed while it was open",
-               .expected = "as it was opened"});
+               .what = "file moved or removed while it was open"});
 }
 
 void Database::count_log_pages(int* pages) {
@@ -257,7 +256,7 @@ void Database::count_log_pages(int* pages) {
 
 Status Database::execute(const char* sql) {
   if (sqlite3_exec(raw_.get(), sql, nullptr, nullptr, nullptr) != SQLITE_OK)
-    return database_error(raw_.get(), file_, "the file refused a statement");
+    return database_error(raw_.get(), file_, "SQLite statement failed");
   return {};
 }
 
@@ -265,7 +264,7 @@ Result<Statement> Database::prepare(std::string_view sql) {
   sqlite3_stmt* raw = nullptr;
   if (sqlite3_prepare_v3(raw_.get(), sql.data(), static_cast<int>(sql.size()),
                          SQLITE_PREPARE_PERSISTENT, &raw, nullptr) != SQLITE_OK)
-    return database_error(raw_.get(), file_, "cannot prepare a statement");
+    return database_error(raw_.get(), file_, "SQLite statement not prepared");
   return Statement(raw, file_);
 }
 
@@ -283,14 +282,14 @@ Result<RawFile> RawFile::open(const std::filesystem::path& path) {
   if (!database) return pass(database.error());
   sqlite3_file* file = database->file();
   if (file == nullptr || file->pMethods == nullptr)
-    return fail({.code = Errc::io, .where = path.string(), .what = "cannot read the file"});
+    return fail({.code = Errc::io, .where = path.string(), .what = "file not readable"});
   return RawFile(std::move(*database), file);
 }
 
 Result<std::size_t> RawFile::read(std::uint64_t at, std::span<std::uint8_t> to) const {
   sqlite3_int64 bytes = 0;
   if (file_->pMethods->xFileSize(file_, &bytes) != SQLITE_OK)
-    return fail({.code = Errc::io, .what = "cannot tell the file's size"});
+    return fail({.code = Errc::io, .what = "file size unknown"});
   const auto size = static_cast<std::uint64_t>(bytes);
   const std::size_t there =
       at >= size ? 0 : static_cast<std::size_t>(std::min<std::uint64_t>(to.size(), size - at));
@@ -299,7 +298,7 @@ Result<std::size_t> RawFile::read(std::uint64_t at, std::span<std::uint8_t> to) 
   if (there > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
       file_->pMethods->xRead(file_, to.data(), static_cast<int>(there),
                              static_cast<sqlite3_int64>(at)) != SQLITE_OK)
-    return fail({.code = Errc::io, .what = "the file cannot be read to its end"});
+    return fail({.code = Errc::io, .what = "file not readable to its end"});
   return there;
 }
 

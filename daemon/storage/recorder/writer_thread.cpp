@@ -30,7 +30,7 @@ Status WriterThread::post(Job job) {
   if (failure_) return tl::unexpected<Error>(*failure_);
   handover(lock);
   if (waiting_.size() > most_waiting)
-    failure_ = Error{.code = Errc::io, .what = "the disk does not keep up with the recording"};
+    failure_ = Error{.code = Errc::io, .what = "disk too slow for the recording"};
   lock.unlock();
   changed_.notify_one();
   return {};

@@ -66,11 +66,11 @@ Result<TimedRate> even_rate(const std::vector<double>& times, const LongestInter
   if (worst_s > 0.5 * step_s || longest.s > 1.5 * step_s)
     return fail({.code = Errc::parse,
                  .where = longest.where,
-                 .what = "the samples are not evenly spaced",
-                 .expected = "a sample each " + std::to_string(step_s) + " s",
-                 .got = "one after " + std::to_string(longest.s) + " s",
-                 .hint = "Cut the recording where samples are missing; where none are, state the "
-                         "rate of the sensor: --rate-hz"});
+                 .what = "samples not evenly spaced",
+                 .expected = "an interval of " + std::to_string(step_s) + " s",
+                 .got = std::to_string(longest.s) + " s",
+                 .hint = "Cut the recording at missing samples; if none are missing, state the "
+                         "rate of the sensor with --rate-hz"});
   return timed_rate(1 / step_s, 2 * worst_s / step_s / duration_s);
 }
 
@@ -147,7 +147,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   if (!time_column) return pass(time_column.error());
   const std::vector<std::size_t> columns = csv->take_rest();
   for (const std::size_t c : columns) out.channels.push_back({csv->header()[c], 0.0, "1"});
-  if (out.channels.empty()) return csv->complaint("a table without a channel");
+  if (out.channels.empty()) return csv->complaint("table without channels");
   out.samples.resize(columns.size());
   std::vector<double> times;
   LongestInterval longest;
@@ -156,7 +156,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
   for (; more && *more; more = csv->next()) {
     const auto t_s = csv->time(*time_column);
     if (!t_s) return pass(t_s.error());
-    if (runs_backwards(times, *t_s)) return csv->complaint("time runs backwards");
+    if (runs_backwards(times, *t_s)) return csv->complaint("time decreases");
     bool is_repeated = !times.empty() && times.back() == *t_s;
     for (std::size_t k = 0; k < columns.size(); ++k) {
       const auto value = csv->number(columns[k]);
@@ -176,7 +176,7 @@ Result<TimedRate> read_table(const std::filesystem::path& path, const std::strin
     return TimedRate{stated_hz, stated_hz, 0.0};
   }
   if (times.size() < 2 || !(times.back() > times.front()))
-    return csv->complaint("the times do not tell the sampling rate");
+    return csv->complaint("sampling rate cannot be computed from the times");
   return even_rate(times, longest);
 }
 
@@ -221,7 +221,7 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     if (lines && lines->size() != textures)
       return fail({.code = Errc::parse,
                    .where = folder / (name + ".csv"),
-                   .what = "another number of textures",
+                   .what = "wrong number of textures",
                    .expected = std::to_string(textures),
                    .got = std::to_string(lines->size())});
     return lines;
@@ -235,7 +235,7 @@ Result<std::vector<std::vector<double>>> vibtac_channel(const std::filesystem::p
     if (channel.rate_hz > 0 && channel.rate_hz != sound->rate_hz)
       return fail({.code = Errc::parse,
                    .where = path,
-                   .what = "another sampling rate than the tracks before",
+                   .what = "sampling rate differs from the tracks before",
                    .expected = std::to_string(channel.rate_hz) + " Hz",
                    .got = std::to_string(sound->rate_hz) + " Hz"});
     channel = {"S", sound->rate_hz, "1"};
@@ -276,31 +276,32 @@ Result<OneFile> read_file(const ManifestEntry& entry, double stated_hz,
 
 tl::unexpected<Error> not_of_one(const ManifestEntry& entry, const std::string& what,
                                  const std::string& expected, const std::string& got) {
-  return fail({.code = Errc::invalid_argument,
-               .where = entry.where,
-               .what = what,
-               .expected = expected,
-               .got = got,
-               .hint = "Files with one name under `recording` were recorded at the same time"});
+  return fail(
+      {.code = Errc::invalid_argument,
+       .where = entry.where,
+       .what = what,
+       .expected = expected,
+       .got = got,
+       .hint = "Use the same name under `recording` only for files recorded at the same time"});
 }
 
 // Adds the channels of another file to a recording; both start at the same instant.
 Status join(const ManifestEntry& entry, Recording file, Recording& whole) {
   if (file.label != whole.label)
-    return not_of_one(entry, "another label than the recording's other file", whole.label,
+    return not_of_one(entry, "label differs from the other file of the recording", whole.label,
                       file.label);
   if (file.group != whole.group)
-    return not_of_one(entry, "another group than the recording's other file", whole.group,
+    return not_of_one(entry, "group differs from the other file of the recording", whole.group,
                       file.group);
   if (file.group_values != whole.group_values)
-    return not_of_one(entry, "other values of further columns than the recording's other file",
+    return not_of_one(entry, "group columns differ from the other file of the recording",
                       joined(whole.group_values), joined(file.group_values));
   if (!file.gaps.empty() || !whole.gaps.empty())
-    return not_of_one(entry, "samples are missing in a file of a recording that has several",
-                      "tables without pauses: behind one the files are not in step", entry.file);
+    return not_of_one(entry, "samples missing in a recording of several files",
+                      "tables without pauses", entry.file);
   for (const Channel& channel : file.channels)
     if (std::ranges::find(whole.channels, channel.name, &Channel::name) != whole.channels.end())
-      return not_of_one(entry, "the recording's other file has a channel of this name",
+      return not_of_one(entry, "channel name repeated in the other file of the recording",
                         "another name", channel.name);
   std::ranges::move(file.channels, std::back_inserter(whole.channels));
   std::ranges::move(file.samples, std::back_inserter(whole.samples));
@@ -357,7 +358,7 @@ Result<RecordingSet> import_vibtac12(const std::filesystem::path& folder,
     if (channels[c] != "S" && channels[c] != "X" && channels[c] != "Y" && channels[c] != "Z")
       return fail({.code = Errc::invalid_argument,
                    .where = "vibtac12",
-                   .what = "no such channel",
+                   .what = "unknown channel",
                    .expected = "S, X, Y or Z",
                    .got = channels[c]});
     auto of_texture = vibtac_channel(folder, channels[c], own[c]);
@@ -385,7 +386,7 @@ Result<RecordingSet> import_lmt_sound(const std::filesystem::path& folder) {
       if (!std::regex_match(name, parts, pattern))
         return fail({.code = Errc::parse,
                      .where = path,
-                     .what = "not a name of this layout",
+                     .what = "file name does not follow this layout",
                      .expected = "<Material>_<number>.wav",
                      .got = name});
       Recording own{name, material.filename().string(), parts[2], {}, {}};

@@ -63,10 +63,10 @@ Status read_gaps(hdf5::Reader& in, RecordingSet& set) {
   const auto recording = in.column<std::uint64_t>("/gaps/recording");
   const auto from_s = in.column<double>("/gaps/from_s"), to_s = in.column<double>("/gaps/to_s");
   in.require(from_s.size() == recording.size() && to_s.size() == recording.size(), "/gaps",
-             "columns of different length");
+             "columns differ in length");
   if (!in.status()) return in.status();
   for (std::size_t g = 0; g < recording.size(); ++g)
-    if (in.require(recording[g] < set.recordings.size(), "/gaps/recording", "no such recording"))
+    if (in.require(recording[g] < set.recordings.size(), "/gaps/recording", "unknown recording"))
       set.recordings[recording[g]].gaps.push_back({from_s[g], to_s[g]});
   return in.status();
 }
@@ -83,17 +83,17 @@ Status read_root(hdf5::Reader& in, RecordingSet& set, std::string& digest) {
   const std::string format = in.text_attribute("/", "format");
   if (!in.status() || format != format_name)
     return fail({.code = Errc::parse,
-                 .what = "an HDF5 file, but not recordings of Weft",
+                 .what = "not Weft recordings, but another HDF5 file",
                  .expected = format_name,
                  .got = format});
   const std::uint64_t version = in.integer_attribute("/", "format_version");
   if (in.status() && version != recordings_version)
     return fail({.code = Errc::unsupported,
-                 .what = "recordings of another layout",
+                 .what = "unsupported version of recordings",
                  .expected = std::to_string(recordings_version),
                  .got = std::to_string(version)});
   const auto kind = bench_kind_from(in.text_attribute("/", "bench_kind"));
-  in.require(kind.has_value(), "bench_kind", "an unknown word");
+  in.require(kind.has_value(), "bench_kind", "unknown bench kind");
   set.kind = kind.value_or(BenchKind::unknown);
   set.name = in.text_attribute("/", "name");
   set.source = in.text_attribute("/", "source");
@@ -107,10 +107,10 @@ Status read_table(hdf5::Reader& in, RecordingSet& set) {
              unit = in.texts("/channels/unit");
   const auto rate_hz = in.column<double>("/channels/rate_hz");
   in.require(label.size() == file.size() && group.size() == file.size(), "/recordings",
-             "columns of different length");
+             "columns differ in length");
   in.require(
       unit.size() == name.size() && rate_hz.size() == name.size() && name.size() <= max_channels,
-      "/channels", "columns of different length, or too many channels");
+      "/channels", "columns differ in length, or too many channels");
   if (!in.status()) return in.status();
   std::vector<Channel> channels;
   for (std::size_t c = 0; c < name.size(); ++c) channels.push_back({name[c], rate_hz[c], unit[c]});
@@ -123,7 +123,7 @@ Status read_samples(hdf5::Reader& in, RecordingSet& set, std::size_t channel) {
   const std::string where = column_of(channel, "samples");
   const auto count = in.column<std::uint64_t>(column_of(channel, "count"));
   const auto all = in.column<double>(where);
-  in.require(count.size() == set.recordings.size(), where, "another number of recordings");
+  in.require(count.size() == set.recordings.size(), where, "wrong number of recordings");
   if (!in.status()) return in.status();
   std::size_t first = 0;
   for (std::size_t r = 0; r < count.size(); ++r) {
@@ -153,7 +153,7 @@ Result<RecordingSet> read_checked(hdf5::Reader& in) {
   }
   if (recordings_sha256(set) != digest)
     return fail({.code = Errc::corrupt,
-                 .what = "the digest disagrees with the content",
+                 .what = "recordings altered, SHA-256 differs",
                  .expected = digest,
                  .got = recordings_sha256(set)});
   return set;
@@ -196,7 +196,7 @@ Result<RecordingSet> read_recordings(const std::filesystem::path& path) {
   } catch (const std::bad_alloc&) {
     return fail({.code = Errc::corrupt,
                  .where = path.string(),
-                 .what = "the file claims more samples than fit into memory"});
+                 .what = "file declares more samples than fit into memory"});
   }
 }
 

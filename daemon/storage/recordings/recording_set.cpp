@@ -18,37 +18,37 @@ Status check_channels(const std::vector<Channel>& channels) {
   std::set<std::string> names;
   for (const Channel& c : channels) {
     if (c.name.empty() || !names.insert(c.name).second)
-      return fail({.where = c.name, .what = "a channel's name must be present and unique"});
+      return fail({.where = c.name, .what = "channel name missing or repeated"});
     if (!(c.rate_hz > 0.0) || !std::isfinite(c.rate_hz))
       return fail({.where = c.name,
-                   .what = "a channel needs a sampling rate",
-                   .expected = "a positive number of Hz",
-                   .got = std::to_string(c.rate_hz)});
+                   .what = "sampling rate of a channel out of range",
+                   .expected = "above 0 Hz",
+                   .got = std::to_string(c.rate_hz) + " Hz"});
   }
   if (channels.empty()) return fail({.what = "recordings without channels"});
   return {};
 }
 
 Status check_recording(const Recording& recording, const std::vector<Channel>& channels) {
-  if (recording.label.empty()) return fail({.what = "a recording without label"});
+  if (recording.label.empty()) return fail({.what = "recording without label"});
   if (recording.channels != channels || recording.samples.size() != channels.size())
-    return fail({.what = "other channels than the first recording's",
+    return fail({.what = "channels differ from the first recording",
                  .expected = format_channels(channels),
                  .got = format_channels(recording.channels)});
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& samples = recording.samples[c];
     if (samples.empty())
-      return fail({.where = channels[c].name, .what = "a channel without samples"});
+      return fail({.where = channels[c].name, .what = "channel without samples"});
     const auto odd = std::ranges::find_if(samples, [](double v) { return !std::isfinite(v); });
     if (odd != samples.end())
       return fail({.where = channels[c].name + ": sample " + std::to_string(odd - samples.begin()),
-                   .what = "a sample that is not a finite number"});
+                   .what = "sample not a finite number"});
   }
   double end_s = 0.0;
   for (const classifier::vibro::Gap& gap : recording.gaps) {
     if (!(gap.from_s >= end_s && gap.to_s >= gap.from_s && std::isfinite(gap.to_s)))
       return fail({.where = "gap at " + std::to_string(gap.from_s) + " s",
-                   .what = "gaps must be in order and apart from each other"});
+                   .what = "gaps overlap or are out of order"});
     end_s = gap.to_s;
   }
   return {};
@@ -87,9 +87,10 @@ std::vector<classifier::vibro::Gap> find_gaps(const classifier::Trial& trial,
 }
 
 tl::unexpected<Error> lost_blocks(std::int64_t at_ns) {
-  return fail({.what = "blocks were lost while the probe slid",
-               .expected = "every block of phase M",
-               .got = "none at " + std::to_string(at_ns / 1'000'000) + " ms of the host's clock"});
+  return fail(
+      {.what = "blocks lost in phase M",
+       .expected = "every block of phase M",
+       .got = "no block at " + std::to_string(at_ns / 1'000'000) + " ms of the host clock"});
 }
 
 // Samples of the blocks that lie wholly in M, one array per axis. Returns the start of the first
@@ -116,7 +117,7 @@ Result<std::int64_t> read_blocks(const BlockStream& stream, const BlockFormat& f
         out[first_channel + a].push_back(stream.quanta[(b * format.readings + r) * axes + a] /
                                          per_unit);
   }
-  if (!begun) return fail({.what = "no whole block while the probe slid"});
+  if (!begun) return fail({.what = "no complete block in phase M"});
   if (begin_ns - motion.from_ns >= block_ns + tolerance_ns) return lost_blocks(motion.from_ns);
   if (motion.to_ns - end_ns >= block_ns + tolerance_ns) return lost_blocks(end_ns);
   return begin_ns;
@@ -138,14 +139,14 @@ std::int64_t align(const std::vector<std::int64_t>& begin_ns, const std::vector<
 }  // namespace
 
 Status check(const RecordingSet& set) {
-  if (set.recordings.empty()) return fail({.what = "a data set without recordings"});
+  if (set.recordings.empty()) return fail({.what = "data set without recordings"});
   const auto& channels = set.recordings.front().channels;
   if (auto fine = check_channels(channels); !fine) return fine;
   if (auto fine = check_group_names(set.group_columns); !fine) return fine;
   std::set<std::string_view> files;
   for (const Recording& r : set.recordings) {
     if (r.file.empty() || !files.insert(r.file).second)
-      return fail({.where = r.file, .what = "the name of a recording must be present and unique"});
+      return fail({.where = r.file, .what = "recording name missing or repeated"});
     if (auto fine = check_recording(r, channels); !fine) return pass(fine.error(), r.file);
     if (auto fine = check_group_values(r.group_values, set.group_columns.size()); !fine)
       return pass(fine.error(), r.file);
@@ -235,8 +236,8 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
       channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
   if (channels.empty())
     return fail({.code = Errc::not_found,
-                 .what = "the data set has neither sound nor acceleration",
-                 .hint = "Its rig needs a device of role vibro"});
+                 .what = "data set has neither sound nor acceleration",
+                 .hint = "Record with a rig that has a device of role vibro"});
   RecordingSet out{info.name, "campaign", info.kind, {}};
   const std::vector<GroupColumn> columns = list_group_columns(dataset);
   for (const GroupColumn& column : columns) out.columns_of_trials.push_back({column.name, {}});
@@ -247,7 +248,7 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
     if (exploration && record.spec.exploration != *exploration) continue;
     Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
     const auto motion = find_motion(trial, record);
-    if (!motion) return fail({.where = trial.file, .what = "a trial without phase M"});
+    if (!motion) return fail({.where = trial.file, .what = "trial without phase M"});
     std::vector<std::int64_t> begin_ns;  // per channel
     const auto read = [&](const BlockStream& stream, const BlockFormat& format, std::size_t axes,
                           double per_unit) -> Status {

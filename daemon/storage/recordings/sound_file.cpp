@@ -114,14 +114,14 @@ Status check_length(const std::filesystem::path& path) {
   const std::uintmax_t bytes = std::filesystem::file_size(path, unread);
   if (!samples || unread || !writer_knew(samples->bytes)) return {};
   if (samples->bytes == 0 && bytes > samples->begin)
-    return broken(path, Errc::corrupt, "the header of the sound file was not finished",
+    return broken(path, Errc::corrupt, "header of the sound file not finished",
                   "the length of the samples",
-                  "0, with " + std::to_string(bytes - samples->begin) + " bytes behind it",
-                  "The recorder was stopped before it wrote the length; write it anew, "
-                  "as with: sox --ignore-length OLD NEW");
+                  "0, followed by " + std::to_string(bytes - samples->begin) + " bytes",
+                  "Write the header again, for example with: sox --ignore-length OLD NEW");
   if (samples->begin <= bytes && samples->bytes <= bytes - samples->begin) return {};
-  return broken(path, Errc::corrupt, "the sound file is cut short",
-                std::to_string(samples->begin + samples->bytes) + " bytes", std::to_string(bytes));
+  return broken(path, Errc::corrupt, "sound file truncated",
+                std::to_string(samples->begin + samples->bytes) + " bytes",
+                std::to_string(bytes) + " bytes");
 }
 
 // libsndfile, loaded with the first sound file: with its codecs it takes 0.8 MB, which a daemon
@@ -157,32 +157,33 @@ Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
   constexpr sf_count_t most_samples = sf_count_t{1} << 28U;
   std::error_code unread;
   if (!std::filesystem::is_regular_file(path, unread))
-    return broken(path, Errc::not_found, "no such sound file", {}, unread ? unread.message() : "");
+    return broken(path, Errc::not_found, "sound file not found", {},
+                  unread ? unread.message() : "");
   // libsndfile reads a truncated file without an error.
   if (auto whole = check_length(path); !whole) return pass(whole.error());
   if (sndfile.open == nullptr)
-    return broken(path, Errc::unsupported, "libsndfile cannot be loaded", "libsndfile.so.1", {},
+    return broken(path, Errc::unsupported, "libsndfile not found", "libsndfile.so.1", {},
                   "Install libsndfile1");
   SF_INFO info{};
   const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> file(
       sndfile.open(path.c_str(), SFM_READ, &info), sndfile.close);
   if (!file) {
-    const Error error = broken(path, Errc::parse, "not a sound file", "WAV or the like",
-                               sndfile.strerror(nullptr), "A table needs a name that ends in .csv")
+    const Error error = broken(path, Errc::parse, "not a sound file", "WAV or a similar format",
+                               sndfile.strerror(nullptr), "Give a table a name that ends in .csv")
                             .value();
     Error named = with_file_kind(error, path);
     return fail(named.got == "text" ? error : std::move(named));
   }
   if (info.channels < 1 || info.frames < 1 || info.samplerate < 1 ||
       info.frames > most_samples / info.channels)
-    return broken(path, Errc::parse, "a sound file of an impossible size", "1 to 2^28 samples",
+    return broken(path, Errc::parse, "size of the sound file out of range", "1 to 2^28 samples",
                   std::to_string(info.frames) + " x " + std::to_string(info.channels));
   const auto channels = static_cast<std::size_t>(info.channels);
   std::vector<double> all(static_cast<std::size_t>(info.frames) * channels);
   const sf_count_t got = sndfile.readf_double(file.get(), all.data(), info.frames);
   if (got != info.frames)
-    return broken(path, Errc::corrupt, "the sound file is cut short",
-                  std::to_string(info.frames) + " samples", std::to_string(got));
+    return broken(path, Errc::corrupt, "sound file truncated",
+                  std::to_string(info.frames) + " samples", std::to_string(got) + " samples");
   SoundFile out{static_cast<double>(info.samplerate), {}};
   out.channels.resize(channels);
   for (std::size_t i = 0; i < all.size(); ++i) out.channels[i % channels].push_back(all[i]);
@@ -194,8 +195,8 @@ Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
 Result<SoundFile> read_sound_file(const std::filesystem::path& path) {
   return fail({.code = Errc::unsupported,
                .where = path.string(),
-               .what = "this build of Weft reads no sound files",
-               .hint = "Install libsndfile1-dev and build again"});
+               .what = "sound files not supported by this build",
+               .hint = "Install libsndfile1-dev and build Weft again"});
 }
 
 #endif
