@@ -94,8 +94,8 @@ Status replaceable(const std::filesystem::path& target) {
   if (!std::filesystem::exists(there) || std::filesystem::is_regular_file(there)) return {};
   return fail({.code = Errc::io,
                .where = target,
-               .what = "not a file that could be replaced",
-               .expected = "a new name, or that of a file",
+               .what = "output is not a regular file",
+               .expected = "a new name or an existing file",
                .got = std::filesystem::is_directory(there) ? "a folder" : "a device or a pipe"});
 }
 
@@ -104,7 +104,7 @@ Status replaceable(const std::filesystem::path& target) {
 Status check_target(const std::filesystem::path& target) {
   if (target.empty())
     return fail({.code = Errc::invalid_argument,
-                 .what = "no name for the output",
+                 .what = "output name missing",
                  .expected = "a file",
                  .got = "nothing"});
   const std::filesystem::path file = meant(target);
@@ -114,16 +114,16 @@ Status check_target(const std::filesystem::path& target) {
   if (!std::filesystem::is_directory(folder, unseen))
     return fail({.code = Errc::not_found,
                  .where = target,
-                 .what = "no such folder to write into",
+                 .what = "output folder not found",
                  .got = folder.string()});
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return system_error("cannot write into the folder", folder);
+    return system_error("folder not writable", folder);
   return {};
 }
 
 Status sync_folder(const std::filesystem::path& folder) {
   if (const Descriptor opened(folder, O_RDONLY); opened.ok() && !opened.sync())
-    return system_error("cannot bring the folder to the disk", folder);
+    return system_error("folder not written to the disk", folder);
   return {};
 }
 
@@ -153,18 +153,17 @@ Status AtomicFile::publish() {
   if (Status allowed = replaceable(target_); !allowed) return allowed;
   const Descriptor file(temporary_, O_RDONLY);
   if (file.ok() && mode_ && !file.set_mode(*mode_))
-    return system_error("cannot set the file's mode", target_);
-  if (!file.ok() || !file.sync())
-    return system_error("cannot bring the file to the disk", temporary_);
+    return system_error("file mode not set", target_);
+  if (!file.ok() || !file.sync()) return system_error("file not written to the disk", temporary_);
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0)
-    return system_error("cannot rename the finished file", target_);
+    return system_error("finished file not renamed", target_);
   published_ = true;
   return sync_folder(folder_of(target_));
 }
 
 Status publish_folder(const std::filesystem::path& temporary, const std::filesystem::path& target) {
   if (std::rename(temporary.c_str(), target.c_str()) != 0)
-    return system_error("cannot rename the finished folder", target);
+    return system_error("finished folder not renamed", target);
   return sync_folder(folder_of(target));
 }
 
@@ -172,8 +171,8 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text,
   AtomicFile atomic(path, readers);
   {
     const Descriptor file(atomic.temporary(), O_WRONLY | O_CREAT | O_TRUNC);
-    if (!file.ok()) return system_error("cannot create the file", path);
-    if (!file.write_all(text)) return system_error("cannot write the file", path);
+    if (!file.ok()) return system_error("file not created", path);
+    if (!file.write_all(text)) return system_error("file not written", path);
   }
   return atomic.publish();
 }
@@ -184,10 +183,10 @@ Status write_streamed_file(const std::filesystem::path& path,
   {
     const Descriptor created(atomic.temporary(), O_WRONLY | O_CREAT | O_TRUNC);
     std::ofstream file(atomic.temporary(), std::ios::binary);
-    if (!created.ok() || !file) return system_error("cannot create the file", path);
+    if (!created.ok() || !file) return system_error("file not created", path);
     errno = 0;
     const Status written = write(file);
-    if (!file.flush()) return system_error("cannot write the file", path);
+    if (!file.flush()) return system_error("file not written", path);
     if (!written) return pass(written.error(), path.string());
   }
   return atomic.publish();

@@ -22,7 +22,7 @@ struct Signature {
 };
 constexpr std::array<Signature, 35> signatures{{
     {"\x89HDF\r\n\x1a\n"sv,
-     {"an HDF5 file", "`weft dataset info`, `train`, `evaluate` and `classify` take data sets"}},
+     {"an HDF5 file", "Use it with `weft dataset info`, `train`, `evaluate` or `classify`"}},
     {"RIFF"sv, {"a sound file (WAV)", sound_advice}, true},
     {"RF64"sv, {"a sound file (WAV)", sound_advice}, true},
     {"fLaC"sv, {"a sound file (FLAC)", sound_advice}, true},
@@ -30,11 +30,11 @@ constexpr std::array<Signature, 35> signatures{{
     {"FORM"sv, {"a sound file (AIFF)", sound_advice}, true},
     {"ID3"sv, {"a sound file (MP3)", sound_advice}, true},
     {"SQLite format 3\0"sv,
-     {"an SQLite file", "`weft dataset export` makes a data set of a campaign"}},
+     {"an SQLite file", "Export a campaign as a data set with `weft dataset export`"}},
     {"\x93NUMPY"sv, {"a NumPy array", image_advice}},
     {"P2\n"sv, {"a grey map (PGM)", image_advice}},
     {"P5\n"sv, {"a grey map (PGM)", image_advice}},
-    {"\x89PNG"sv, {"a picture (PNG)", "Imprints are read as .csv, .txt, .pgm or .npy"}},
+    {"\x89PNG"sv, {"a picture (PNG)", "Convert imprints to .csv, .txt, .pgm or .npy"}},
     {"PK\x03\x04"sv, {"a spreadsheet (.xlsx), .npz or another ZIP archive", table_advice}},
     {"\xD0\xCF\x11\xE0"sv, {"a spreadsheet (.xls)", table_advice}},
     {"MATLAB 5.0"sv, {"a MATLAB file", table_advice}, true},
@@ -46,9 +46,9 @@ constexpr std::array<Signature, 35> signatures{{
     {"\x80\x04\x95"sv, {"a Python pickle", table_advice}},
     {"{\""sv, {"JSON text", table_advice}},
     {"{\n"sv, {"JSON text", table_advice}},
-    {"<!DOCTYPE html"sv, {"a web page", "Was it a download? Take the file itself"}},
-    {"<html"sv, {"a web page", "Was it a download? Take the file itself"}},
-    {"version https://git-lfs"sv, {"a pointer of Git LFS, not the file", "Run `git lfs pull`"}},
+    {"<!DOCTYPE html"sv, {"a web page", "Download the file itself instead of its web page"}},
+    {"<html"sv, {"a web page", "Download the file itself instead of its web page"}},
+    {"version https://git-lfs"sv, {"a Git LFS pointer, not the file", "Run `git lfs pull`"}},
     {"%PDF-"sv, {"a PDF document", table_advice}},
     {"\x1f\x8b"sv, {"a gzip archive", "Unpack it with gunzip"}},
     {"BZh"sv, {"a bzip2 archive", "Unpack it with bunzip2"}, true},
@@ -68,7 +68,7 @@ bool is_text(std::string_view bytes) {
 
 FileKind file_kind(std::string_view bytes) {
   if (bytes.starts_with("weft-") && bytes.substr(0, bytes.find('\n')).find("-model ") != bytes.npos)
-    return {"a model of Weft", "`weft ... classify MODEL DATA` takes it as MODEL"};
+    return {"a Weft model", "Use it as MODEL in `weft ... classify MODEL DATA`"};
   const auto* const found = std::ranges::find_if(signatures, [&](const Signature& one) {
     return bytes.starts_with(one.bytes) && !(one.letters && is_text(bytes));
   });
@@ -82,7 +82,7 @@ Error with_file_kind(Error error, const std::filesystem::path& path) {
   bytes.resize(static_cast<std::size_t>(in.gcount()));
   FileKind kind = file_kind(bytes);
   if (kind.name.empty() && is_text(bytes))
-    kind = {"text", "`weft dataset import` makes a data set of tables: weft dataset import --help"};
+    kind = {"text", "Import tables as a data set, see `weft dataset import --help`"};
   if (kind.name.empty()) return error;
   error.got = kind.name;
   error.hint = kind.advice;

@@ -18,7 +18,7 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::uintm
   auto text = read_file(path, max_bytes);
   // Parsers of JSON take a zero byte for the end of the text and ignore the rest.
   if (text && text->find('\0') != std::string::npos)
-    return fail({.code = Errc::parse, .where = path, .what = "a zero byte: not a text file"});
+    return fail({.code = Errc::parse, .where = path, .what = "zero byte in a text file"});
   return text;
 }
 
@@ -28,7 +28,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t 
   if (error)
     return fail({.code = Errc::not_found,
                  .where = path,
-                 .what = "cannot read the file",
+                 .what = "file not readable",
                  .got = error.message()});
   if (size > max_bytes)
     return fail({.code = Errc::range,
@@ -39,7 +39,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uintmax_t 
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in) return fail({.code = Errc::io, .where = path, .what = "cannot read the file"});
+  if (!in) return fail({.code = Errc::io, .where = path, .what = "file not readable"});
   return std::move(text).str();
 }
 
@@ -81,11 +81,11 @@ tl::unexpected<Error> not_opened(const fs::path& inner, int why) {
   if (why == ELOOP || why == EXDEV)
     return fail({.code = Errc::wrong_state,
                  .where = inner.string(),
-                 .what = "a symbolic link is in the file's place, or on the way to it",
-                 .expected = "a file in its own folder"});
+                 .what = "symbolic link in the path of the file",
+                 .expected = "a regular file in its own folder"});
   return fail({.code = Errc::io,
                .where = inner.string(),
-               .what = "cannot open the file",
+               .what = "file cannot be opened",
                .got = std::strerror(why)});
 }
 
@@ -119,7 +119,8 @@ OpenFile::~OpenFile() {
 Result<OpenFile::Stamp> OpenFile::stamp() const {
   struct stat facts {};
   if (fstat(descriptor_, &facts) != 0)
-    return fail({.code = Errc::io, .what = "cannot look at the file", .got = std::strerror(errno)});
+    return fail(
+        {.code = Errc::io, .what = "file status not readable", .got = std::strerror(errno)});
   const auto ns = [](const timespec& at) {
     return std::int64_t{at.tv_sec} * 1'000'000'000 + at.tv_nsec;
   };
@@ -133,7 +134,7 @@ Status OpenFile::read(std::uint64_t at, std::span<std::uint8_t> to) const {
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0)
       return fail({.code = Errc::io,
-                   .what = "the file cannot be read to its end",
+                   .what = "file not readable to its end",
                    .got = got < 0 ? std::strerror(errno) : ""});
     at += static_cast<std::uint64_t>(got);
     to = to.subspan(static_cast<std::size_t>(got));

@@ -51,7 +51,7 @@ using StopRequested = std::function<bool()>;
 inline Error stopped_early(std::string where) {
   return {.code = Errc::wrong_state,
           .where = std::move(where),
-          .what = "stopped before all of it was read"};
+          .what = "reading stopped before the end"};
 }
 
 /// A whole file. Errors: not_found, io, range if it is larger than `max_bytes`: a huge file is

@@ -8,7 +8,7 @@ namespace weft::daemon {
 namespace {
 
 void check(int openssl_result) {
-  if (openssl_result != 1) throw std::runtime_error("OpenSSL cannot compute a SHA-256");
+  if (openssl_result != 1) throw std::runtime_error("OpenSSL failed to compute a SHA-256");
 }
 
 }  // namespace

@@ -40,13 +40,13 @@ RealTimeScope::RealTimeScope(int priority) {
   const int refused = go_first(priority);
   scheduled_ = refused == 0;
   if (!scheduled_)
-    advice_ = "no real-time priority (" + reason(refused) +
-              "; rtprio in /etc/security/limits.conf allows it)";
+    advice_ =
+        "no real-time priority (" + reason(refused) + "; set rtprio in /etc/security/limits.conf)";
   const int unlocked = lock_memory();
   locked_ = unlocked == 0;
   if (!locked_)
     advice_ += (scheduled_ ? "memory not locked (" : ", memory not locked (") + reason(unlocked) +
-               "; memlock unlimited in /etc/security/limits.conf allows it)";
+               "; set memlock unlimited in /etc/security/limits.conf)";
 }
 
 RealTimeScope::~RealTimeScope() {

@@ -15,7 +15,7 @@ namespace weft::daemon {
 /// "run", and the exception.
 template <class Work>
 auto catch_as_error(const Work& work, const std::string& what = "run") -> decltype(work()) {
-  const std::string ours = "a mistake of this program ended the " + what;
+  const std::string ours = "internal error ended the " + what;
   try {
     return work();
   } catch (const std::exception& escaped) {

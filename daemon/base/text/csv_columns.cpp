@@ -41,19 +41,19 @@ Result<std::size_t> CsvTable::take_column(std::string_view name) {
   for (const std::string& own : header_)
     if (there.size() < most_listed) there.push_back("'" + shortened(own) + "'");
   const std::size_t more = header_.size() - there.size();
-  return complaint("the column " + std::string(name) + " is missing", {},
+  return complaint("column " + std::string(name) + " missing", {},
                    joined(there) + (more > 0 ? " and " + std::to_string(more) + " more" : ""),
                    missing_hint(name));
 }
 
 std::string CsvTable::missing_hint(std::string_view name) const {
   if (const std::size_t line = find_line(name))
-    return "Line " + std::to_string(line) + " has it: leave out the lines before";
+    return "Remove the lines before line " + std::to_string(line) + ", which has the column names";
   if (has_hash_) return hash_hint;
   if (header_.size() == 1 && header_.front().find(std::string(name) + " ") != std::string::npos)
-    return "Export it again with commas between the names and between the fields";
+    return "Export the table again with commas between names and between fields";
   if (std::ranges::all_of(header_, begins_number))
-    return "Line 1 has numbers alone: put a line with the names of the columns before it";
+    return "Add a line with the column names before line 1, which has only numbers";
   std::vector<std::string_view> free;
   for (std::size_t i = 0; i < header_.size(); ++i)
     if (!taken_[i] && !begins_number(header_[i])) free.push_back(header_[i]);
@@ -64,8 +64,8 @@ std::string CsvTable::missing_hint(std::string_view name) const {
     if (const std::string plain = lower_case(own);
         meant.empty() && (plain.starts_with(usual) || plain.starts_with(name)))
       meant = own;
-  if (meant.empty()) return "The names of the columns stand in line 1, as written here";
-  return "Did you mean '" + shortened(meant) + "'? Then call it " + std::string(name) +
+  if (meant.empty()) return "Write the column names in the first line, exactly as given here";
+  return "Did you mean '" + shortened(meant) + "'? Rename it to " + std::string(name) +
          (name == "t_s" ? ", in seconds" : "");
 }
 

@@ -11,7 +11,7 @@ namespace weft::daemon {
 namespace {
 
 constexpr const char* marks_hint =
-    "Export it again with commas between fields and points as decimal marks";
+    "Export the table again with commas between fields and points as decimal marks";
 
 /// Removes one field and the separator behind it from the front of `rest`; `more`: there was a
 /// separator. False if a quote is not closed, or if text follows a closing quote.
@@ -69,9 +69,9 @@ std::from_chars_result parse_number(std::string_view text, double& value) {
 }
 
 std::string lines_text(const std::vector<std::size_t>& lines) {
-  return lines.size() == 1 ? "line " + std::to_string(lines.front())
-                           : std::to_string(lines.size()) + " lines, the first of them line " +
-                                 std::to_string(lines.front());
+  return lines.size() == 1
+             ? "line " + std::to_string(lines.front())
+             : std::to_string(lines.size()) + " lines, first line " + std::to_string(lines.front());
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ Result<CsvTable> CsvTable::from_text(std::string name, std::string text, CsvRule
     return fail({.code = Errc::parse,
                  .where = out.name_,
                  .what = "not a table",
-                 .expected = "text with a line for each row",
+                 .expected = "text with one line per row",
                  .got = std::string(kind.name),
                  .hint = std::string(kind.advice)});
   if (out.text_.starts_with("\xEF\xBB\xBF")) out.at_ = 3;
@@ -114,8 +114,8 @@ Status CsvTable::read_heading() {
   } else if (!*more) {
     return fail({.code = Errc::parse,
                  .where = name_,
-                 .what = "the file is empty",
-                 .expected = "a line with the names of the columns"});
+                 .what = "file empty",
+                 .expected = "a line with the column names"});
   }
   if (!*more) return {};
   header_ = fields_;
@@ -133,21 +133,20 @@ Status CsvTable::read_heading() {
 Status CsvTable::check_heading() const {
   const std::string& first = header_.front();
   if (lower_case(first).starts_with("sep="))
-    return complaint("a line for spreadsheets where the names of the columns are due", {}, first,
-                     "Leave out the line that begins with sep=");
+    return complaint("spreadsheet line instead of the column names", {}, first,
+                     "Remove the line that begins with sep=");
   const std::size_t other = header_.size() > 1 ? first.npos : first.find_first_of(";\t");
   if (other != first.npos)
-    return complaint("not separated by commas", "commas",
-                     first[other] == ';' ? "semicolons" : "tabs", marks_hint);
+    return complaint("wrong separator", "commas", first[other] == ';' ? "semicolons" : "tabs",
+                     marks_hint);
   if (is_cut_) return cut_complaint();
   for (std::size_t i = 0; i < header_.size(); ++i) {
     if (header_.size() > 1 && header_[i].empty())
       return complaint("column " + std::to_string(i + 1) + " has no name", "a name", {},
-                       "Leave out commas at the end of lines, and numbers of rows (pandas: "
-                       "index=False)");
+                       "Remove trailing commas and row numbers (pandas: index=False)");
     for (std::size_t k = 0; k < i; ++k)
       if (header_[i] == header_[k])
-        return complaint("two columns of the same name", {}, "'" + shortened(header_[i]) + "'");
+        return complaint("column name repeated", {}, "'" + shortened(header_[i]) + "'");
   }
   return {};
 }
@@ -168,12 +167,13 @@ Result<bool> CsvTable::next_line() {
     at_ = end + 1;
     ++line_number_;
     if (line.size() > rules_.most_line_bytes)
-      return complaint("the line is too long", "at most " + std::to_string(rules_.most_line_bytes),
-                       std::to_string(line.size()));
+      return complaint("line too long",
+                       "at most " + std::to_string(rules_.most_line_bytes) + " bytes",
+                       std::to_string(line.size()) + " bytes");
     const std::string_view text = trimmed(line);
     has_hash_ = text.starts_with('#');
     if (text.empty() || (has_hash_ && rules_.hash == CsvRules::Hash::comment)) continue;
-    if (line.find('\0') != line.npos) return complaint("a zero byte: not a text file");
+    if (line.find('\0') != line.npos) return complaint("zero byte in a text file");
     if (auto done = split(line); !done) return pass(std::move(done).error());
     if (has_hash_ && rules_.hash == CsvRules::Hash::text_in_width) {
       const bool is_heading = header_.empty() && separator_ == 0 && has_label();
@@ -210,7 +210,7 @@ Status CsvTable::check_line() {
 std::string CsvTable::width_hint() const {
   if (has_hash_) return hash_hint;
   if (fields_.size() > width_ && fields_.back().empty())
-    return "Leave out separators at the end of lines";
+    return "Remove separators at the end of lines";
   const bool has_other_mark = std::ranges::any_of(
       fields_, [](const std::string& own) { return own.find(';') != own.npos; });
   return has_other_mark || fields_.size() > width_ ? marks_hint : "";
@@ -230,8 +230,8 @@ Status CsvTable::split(std::string_view line) {
       return complaint("too many columns", "at most " + std::to_string(rules_.most_columns));
     if (count == fields_.size()) fields_.emplace_back();
     if (!take_field(line, line_separator_ == ',' ? ',' : '\t', fields_[count], more))
-      return complaint("a quote that is not closed, or text behind a closing quote", {}, {},
-                       "A line break within quotes is not read either");
+      return complaint("quote not closed, or text after a closing quote", {}, {},
+                       "Close the quote in the same line");
   }
   fields_.resize(count);
   return {};
@@ -259,8 +259,8 @@ Result<double> CsvTable::number(std::size_t column) const {
   const std::errc error = parse_number(field, value).ec;
   if (error == std::errc() && std::isfinite(value)) return value;
   if (error == std::errc::result_out_of_range)
-    return field_complaint(column, "a number that no double can hold",
-                           "0, or 5e-324 to 1.8e308 of either sign", {});
+    return field_complaint(column, "number out of range", "0 or a magnitude of 5e-324 to 1.8e308",
+                           {});
   const bool has_other_mark = field.find_first_of(",;\t") != field.npos;
   return field_complaint(column, "not a finite number", {},
                          has_other_mark ? marks_hint
@@ -288,8 +288,8 @@ Result<double> CsvTable::time(std::size_t column, double ns_per_unit) const {
   constexpr double most_ns = 4.5e18;  // 142 years
   const auto value = number(column);
   if (!value || std::abs(*value * ns_per_unit) < most_ns) return value;
-  return field_complaint(column, "a time beyond all reason", "within 142 years of 0",
-                         "Is it in another unit, as milliseconds?");
+  return field_complaint(column, "time out of range", "within 142 years of 0",
+                         "Check the unit of the time");
 }
 
 tl::unexpected<Error> CsvTable::field_complaint(std::size_t column, std::string message,
@@ -312,18 +312,18 @@ tl::unexpected<Error> CsvTable::complaint(std::string message, std::string expec
 }
 
 tl::unexpected<Error> CsvTable::cut_complaint() const {
-  return complaint("the last line has no line break: the file may be cut short",
-                   "a line break at the end", {}, "Add a newline if the file is whole");
+  return complaint("no line break at the end, the file may be truncated", {}, {},
+                   "Add a line break if the file is complete");
 }
 
 std::vector<Warning> CsvTable::warnings() const {
   std::vector<Warning> out;
   if (!left_out_.empty())
-    out.push_back({"comments", name_ + ": lines that begin with # and are no rows are left out: " +
-                                   lines_text(left_out_)});
+    out.push_back(
+        {"comments", name_ + ": lines that begin with # are left out: " + lines_text(left_out_)});
   if (!hash_rows_.empty())
-    out.push_back({"hash_rows", name_ + ": rows that begin with # are read, as labels may: " +
-                                    lines_text(hash_rows_)});
+    out.push_back({"hash_rows",
+                   name_ + ": rows that begin with # are read as data: " + lines_text(hash_rows_)});
   return out;
 }
 

@@ -45,7 +45,7 @@ class CsvTable {
  public:
   static constexpr std::size_t max_file_bytes = std::size_t{256} << 20;
   static constexpr const char* hash_hint =
-      "Lines that begin with # are not skipped here: leave them out, and a # before the names";
+      "Remove lines that begin with #, and a # before the column names";
 
   /// Reads the file and its heading. Errors: not_found, io, range (too large), parse.
   static Result<CsvTable> open(const std::filesystem::path& path, CsvRules rules = {});

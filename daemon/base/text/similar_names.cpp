@@ -158,11 +158,10 @@ std::vector<Warning> find_similar_names(const std::set<std::string>& names, std:
     for (const auto& [own, other] : others) {
       const std::string both = visible(other, name) + " and " + visible(name, other);
       if (std::ranges::equal(own, letters, can_be_equal))
-        out.push_back(
-            {"similar_names", std::string(what) + " that look alike are different: " + both});
+        out.push_back({"similar_names", std::string(what) + " look alike but differ: " + both});
       else if (std::ranges::equal(own, letters, is_equal_but_capitals))
         out.push_back(
-            {"capital_letters", std::string(what) + " differ in capital letters alone: " + both});
+            {"capital_letters", std::string(what) + " differ only in capital letters: " + both});
     }
     others.emplace_back(std::move(letters), name);
   }
