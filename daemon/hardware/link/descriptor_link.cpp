@@ -71,13 +71,13 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     if (const Link::Closed callback = std::exchange(closed, {}))
       callback(Error{.code = Errc::io,
                      .where = name,
-                     .what = "the port was closed",
+                     .what = "port closed",
                      .got = why,
-                     .hint = "Is the device on and connected?"});
+                     .hint = "Check that the device is on and connected"});
   }
 
   Status send(ByteView bytes) {
-    if (gone) return fail({.code = Errc::io, .where = name, .what = "the port is closed"});
+    if (gone) return fail({.code = Errc::io, .where = name, .what = "port already closed"});
     if (unsent == Unsent::lost && !waiting.empty()) return {};
     if (!held && waiting.empty()) {
       const Result<std::size_t> taken = put(bytes);
@@ -88,9 +88,9 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
     if (waiting_bytes + bytes.size() > most_waiting)
       return fail({.code = Errc::io,
                    .where = name,
-                   .what = "the far end does not take what is sent",
+                   .what = "device does not accept data",
                    .expected = "at most " + std::to_string(most_waiting) + " bytes unsent",
-                   .hint = "Is flow control (RTS/CTS) wired and configured alike on both sides?"});
+                   .hint = "Check that flow control (RTS/CTS) is wired and set on both sides"});
     waiting.emplace_back(bytes.begin(), bytes.end());
     waiting_bytes += bytes.size();
     if (!held && waiting.size() == 1) write_when_ready();
@@ -106,7 +106,7 @@ struct DescriptorLink::Port : std::enable_shared_from_this<Port> {
       return bytes.size();
     return fail({.code = Errc::io,
                  .where = name,
-                 .what = "cannot write to the port",
+                 .what = "write to the port failed",
                  .got = std::generic_category().message(errno)});
   }
 

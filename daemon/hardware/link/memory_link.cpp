@@ -66,7 +66,7 @@ struct MemoryLink::Shared : std::enable_shared_from_this<Shared> {
     cut = true;
     for (Direction& way : ways)
       if (const Link::Closed closed = std::exchange(way.closed, {})) {
-        closed(Error{.code = Errc::io, .what = "the link was unplugged"});
+        closed(Error{.code = Errc::io, .what = "link unplugged"});
       }
   }
 
@@ -90,7 +90,7 @@ MemoryLink::~MemoryLink() {
 }
 
 Status MemoryLink::write(ByteView bytes) {
-  if (shared_->cut) return fail({.code = Errc::io, .what = "the link is unplugged"});
+  if (shared_->cut) return fail({.code = Errc::io, .what = "link unplugged"});
   shared_->send(1 - side_, bytes);
   return {};
 }

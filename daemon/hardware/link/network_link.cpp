@@ -34,7 +34,7 @@ Result<Addresses> resolve(const Endpoint& end, int type) {
   if (code != 0)
     return fail({.code = Errc::not_found,
                  .where = words(end),
-                 .what = "no such host",
+                 .what = "host not found",
                  .got = ::gai_strerror(code)});
   return Addresses(list);
 }
@@ -89,14 +89,15 @@ Result<int> connected_socket(const Endpoint& end, int type, Duration limit,
   if (own_port_refused)
     return fail({.code = Errc::io,
                  .where = std::to_string(local_port),
-                 .what = "cannot listen at the port",
+                 .what = "port cannot be opened for listening",
                  .got = std::generic_category().message(number),
-                 .hint = "Another program, perhaps another run, may hold it"});
-  return fail({.code = number == ETIMEDOUT ? Errc::timeout : Errc::io,
-               .where = words(end),
-               .what = "cannot connect",
-               .got = std::generic_category().message(number),
-               .hint = "Is the device on, and are its address and this machine's network right?"});
+                 .hint = "End the other program or run that uses the port"});
+  return fail(
+      {.code = number == ETIMEDOUT ? Errc::timeout : Errc::io,
+       .where = words(end),
+       .what = "connection failed",
+       .got = std::generic_category().message(number),
+       .hint = "Check that the device is on, its address and the network of this computer"});
 }
 
 /// One second of a Net F/T box at 7000 datagrams, which the kernel counts as about 800 bytes each.

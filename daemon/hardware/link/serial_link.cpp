@@ -21,12 +21,12 @@ Status with_settings(int descriptor, const Change& change) {
   termios line{};
   if (::tcgetattr(descriptor, &line) != 0)
     return fail({.code = Errc::io,
-                 .what = "not a terminal line",
+                 .what = "not a serial port",
                  .got = std::generic_category().message(errno)});
   change(line);
   if (::tcsetattr(descriptor, TCSANOW, &line) != 0)
     return fail({.code = Errc::io,
-                 .what = "the line does not take its settings",
+                 .what = "serial settings rejected",
                  .got = std::generic_category().message(errno)});
   return {};
 }
@@ -38,22 +38,22 @@ void wait_for_a_byte(termios& line) {
 
 std::string hint_for(int number) {
   if (number == EACCES) return "Add yourself to the group dialout and log in again";
-  if (number == ENOENT) return "Is the device connected and on? See /dev/serial/by-id";
+  if (number == ENOENT) return "Connect the device, switch it on and look into /dev/serial/by-id";
   return {};
 }
 
 tl::unexpected<Error> cannot_open(int number) {
   return fail({.code = number == ENOENT ? Errc::not_found : Errc::io,
-               .what = "cannot open the port",
+               .what = "port cannot be opened",
                .got = std::generic_category().message(number),
                .hint = hint_for(number)});
 }
 
 tl::unexpected<Error> in_use(int number) {
   return fail({.code = Errc::busy,
-               .what = "another program uses the port",
+               .what = "port in use by another program",
                .got = std::generic_category().message(number),
-               .hint = "End it, or give each its own port"});
+               .hint = "End that program, or use another port"});
 }
 
 Status lock(int descriptor) {
@@ -140,7 +140,7 @@ Status set_by_library(const std::string& path, const SerialSettings& settings) {
     return library_refused(got);
   if (!configure(found, settings))
     return fail({.code = Errc::io,
-                 .what = "the port does not take its settings",
+                 .what = "serial settings rejected",
                  .got = std::generic_category().message(sp_last_error_code())});
   return {};
 }

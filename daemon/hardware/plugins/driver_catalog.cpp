@@ -32,10 +32,10 @@ Result<std::vector<fs::path>> files_for(const std::string& driver,
     std::error_code error;
     if (!fs::is_directory(folder, error))
       return fail({.code = Errc::not_found,
-                   .what = "the folder of plugins is not there: " + folder.string(),
+                   .what = "plugin folder not found",
                    .expected = "a folder with " + plugin_file_name("NAME"),
-                   .got = "no folder",
-                   .hint = "Look at --plugins, WEFT_PLUGIN_PATH and `plugins` of the rig file"});
+                   .got = folder.string(),
+                   .hint = "Check --plugins, WEFT_PLUGIN_PATH and `plugins` of the rig file"});
     const fs::path file = folder / plugin_file_name(driver);
     const auto same = [&](const fs::path& other) { return fs::equivalent(other, file, error); };
     if (fs::exists(file, error) && std::none_of(files.begin(), files.end(), same))
@@ -47,7 +47,7 @@ Result<std::vector<fs::path>> files_for(const std::string& driver,
 tl::unexpected<Error> taken_twice(const std::string& driver, const std::string& first,
                                   const std::string& second, const std::string& hint) {
   return fail({.code = Errc::invalid_argument,
-               .what = "two drivers have the name " + driver,
+               .what = "several drivers have the name " + driver,
                .expected = "one",
                .got = first + " and " + second,
                .hint = hint});
@@ -62,11 +62,11 @@ std::string joined(const std::vector<std::string>& names) {
 Error hung_error(const PluginCall& call, std::chrono::milliseconds limit) {
   return {.code = Errc::driver,
           .where = std::string(call.device) + ": " + call.file,
-          .what = "the driver's code does not come back from " + std::string(call.function) +
-                  ": weft ends here, and the stages come to rest by themselves",
+          .what = "driver call " + std::string(call.function) +
+                  " does not return, so weft exits and the stages stop by themselves",
           .expected = "less than " + std::to_string(limit.count()) + " ms",
-          .got = "more",
-          .hint = "What was recorded is kept. The driver is at fault: ask its author"};
+          .got = "no return",
+          .hint = "Report the fault to the author of the driver; the recorded data is kept"};
 }
 
 }  // namespace
@@ -120,7 +120,7 @@ Result<const LoadedPlugin*> DriverCatalog::loaded(const std::string& driver, con
   Result<LoadedPlugin> plugin = load_plugin(file);
   if (!plugin) {
     Error error = plugin.error();
-    error.what = "the plugin " + error.where + " is refused: " + error.what;
+    error.what = "plugin " + error.where + " rejected, " + error.what;
     error.where.clear();
     return pass(std::move(error));
   }
@@ -134,17 +134,17 @@ Result<DriverCatalog::Found> DriverCatalog::find(const std::string& driver) {
   if (files->size() > 1)
     return taken_twice(driver, files->at(0).string(), files->at(1).string(), "Remove one file");
   if (builtin != nullptr && !files->empty())
-    return taken_twice(driver, "the one built into weft", files->front().string(),
-                       "Remove the file, or leave the built-in ones out with --plugins-only");
+    return taken_twice(driver, "the built-in driver", files->front().string(),
+                       "Remove the file, or exclude built-in drivers with --plugins-only");
   if (builtin != nullptr) return Found{builtin, nullptr};
   if (files->empty())
     return fail({.code = Errc::not_found,
-                 .what = "no such driver",
+                 .what = "unknown driver",
                  .expected = joined(names()),
                  .got = driver,
-                 .hint = "A plugin is a file " + plugin_file_name(driver) +
-                         " in a folder that --plugins, "
-                         "WEFT_PLUGIN_PATH or `plugins` of the rig file names"});
+                 .hint = "For a plugin, put " + plugin_file_name(driver) +
+                         " into a folder of --plugins, WEFT_PLUGIN_PATH or `plugins` of the "
+                         "rig file"});
   const Result<const LoadedPlugin*> plugin = loaded(driver, files->front());
   if (!plugin) return pass(plugin.error());
   return Found{nullptr, *plugin};

@@ -24,7 +24,7 @@ void PluginDriver::enter(const char* function, const Call& call) {
     } catch (const std::exception& e) {
       record_exception(e.what());
     } catch (...) {
-      record_exception("something that is no std::exception");
+      record_exception("an exception of another type than std::exception");
     }
     late = turn.late();
   }
@@ -43,8 +43,7 @@ Status PluginDriver::call_plugin(const char* function, const Call& call) {
   if (broken_) return pass(*broken_);
   if (code == 0) return {};
   if (refused_) return pass(*std::exchange(refused_, {}));
-  return fail(
-      {.code = Errc::driver, .what = std::string(function) + " is refused without a reason"});
+  return fail({.code = Errc::driver, .what = std::string(function) + " refused without a reason"});
 }
 
 PluginDriver::PluginDriver(LoadedPlugin plugin, const std::string& device, DriverHost& host,
@@ -106,21 +105,19 @@ void PluginDriver::close() {
 }
 
 void PluginDriver::record_exception(const std::string& what) {
-  record_error(
-      {.code = Errc::driver,
-       .what = "the driver's code (" + plugin_.file + ") threw an exception in " + function_,
-       .expected = "no exception",
-       .got = what,
-       .hint = "The driver is at fault: ask its author"});
+  record_error({.code = Errc::driver,
+                .what = "driver code (" + plugin_.file + ") threw an exception in " + function_,
+                .expected = "no exception",
+                .got = what,
+                .hint = "Report the fault to the author of the driver"});
 }
 
 void PluginDriver::record_late() {
-  record_error(
-      {.code = Errc::driver,
-       .what = "the driver's code (" + plugin_.file + ") kept the program waiting in " + function_,
-       .expected = "less than " + std::to_string(watch_->limits().late.count()) + " ms",
-       .got = "more",
-       .hint = "A driver waits with timers, never inside a call: ask its author"});
+  record_error({.code = Errc::driver,
+                .what = "driver code (" + plugin_.file + ") blocked the program in " + function_,
+                .expected = "less than " + std::to_string(watch_->limits().late.count()) + " ms",
+                .got = "longer",
+                .hint = "Ask the author of the driver to use timers instead of waiting"});
 }
 
 void PluginDriver::record_error(Error error) {

@@ -11,7 +11,7 @@ namespace {
 constexpr std::string_view prefix = "weft-driver-";
 constexpr std::string_view suffix = ".so";
 constexpr std::string_view symbol = "weft_driver_v1";
-constexpr std::string_view rebuild = "Build the driver again with the SDK of this weft";
+constexpr std::string_view rebuild = "Build the driver again with the SDK of this Weft version";
 // Size of the first version 1. Later members follow it and may be missing.
 constexpr std::uint32_t least_size = 96;
 
@@ -44,7 +44,7 @@ Status check_functions(const weft_driver_entry_v1& table) {
        {"stop", table.stop != nullptr},
        {"close", table.close != nullptr}}};
   for (const auto& [name, there] : parts)
-    if (!there) return refuse("the driver's table has a hole", name, "nothing there");
+    if (!there) return refuse("function missing in the driver table", name, "none");
   return {};
 }
 
@@ -54,14 +54,14 @@ Status check_kind(const std::filesystem::path& file) {
   if (!in)
     return fail({.code = Errc::not_found,
                  .where = file.string(),
-                 .what = "the plugin cannot be read",
+                 .what = "plugin not readable",
                  .expected = "a readable file"});
   std::array<char, 4> magic{};
   in.read(magic.data(), magic.size());
   if (in.gcount() == 4 && std::string_view(magic.data(), 4) == "\177ELF") return {};
   return fail({.code = Errc::unsupported,
                .where = file.string(),
-               .what = "the plugin is not a shared object",
+               .what = "plugin is not a shared object",
                .expected = "an ELF file",
                .got = in.gcount() == 0 ? "an empty file" : "a file of another kind",
                .hint = std::string(rebuild)});
@@ -89,16 +89,16 @@ std::string load_driver(const std::filesystem::path& file) {
 
 Status check_table(const weft_driver_entry_v1& table) {
   if (table.abi_version != WEFT_DRIVER_ABI_VERSION)
-    return refuse("the driver was built for another plugin ABI",
+    return refuse("driver built for another plugin ABI",
                   "version " + std::to_string(WEFT_DRIVER_ABI_VERSION),
                   "version " + std::to_string(table.abi_version));
   if (table.struct_size < least_size || table.struct_size > sizeof(weft_driver_entry_v1))
-    return refuse("the driver's table has another size",
+    return refuse("wrong size of the driver table",
                   std::to_string(sizeof(weft_driver_entry_v1)) + " bytes",
                   std::to_string(table.struct_size) + " bytes");
   const std::string_view built = table.build_fingerprint == nullptr ? "" : table.build_fingerprint;
   if (layout_of(built) != layout_of(WEFT_DRIVER_FINGERPRINT))
-    return refuse("the driver has another build fingerprint",
+    return refuse("wrong build fingerprint of the driver",
                   std::string(layout_of(WEFT_DRIVER_FINGERPRINT)),
                   built.empty() ? "none" : std::string(built));
   return check_functions(table);
@@ -113,7 +113,7 @@ Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
   if (library == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = path,
-                 .what = "the plugin cannot be loaded",
+                 .what = "plugin not loaded",
                  .expected = "a shared object that loads",
                  .got = loader_error_text(),
                  .hint = std::string(rebuild)});
@@ -123,15 +123,14 @@ Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
   if (plugin.table == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = path,
-                 .what = "the shared object has no driver in it",
-                 .expected = "the symbol " + std::string(symbol),
-                 .got = "no such symbol",
-                 .hint = "Its source needs WEFT_EXPORT_DRIVER (docs/add-a-device.md)"});
+                 .what = "plugin exports no driver",
+                 .expected = "symbol " + std::string(symbol),
+                 .hint = "Add WEFT_EXPORT_DRIVER to its source (docs/add-a-device.md)"});
   if (Status ok = check_table(*plugin.table); !ok) return pass(ok.error(), path);
   if (plugin.table->name != load_driver(path))
     return fail({.code = Errc::unsupported,
                  .where = path,
-                 .what = "the file's name and the driver in it disagree",
+                 .what = "file name differs from the driver name",
                  .expected = plugin_file_name(plugin.table->name),
                  .got = file.filename().string(),
                  .hint = "Rename the file"});

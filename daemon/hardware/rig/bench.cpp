@@ -31,8 +31,8 @@ static_assert(std::variant_size_v<decltype(Sample::value)> == sample_names.size(
 /// role.
 void refuse(Device& device, const Sample& sample) {
   device.fault(Error{.code = Errc::invalid_argument,
-                     .what = "its samples are not those of its role",
-                     .expected = "what role " + device.entry().role + " takes",
+                     .what = "samples do not fit the role of the device",
+                     .expected = "samples for role " + device.entry().role,
                      .got = std::string(sample_names[sample.value.index()]) +
                             " samples of driver " + device.entry().driver,
                      .hint = "Check role and driver of this device in the rig file"});
@@ -174,8 +174,8 @@ void Bench::poll() {
   if (const Error* error = fault()) return finish(pass(*error));
   if (ready_()) return std::exchange(then_, {})();
   if (loop_->now() >= deadline_)
-    return finish(fail(
-        {.code = Errc::timeout, .where = "bench", .what = awaited_ + " was not reached in time"}));
+    return finish(
+        fail({.code = Errc::timeout, .where = "bench", .what = awaited_ + " not reached in time"}));
   poll_timer_ = loop_->after(poll_period, [this] { poll(); });
 }
 
@@ -224,7 +224,7 @@ void Bench::read_all() {
         return false;
     return true;
   };
-  await(fresh, ready_limit, "a reading of every stage", [this] { finish({}); });
+  await(fresh, ready_limit, "new readings of all stages", [this] { finish({}); });
 }
 
 }  // namespace weft::daemon

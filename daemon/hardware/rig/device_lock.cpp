@@ -120,15 +120,14 @@ void write_note(int file, const std::string& rig) {
 }
 
 tl::unexpected<Error> cannot_lock(const fs::path& path, int number) {
-  return fail(
-      {.code = Errc::io,
-       .where = path.string(),
-       .what = "cannot lock the device",
-       .expected = "a file that this user can write and lock",
-       .got = std::generic_category().message(number),
-       .hint = number == EROFS
-                   ? "Let the unit or container write there (ReadWritePaths=/run/lock)"
-                   : "Make /run/lock writable for every user, as Debian has it (mode 1777)"});
+  return fail({.code = Errc::io,
+               .where = path.string(),
+               .what = "device lock failed",
+               .expected = "a file that this user can write and lock",
+               .got = std::generic_category().message(number),
+               .hint = number == EROFS
+                           ? "Give the unit or container write access (ReadWritePaths=/run/lock)"
+                           : "Make /run/lock writable for every user (mode 1777)"});
 }
 
 }  // namespace
@@ -161,11 +160,11 @@ Status DeviceLocks::lock(const std::string& port, const std::string& rig) {
       if (number != EWOULDBLOCK) return cannot_lock(path, number);
       return fail({.code = Errc::busy,
                    .where = port,
-                   .what = "another program uses the device",
+                   .what = "device in use by another program",
                    .expected = "a free device",
                    .got = holder,
-                   .hint = "Wait until it has ended (after a crash: until its monitor has lifted "
-                           "the probe), or end it (weft status, weft stop)"});
+                   .hint = "Wait until that program ends (after a crash: until its monitor has "
+                           "retracted the probe), or end it with `weft stop`"});
     }
     if (!is_current(file, path)) {
       ::close(file);

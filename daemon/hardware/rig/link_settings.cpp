@@ -18,7 +18,7 @@ Result<std::string> address(const json& link, const char* key, const std::string
   const auto found = link.find(key);
   if (found == link.end() || !found->is_string() || found->get<std::string>().empty())
     return fail(
-        {.where = where + "/" + key, .what = "missing or not a text", .expected = "a text"});
+        {.where = where + "/" + key, .what = "missing or not a string", .expected = "a string"});
   return found->get<std::string>();
 }
 
@@ -44,7 +44,7 @@ Result<Endpoint> endpoint(json link, const std::string& where) {
   Result<std::string> host = address(link, "host", where);
   if (!host) return pass(host.error());
   if (!link.contains("port"))
-    return fail({.where = where + "/port", .what = "missing", .expected = "a port's number"});
+    return fail({.where = where + "/port", .what = "port missing", .expected = "a port number"});
   link.erase("host");
   link.erase("kind");
   ConfigReader reader(link.dump());
@@ -73,8 +73,8 @@ Result<LinkSettings> memory(const json& link, const std::string& where) {
   for (const auto& [key, value] : link.items())
     if (key != "kind")
       return fail({.where = where + "/" + key,
-                   .what = "a memory link has no settings",
-                   .expected = "kind alone"});
+                   .what = "setting not allowed for a memory link",
+                   .expected = "only kind"});
   return LinkSettings(MemoryPort{});
 }
 
@@ -87,7 +87,7 @@ Result<LinkSettings> of_kind(const json& link, const std::string& where) {
     return endpoint(link, where).map([](auto e) { return LinkSettings(TcpPort{e}); });
   if (*kind == "udp") return udp(link, where);
   return fail({.where = where + "/kind",
-               .what = "no such kind of link",
+               .what = "unknown kind of link",
                .expected = "memory, serial, tcp or udp",
                .got = *kind});
 }
@@ -95,7 +95,7 @@ Result<LinkSettings> of_kind(const json& link, const std::string& where) {
 struct Opener {
   RealLoop* loop;
   Result<std::unique_ptr<Link>> operator()(const MemoryPort&) const {
-    return fail({.code = Errc::wrong_state, .what = "a memory link has no port to open"});
+    return fail({.code = Errc::wrong_state, .what = "memory link has no port"});
   }
   Result<std::unique_ptr<Link>> operator()(const SerialSettings& s) const {
     return open_serial(*loop, s);
@@ -117,7 +117,7 @@ Result<LinkSettings> parse_link(std::string_view text, std::string_view where) {
     return fail({.where = std::string(where),
                  .what = "not a link",
                  .expected = "an object",
-                 .got = link.is_discarded() ? "no JSON" : link.type_name()});
+                 .got = link.is_discarded() ? "invalid JSON" : link.type_name()});
   return of_kind(link, std::string(where));
 }
 

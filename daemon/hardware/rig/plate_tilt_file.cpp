@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr const char* make_one = "weft align --rig RIG --json makes one";
+constexpr const char* make_one = "Create the file with `weft align --rig RIG --json`";
 
 struct FoundLevel {
   std::string rig, bench, outcome;
@@ -25,23 +25,23 @@ Result<FoundLevel> parse_level(std::string_view text) {
   const json& parsed = *document;
   if (!parsed.is_object() || parsed.value("command", json()) != "align")
     return fail({.code = Errc::parse,
-                 .what = "not what weft align says",
-                 .expected = "its --json output",
+                 .what = "not an output of weft align",
+                 .expected = "output of weft align --json",
                  .hint = make_one});
   try {
     const json& after = parsed.at("after");
     if (after.is_null())
       return fail({.code = Errc::wrong_state,
                    .where = "/after",
-                   .what = "no tilt was found",
+                   .what = "no plate tilt measured",
                    .hint = make_one});
     return FoundLevel{parsed.at("rig"),           parsed.at("bench"),          parsed.at("outcome"),
                       after.at("rx_rad"),         after.at("ry_rad"),          after.at("lean_rad"),
                       parsed.at("tolerance_rad"), parsed.at("measured_unix_s")};
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse,
-                 .what = "not what weft align says",
-                 .expected = "its --json output",
+                 .what = "not an output of weft align",
+                 .expected = "output of weft align --json",
                  .got = e.what(),
                  .hint = make_one});
   }
@@ -51,24 +51,24 @@ Status of_this_rig(const FoundLevel& found, const RigFile& rig) {
   if (found.outcome != "complete" || !(found.lean_left_rad <= found.tolerance_rad))
     return fail({.code = Errc::wrong_state,
                  .where = "/outcome",
-                 .what = "the plate was not levelled",
+                 .what = "plate not levelled",
                  .expected = "complete",
                  .got = found.outcome,
-                 .hint = "Run weft align again"});
+                 .hint = "Run `weft align` again"});
   if (found.rig != rig.name)
     return fail({.code = Errc::wrong_state,
                  .where = "/rig",
-                 .what = "the level is another rig's",
+                 .what = "plate tilt measured on another rig",
                  .expected = rig.name,
                  .got = found.rig,
-                 .hint = "Run weft align with this rig file"});
+                 .hint = "Run `weft align` with this rig file"});
   if (found.bench != to_string(rig.bench))
     return fail({.code = Errc::wrong_state,
                  .where = "/bench",
-                 .what = "the level is of another kind of bench",
+                 .what = "plate tilt measured on another kind of bench",
                  .expected = std::string(to_string(rig.bench)),
                  .got = found.bench,
-                 .hint = "Run weft align with this rig file"});
+                 .hint = "Run `weft align` with this rig file"});
   return {};
 }
 
@@ -82,17 +82,17 @@ Status of_these_days(const FoundLevel& found, std::chrono::nanoseconds now_utc,
   if (found.measured_unix_s > now_s + clocks_differ_s)
     return fail({.code = Errc::wrong_state,
                  .where = "/measured_unix_s",
-                 .what = "the level was found in the future",
+                 .what = "plate tilt measured in the future",
                  .expected = "at most " + seconds(now_s),
                  .got = seconds(found.measured_unix_s),
-                 .hint = "Set this machine's clock, or say --level-max-age-h 0"});
+                 .hint = "Set the clock of this computer, or use --level-max-age-h 0"});
   if (found.measured_unix_s < now_s - oldest.count())
     return fail({.code = Errc::wrong_state,
                  .where = "/measured_unix_s",
-                 .what = "the level is too old",
+                 .what = "plate tilt measured too long ago",
                  .expected = "at least " + seconds(now_s - oldest.count()),
                  .got = seconds(found.measured_unix_s),
-                 .hint = "Run weft align again, or say --level-max-age-h"});
+                 .hint = "Run `weft align` again, or increase --level-max-age-h"});
   return {};
 }
 
@@ -111,8 +111,8 @@ Result<std::string> with_level(std::string_view rig_json, std::string_view align
   if (plate.contains("level"))
     return fail({.code = Errc::invalid_argument,
                  .where = "/plate/level",
-                 .what = "the rig file has a level already",
-                 .hint = "Take it out of the rig file, or leave --level out"});
+                 .what = "rig file already has a plate tilt",
+                 .hint = "Remove it from the rig file, or omit --level"});
   plate["level"] = {{"rx_rad", found->rx_rad},
                     {"ry_rad", found->ry_rad},
                     {"lean_left_rad", found->lean_left_rad},

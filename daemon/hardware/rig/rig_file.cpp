@@ -110,7 +110,7 @@ Result<BenchMode> bench_mode(const std::string& word) {
   if (word == "emulated") return BenchMode::emulated;
   if (word == "real") return BenchMode::real;
   return fail({.where = "/bench",
-               .what = "unknown bench",
+               .what = "unknown bench kind",
                .expected = "simulated, emulated or real",
                .got = word});
 }
@@ -129,7 +129,7 @@ Status commands_suit(const DeviceEntry& device, BenchMode mode, const std::strin
   if (!device.commands) return {};
   if (mode == BenchMode::emulated && std::holds_alternative<TcpPort>(*device.commands)) return {};
   return fail({.where = where + "/commands",
-               .what = "only weft-rig serves a command port, for other programs",
+               .what = "command port not possible here",
                .expected = "tcp on an emulated bench"});
 }
 
@@ -138,20 +138,20 @@ Status link_suits(const DeviceEntry& device, BenchMode mode, const std::string& 
   const bool in_memory = mode == BenchMode::simulated;
   if (is_memory(device.link) != in_memory)
     return fail({.where = where + "/link",
-                 .what = "the link does not suit the bench",
+                 .what = "wrong kind of link for this bench",
                  .expected = in_memory ? "memory on a simulated bench"
                                        : "serial, tcp or udp on a real port",
                  .got = in_memory ? "a port" : "memory",
                  .hint = "See docs/reference/rig-keys.md"});
   if (!page_suits(device, in_memory))
     return fail({.where = where + "/http",
-                 .what = "the link does not suit the bench",
+                 .what = "wrong kind of link for this bench",
                  .expected = in_memory ? "memory on a simulated bench" : "tcp on a real port"});
   if (Status s = commands_suit(device, mode, where); !s) return s;
   if (device.also.empty()) return {};
   if (mode != BenchMode::emulated || std::any_of(device.also.begin(), device.also.end(), is_memory))
     return fail({.where = where + "/also",
-                 .what = "only weft-rig serves a device at more places than one",
+                 .what = "additional links not possible here",
                  .expected = "ports of an emulated bench"});
   return {};
 }
@@ -169,7 +169,7 @@ Result<Endpoint> read_console(const json& root) {
   if (!link.is_object())
     return fail({.where = pointer.to_string(),
                  .what = "missing or not an object",
-                 .expected = "host and port where weft-rig takes orders"});
+                 .expected = "host and port of the weft-rig console"});
   link["kind"] = "tcp";
   const Result<LinkSettings> console = parse_link(link.dump(), pointer.to_string());
   if (!console) return pass(console.error());
@@ -294,10 +294,10 @@ Result<std::string> with_noise(const DeviceEntry& entry, json config) {
   if (config.value(noise_key, json()) != "none") return entry.config_json;
   return fail({.code = Errc::invalid_argument,
                .where = std::string("/") + noise_key,
-               .what = "this device has noise",
+               .what = "value not allowed for a device with noise",
                .expected = "an emulator without noise, on a simulated or emulated bench",
                .got = "none",
-               .hint = "Leave it out: the driver is told of a simulation without noise"});
+               .hint = "Remove the key; it is set for a simulation without noise"});
 }
 
 /// A key may require another link of the device: its schema names the link as `x-link`.
@@ -308,10 +308,10 @@ Status has_needed_links(const DeviceEntry& entry, const json& config, const json
     if (properties.contains(key) && properties[key].value("x-link", "") == "http" && value != "")
       return fail({.code = Errc::invalid_argument,
                    .where = "/" + key,
-                   .what = "nothing can be compared without the box's pages",
-                   .expected = "the device's http link beside its link",
+                   .what = "key needs the web pages of the box",
+                   .expected = "an http link of the device",
                    .got = "none",
-                   .hint = "Add \"http\" to the device, or leave " + key + " out"});
+                   .hint = "Add \"http\" to the device, or remove " + key});
   return {};
 }
 
@@ -346,14 +346,12 @@ Result<std::string> driver_config(const DeviceEntry& entry, DriverCatalog& drive
     config[acceleration_key] = given;
     return config.dump();
   }
-  return fail(
-      {.code = Errc::invalid_argument,
-       .where = std::string("/") + acceleration_key,
-       .what =
-           "the stage's acceleration is not the rig's, which plan, force loop and guards count on",
-       .expected = json(limit).dump() + " mm/s2, " + entry.acceleration_limit,
-       .got = given.dump() + " mm/s2",
-       .hint = "Leave it out: the limit is sent to the stage. Or change the limit"});
+  return fail({.code = Errc::invalid_argument,
+               .where = std::string("/") + acceleration_key,
+               .what = "acceleration differs from the limit of the rig",
+               .expected = json(limit).dump() + " mm/s2, " + entry.acceleration_limit,
+               .got = given.dump() + " mm/s2",
+               .hint = "Remove the key to use the limit of the rig, or change that limit"});
 }
 
 Error in_rig_file(const DeviceEntry& entry, Error error) {
@@ -361,7 +359,8 @@ Error in_rig_file(const DeviceEntry& entry, Error error) {
   const bool sent = entry.acceleration_mm_s2 && !config.contains(acceleration_key);
   if (!sent || error.where != std::string("/") + acceleration_key) return error;
   error.where = entry.acceleration_limit;
-  if (!error.where.ends_with(acceleration_key)) error.hint = "The stage's driver counts in mm/s2";
+  if (!error.where.ends_with(acceleration_key))
+    error.hint = "Compare the limit in mm/s2, the unit of the stage driver";
   return error;
 }
 

@@ -13,7 +13,7 @@ constexpr std::array<std::string_view, 3> sensor_roles{"wrench", "taxels", "vibr
 Status once(std::string_view role, std::ptrdiff_t count) {
   if (count == 1) return {};
   return fail({.where = "/devices",
-               .what = "role " + std::string(role) + " is not filled once",
+               .what = "wrong number of devices with role " + std::string(role),
                .expected = "one device",
                .got = std::to_string(count) + " devices"});
 }
@@ -27,18 +27,18 @@ Status axis_filled(recipes::Axis axis, std::ptrdiff_t count, bool fixed) {
   const std::string name(to_string(axis));
   if (fixed && count > 0)
     return fail({.where = "/fixed/" + fixed_key(axis),
-                 .what = "axis " + name + " is fixed and has a stage",
-                 .expected = "one of them",
+                 .what = "axis " + name + " both fixed and moved by a stage",
+                 .expected = "only one of the two",
                  .got = "a device with role " + name,
-                 .hint = "Take the key out, or the device"});
+                 .hint = "Remove the key or the device"});
   if (fixed || count > 0) return fixed ? Status{} : once(name, count);
   const bool needed = axis == recipes::Axis::x || axis == recipes::Axis::z;
   return fail({.where = "/devices",
-               .what = "role " + name + " is not filled once",
+               .what = "wrong number of devices with role " + name,
                .expected = needed ? "one device" : "one device, or the axis fixed",
                .got = "0 devices",
                .hint = needed ? ""
-                              : "A rig without this stage says where the axis stands: \"fixed\": "
+                              : "Add a device, or state the position of the axis: \"fixed\": "
                                 "{\"" +
                                     fixed_key(axis) + "\": 0}"});
 }
@@ -81,15 +81,15 @@ Status roles_filled(const std::vector<std::string>& roles, const FixedAxes& fixe
   for (const std::string_view role : {"wrench", "vibro"})
     if (count(role) > 1)
       return fail({.where = "/devices",
-                   .what = "role " + std::string(role) + " is filled twice",
+                   .what = "too many devices with role " + std::string(role),
                    .expected = "at most one device",
                    .got = std::to_string(count(role)) + " devices"});
   if (count("wrench") + count("taxels") > 0) return {};
   return fail({.where = "/devices",
-               .what = "the rig has neither a force sensor nor taxels",
+               .what = "rig has neither a force sensor nor taxels",
                .expected = "a device with the role wrench or taxels",
                .got = "none",
-               .hint = "One of them must show when the probe touches the cloth"});
+               .hint = "Add one of them to detect contact with the fabric"});
 }
 
 }  // namespace weft::daemon
