@@ -29,7 +29,7 @@ Result<AlignSummary> run_alignment(const AlignRequest& request) {
     return run.result().has_value();
   });
   if (!run.result())
-    return fail({.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"});
+    return fail({.code = Errc::timeout, .where = "bench", .what = "bench does not respond"});
   const auto ended = std::chrono::duration_cast<std::chrono::seconds>(utc_now());
   return AlignSummary{rig.name,      rig.bench,          *plan,
                       *run.result(), run.state().rounds, to_seconds((*session)->loop().now()),

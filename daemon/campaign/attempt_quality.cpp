@@ -102,10 +102,9 @@ std::optional<Error> AttemptQualityCheck::lost_samples() const {
        {std::pair{"taxel frames", frames_}, std::pair{"force readings", readings_}}) {
     const double lost = share(arrived.lost, arrived.samples + arrived.lost);
     if (lost > limits_.lost_fraction)
-      return bad(std::string(name) + " were lost", {},
-                 "at most " + percent_text(limits_.lost_fraction),
-                 percent_text(lost) + ", " + std::to_string(arrived.lost),
-                 "Look at the sensor's cable, and at what else loads the line");
+      return bad(std::string(name) + " lost", {}, "at most " + percent_text(limits_.lost_fraction),
+                 percent_text(lost) + " (" + std::to_string(arrived.lost) + " samples)",
+                 "Check the cable of the sensor and other traffic on its link");
   }
   return std::nullopt;
 }
@@ -116,14 +115,13 @@ std::optional<Error> AttemptQualityCheck::bad_taxel() const {
     const std::string where = "taxel " + std::to_string(i);
     const double full = share(taxel.full, frames_.samples);
     if (full > limits_.saturated_fraction)
-      return bad("a taxel is saturated", where,
-                 "at the end of its range in at most " + percent_text(limits_.saturated_fraction) +
-                     " of the frames",
-                 percent_text(full), "Look at its pad, or press less");
+      return bad("taxel saturated", where,
+                 "at most " + percent_text(limits_.saturated_fraction) + " of the frames",
+                 percent_text(full), "Check its pad, or press with less force");
     if (taxel.longest_still >= still_frames_)
-      return bad("a taxel is dead: it does not change", where,
+      return bad("taxel value does not change", where,
                  "fewer than " + std::to_string(still_frames_) + " equal frames in a row",
-                 std::to_string(taxel.longest_still), "Look at its pad and at the sensor's cable");
+                 std::to_string(taxel.longest_still), "Check its pad and the cable of the sensor");
   }
   return std::nullopt;
 }
@@ -132,9 +130,9 @@ std::optional<Error> AttemptQualityCheck::verdict(double in_band_fraction) const
   if (auto lost = lost_samples()) return lost;
   if (auto taxel = bad_taxel()) return taxel;
   if (in_band_fraction < limits_.force_in_band_fraction)
-    return bad("the force was out of its band", "while it was held",
-               "at least " + percent_text(limits_.force_in_band_fraction) + " within it",
-               percent_text(in_band_fraction), "Look at the probe's mount, or widen force_band_N");
+    return bad("force outside its band", "while it was held",
+               "at least " + percent_text(limits_.force_in_band_fraction) + " within the band",
+               percent_text(in_band_fraction), "Check the probe mount, or increase force_band_N");
   return std::nullopt;
 }
 

@@ -252,12 +252,12 @@ void BenchActions::check_baseline() {
 Error BenchActions::no_baseline() const {
   return {.code = Errc::timeout,
           .where = "taxels",
-          .what = "the counts do not stay the same while the probe hangs free",
+          .what = "taxel counts not constant while the probe is free",
           .expected = "a mean within " + std::to_string(touch_counts_ / 2) + " counts for " +
                       std::to_string(to_seconds(bias_time)) + " s",
           .got = biasing_->times == 0 ? "too few frames"
                                       : std::to_string(biasing_->times) + " attempts",
-          .hint = "Look at what touches the probe, or raise probe.touch_counts"};
+          .hint = "Remove what touches the probe, or increase probe.touch_counts"};
 }
 
 std::optional<Error> BenchActions::still_awaited() const {
@@ -272,10 +272,10 @@ std::optional<Error> BenchActions::still_awaited() const {
   return Error{
       .code = Errc::timeout,
       .where = bench_->wrench().entry().name,
-      .what = "the force does not stay at zero after the sensor's bias",
+      .what = "force not zero after the bias",
       .expected = wanted,
       .got = got,
-      .hint = "Look at what touches or shakes the plate, then at the sensor's cable or network"};
+      .hint = "Check what touches or shakes the plate, then the cable or network of the sensor"};
 }
 
 // Between set point and rest, z stays at or below the height where the fabric first carried the

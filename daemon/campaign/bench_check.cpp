@@ -82,16 +82,16 @@ void compare_limits(const DeviceEntry& entry, recipes::Axis role, const recipes:
   const AxisLimits axis = limits_of(role, limits);
   if (axis.speed > settings->max_speed * (1 + rounding))
     problems.push_back(
-        {axis.speed_key, "the driver of " + entry.name + " allows less speed",
+        {axis.speed_key, "speed above the limit of the driver of " + entry.name,
          "at most " + general(settings->max_speed * axis.per_si) + " " + axis.unit + "/s",
          general(axis.speed * axis.per_si) + " " + axis.unit + "/s",
-         "Lower the limit, or raise the driver's setting if the stage permits it"});
+         "Lower the limit, or raise the driver setting if the stage permits it"});
   const double count = 1 / settings->scale.counts_per_unit;
   const Range allowed{settings->travel_low_counts * count, settings->travel_high_counts * count};
   if (axis.travel.min < allowed.min - count || axis.travel.max > allowed.max + count)
-    problems.push_back({axis.travel_key, "the driver of " + entry.name + " allows less travel",
+    problems.push_back({axis.travel_key, "travel outside the range of the driver of " + entry.name,
                         "within " + range_text(allowed, axis), range_text(axis.travel, axis),
-                        "Narrow the limit, or widen the driver's travel if the stage permits it"});
+                        "Narrow the limit, or widen the driver travel if the stage permits it"});
 }
 
 /// True if only a plugin has a driver of this name.
@@ -126,8 +126,9 @@ void mount_fabrics(const Plan& plan, sim::Rig& bench, std::vector<Diagnostic>& p
     const std::string& name = plan.fabrics[i];
     const std::string pointer = "/fabrics/" + std::to_string(i);
     if (std::ranges::find(known, name) == known.end()) {
-      problems.push_back({pointer, "the cloth table of the rig has no such fabric", "", name,
-                          did_you_mean(name, known, "Its fabrics are " + recipes::one_of(known))});
+      problems.push_back(
+          {pointer, "fabric not in the fabric table of the rig", "", name,
+           did_you_mean(name, known, "Known fabrics are " + recipes::one_of(known))});
     } else if (const Status on = bench.mount(name, first_seeds(plan, i), 1, TimePoint{}); !on) {
       problems.push_back(diagnostic(on.error(), pointer));
     }
@@ -206,7 +207,7 @@ Status check_rig_file(const std::filesystem::path& path) {
   return fail({.code = Errc::invalid_argument,
                .where = path.string(),
                .what = recipes::to_string(problems.front()),
-               .hint = "weft check tells all of it"});
+               .hint = "Run `weft check` to see all problems"});
 }
 
 Result<OpenedRig> open_rig(const std::filesystem::path& path, const PluginSettings& plugins) {

@@ -48,13 +48,13 @@ Status read_answer(const std::string& line) {
   if (!object.is_object())
     return fail({.code = Errc::parse,
                  .where = "console",
-                 .what = "weft-rig's answer is not understood",
+                 .what = "invalid reply of weft-rig",
                  .expected = "an object",
                  .got = line});
   if (object.value("ok", false)) return {};
   return fail({.code = Errc::device_refused,
                .where = "weft-rig",
-               .what = object.value("error", "weft-rig gave no reason")});
+               .what = object.value("error", "request refused without a reason")});
 }
 
 RigConsole::RigConsole(std::unique_ptr<Link> link) : link_(std::move(link)) {
@@ -237,11 +237,10 @@ class PortSession final : public BenchSession {
   void report_lost_monitor() {
     bench_->report_fault({.code = Errc::wrong_state,
                           .where = "monitor",
-                          .what = "the process that watches this run has ended or does not run",
+                          .what = "monitor of this run ended or stopped",
                           .expected = "process " + std::to_string(monitor_->process()),
                           .got = "none",
-                          .hint = "Look in the system log for who ended or stopped it, then resume "
-                                  "the run"});
+                          .hint = "Check the system log for the cause, then resume the run"});
   }
 
   std::unique_ptr<DeviceLocks> locks_;  ///< released last, after the ports are closed
@@ -277,9 +276,10 @@ Result<std::unique_ptr<BenchSession>> simulated_session(const SessionRequest& re
 }  // namespace
 
 void BenchSession::inject_fault(const FaultOrder& order) {
-  order.callback(fail({.code = Errc::unsupported,
-                       .where = "bench",
-                       .what = "nothing lets faults befall a real bench"}));
+  order.callback(
+      fail({.code = Errc::unsupported,
+            .where = "bench",
+            .what = "fault injection is available on simulated and emulated benches only"}));
 }
 
 Status bring_up(BenchSession& session, const StopRequested& stop_requested, Homing homing) {
@@ -288,9 +288,10 @@ Status bring_up(BenchSession& session, const StopRequested& stop_requested, Homi
   session.run_until([&] { return up.has_value() || stop_requested(); });
   if (up) return *up;
   if (stop_requested())
-    return fail(
-        {.code = Errc::wrong_state, .where = "bench", .what = "stopped while the bench came up"});
-  return fail({.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"});
+    return fail({.code = Errc::wrong_state,
+                 .where = "bench",
+                 .what = "stopped while the bench was starting"});
+  return fail({.code = Errc::timeout, .where = "bench", .what = "bench does not respond"});
 }
 
 Result<std::unique_ptr<BenchSession>> open_session(const SessionRequest& request) {
@@ -352,10 +353,10 @@ Status same_rates(const RigFile& rig, const recipes::RigLimits& limits, const si
     if (std::abs(average_hz - *sent_hz) <= tolerance * *sent_hz) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = "/devices/" + std::to_string(i) + "/config/rate_hz",
-                 .what = "driver and emulator disagree on the rate",
-                 .expected = std::to_string(*sent_hz) + " Hz, as the emulator sends",
+                 .what = "rate differs between driver and emulator",
+                 .expected = std::to_string(*sent_hz) + " Hz, the rate of the emulator",
                  .got = std::to_string(average_hz) + " Hz",
-                 .hint = "Change one of them"});
+                 .hint = "Change one of the two rates"});
   }
   return {};
 }
@@ -366,7 +367,7 @@ Result<std::string> read_fabrics(const RigFile& rig_file, const std::filesystem:
   if (root.is_discarded() || !root.contains(pointer) || !root[pointer].is_string())
     return fail({.code = Errc::invalid_argument,
                  .where = rig_path.string() + ": /simulation/fabrics",
-                 .what = "the rig file names no cloth table",
+                 .what = "rig file without fabric table",
                  .expected = "a path relative to the rig file"});
   return read_text_file(rig_path.parent_path() / root[pointer].get<std::string>());
 }

@@ -388,7 +388,7 @@ Status finished(Recorder recorder, const Run& run, TimePoint now, CampaignSummar
 std::string format_ended_early(const CampaignSummary& summary) {
   if (summary.trials_ended_early == 0) return {};
   return ", " + std::to_string(summary.trials_ended_early) +
-         " of them with slides that ended early, which are in no data set";
+         " of them ended early and excluded from the data set";
 }
 
 Result<CampaignSummary> run_campaign(const CampaignRequest& request, const CampaignHooks& hooks) {
@@ -399,7 +399,7 @@ Result<CampaignSummary> run_campaign(const CampaignRequest& request, const Campa
   if (checked.plan.forecast.prompts > 0 && hooks.orders == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = request.recipe.string(),
-                 .what = "the recipe asks for people, and nobody can confirm here"});
+                 .what = "recipe has operator steps that cannot be confirmed here"});
   if (hooks.planned) hooks.planned(checked.plan);
   const auto began = steady_wall_now();
   const auto session = open_session({rig, request.rig, checked.plan.limits, checked.plan.seed,

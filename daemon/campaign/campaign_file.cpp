@@ -81,7 +81,7 @@ Status forget_end(const std::filesystem::path& folder) {
   if (error)
     return fail({.code = Errc::io,
                  .where = folder.string(),
-                 .what = "cannot set certificate and data set aside",
+                 .what = "certificate and data set not renamed",
                  .got = error.message()});
   return sync_folder(folder);  // before the campaign resumes: the old end must not reappear
 }
@@ -233,12 +233,13 @@ Result<CampaignSummary> certified_summary(const std::filesystem::path& folder,
   if (*certificate) summary.dataset_sha256 = (*certificate)->dataset_sha256;
   if (!summary.dataset_sha256.empty()) summary.dataset_file = folder / dataset_file_name;
   if (summary.trials_complete < summary.trials_planned)
-    summary.error = Error{.code = Errc::trials_failed,
-                          .where = summary.campaign_file.string(),
-                          .what = "trials of the campaign failed before",
-                          .expected = std::to_string(summary.trials_planned),
-                          .got = std::to_string(summary.trials_complete),
-                          .hint = "weft log and the journal in the file say which and why"};
+    summary.error =
+        Error{.code = Errc::trials_failed,
+              .where = summary.campaign_file.string(),
+              .what = "campaign has failed trials",
+              .expected = std::to_string(summary.trials_planned),
+              .got = std::to_string(summary.trials_complete),
+              .hint = "See `weft log` or the journal in the file for the trials and reasons"};
   return summary;
 }
 

@@ -127,9 +127,9 @@ Result<ChosenSimulation> choose_fidelity(const CampaignRequest& request, const r
   if (!chosen || !chosen->note.promise || request.error_check) return chosen;
   return fail({.code = Errc::invalid_argument,
                .where = "--no-error-check",
-               .what = "an accuracy is checked by the run itself",
+               .what = "option excludes --accuracy",
                .expected = "--accuracy without --no-error-check",
-               .hint = "Leave one of the two out"});
+               .hint = "Remove one of the two options"});
 }
 
 std::uint64_t disk_forecast(const recipes::Plan& plan) {

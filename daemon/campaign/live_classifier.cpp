@@ -27,7 +27,7 @@ Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& l
             const std::string& bench) {
   const auto other = [](const char* what, std::string expected, std::string got) {
     return fail({.code = Errc::invalid_argument,
-                 .what = std::string("the model was trained ") + what,
+                 .what = std::string("model trained ") + what,
                  .expected = std::move(expected),
                  .got = std::move(got)});
   };
@@ -42,10 +42,10 @@ Status fits(const recipes::Exploration& exploration, const recipes::RigLimits& l
   const bool other_bench = bench != "unknown" && bench != data_of(limits);
   if (exploration.live_vote->stop_early && other_bench)
     return fail({.code = Errc::unsupported,
-                 .what = "a model of another kind of bench would end the slides",
+                 .what = "model from another kind of bench cannot end slides",
                  .expected = "one trained on " + std::string(data_of(limits)) + " data",
                  .got = "one trained on " + bench + " data",
-                 .hint = "Leave stop_early out: it votes then, and ends nothing"});
+                 .hint = "Remove stop_early; the model then only votes"});
   return {};
 }
 
@@ -55,9 +55,8 @@ Status knows_enough(const recipes::Exploration& exploration, const classifier::S
   if (!exploration.live_vote->stop_early || knows) return {};
   return fail(
       {.code = Errc::unsupported,
-       .what = "the model knows no probability, so it is never sure",
-       .hint =
-           "weft fabric train --live writes one that does, of three slides or more of each label"});
+       .what = "model without probabilities",
+       .hint = "Train one with `weft fabric train --live` on at least 3 slides of each label"});
 }
 
 using recipes::Exploration;
@@ -68,7 +67,7 @@ Status check_size_of(const std::filesystem::path& file) {
   if (error)
     return fail({.code = Errc::not_found,
                  .where = file.string(),
-                 .what = "cannot read the file",
+                 .what = "file not readable",
                  .got = error.message()});
   const Status ok = check_live_model_size(size);
   return ok ? ok : Status(pass(ok.error(), file.string()));
@@ -121,10 +120,10 @@ Status each_voting(const recipes::Plan& plan, const std::filesystem::path& folde
 Status check_live_model_size(std::uintmax_t bytes) {
   if (bytes <= most_model_bytes) return {};
   return fail({.code = Errc::range,
-               .what = "the model is larger than a run loads",
+               .what = "model too large for a live vote",
                .expected = "at most " + std::to_string(most_model_bytes) + " bytes",
                .got = std::to_string(bytes) + " bytes",
-               .hint = "Fewer trials make a smaller one, as does another learner than trees"});
+               .hint = "Train with fewer trials, or with another learner than trees"});
 }
 
 Result<LiveModels> load_live_models(const recipes::Plan& plan,

@@ -32,7 +32,7 @@ class MaintenanceSession {
     wait(force_time, stopped);
     if (stopped())
       return fail(
-          {.code = Errc::wrong_state, .where = "bench", .what = "stopped before anything moved"});
+          {.code = Errc::wrong_state, .where = "bench", .what = "stopped before the first move"});
     recipes::BenchFound found{.joints = bench.snapshot().joints()};
     for (std::size_t i = 0; i < recipes::axis_count; ++i)
       found.homed[i] = bench.snapshot().stage[i].homed;
@@ -57,7 +57,7 @@ class MaintenanceSession {
     return {
         .outcome = recipes::Outcome::failed,
         .rig = recipes::RigFact::unknown,
-        .error = Error{.code = Errc::timeout, .where = "bench", .what = "the bench fell silent"}};
+        .error = Error{.code = Errc::timeout, .where = "bench", .what = "bench does not respond"}};
   }
 
   /// Waits while stopped stages still brake. False: one did not come to rest.
@@ -151,7 +151,7 @@ Result<MaintenanceSummary> run_maintenance(const MaintenanceRequest& request,
   summary.done.rig = recipes::RigFact::unknown;
   if (!summary.done.error)
     summary.done.error =
-        Error{.code = Errc::timeout, .where = "bench", .what = "the stages did not come to rest"};
+        Error{.code = Errc::timeout, .where = "bench", .what = "stages did not come to rest"};
   return summary;
 }
 

@@ -257,9 +257,9 @@ NoticeText format_notices(pid_t host, const Monitor::Settings& settings) {
   std::ostringstream limit;
   limit << std::chrono::duration_cast<seconds>(settings.max_wait).count();
   const std::string begin = "weft monitor: process " + std::to_string(host);
-  return {begin + " ended while a run had the rig",
-          begin + " killed: its control loop gave no sign of life for " + limit.str() +
-              " s (hung, stopped or starved of the processor)",
+  return {begin + " ended while a run controlled the rig",
+          begin + " killed: its control loop did not respond for " + limit.str() +
+              " s (hung, stopped or without processor time)",
           settings.log, std::getenv("JOURNAL_STREAM") != nullptr};
 }
 
@@ -310,12 +310,11 @@ void send_to_system_log(const Line& text) {
 /// Call after the stops, which must not wait. A reader that would block the write gets no notice.
 void write_notice(const NoticeText& notices, bool killed, const Stopped& done, std::size_t stages) {
   Line text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "%s; stop sent to %zu of %zu stages%s; inspect the rig, start again, then see "
-      "weft status",
-      (killed ? notices.killed : notices.died).c_str(), done.stopped, stages,
-      done.lifted ? ", then the probe was sent up" : ", the probe is where the run left it");
+  std::snprintf(text.data(), text.size(),
+                "%s; stop sent to %zu of %zu stages%s; inspect the rig, start again, then see "
+                "weft status",
+                (killed ? notices.killed : notices.died).c_str(), done.stopped, stages,
+                done.lifted ? ", then the probe was retracted" : ", the probe was not retracted");
   append_to_log(notices.log, text);
   pollfd out{STDERR_FILENO, POLLOUT, 0};
   if (::poll(&out, 1, 0) > 0) {
@@ -350,18 +349,18 @@ Result<std::unique_ptr<Monitor>> Monitor::start(Settings settings) {
   };
   void* memory =
       ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) return failed("no memory to share with the monitor");
+  if (memory == MAP_FAILED) return failed("shared memory of the monitor not created");
   auto* shared = new (memory) Shared;
   std::array<int, 2> line{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, line.data()) != 0)
-    return failed("no sockets to the monitor");
+    return failed("sockets of the monitor not created");
   const pid_t host = ::getpid();
   const NoticeText notices = format_notices(host, settings);
   std::vector<int> kept = settings.locks;
   kept.push_back(line[0]);
   std::ranges::sort(kept);
   const pid_t child = ::fork();
-  if (child < 0) return failed("the monitor could not be started");
+  if (child < 0) return failed("monitor not started");
   if (child == 0) {
     close_all_except(kept);  // also the host's end: otherwise its closing would go unseen
     become_monitor();

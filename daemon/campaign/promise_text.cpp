@@ -23,7 +23,7 @@ std::string format_place(const SimulationPromise& promise) {
 }
 
 std::string format_next(const SimulationPromise& promise) {
-  if (promise.next_setting.empty()) return "; no setting of the table promises less";
+  if (promise.next_setting.empty()) return "; no setting of the table promises a smaller error";
   return "; next setting " + promise.next_setting + " promises " +
          format_mn(promise.next_promise_n) + ", add --accuracy-strict";
 }
@@ -34,14 +34,14 @@ std::string format_pairs(const SimulationPromise& promise) {
 }
 
 std::string format_missed(const SimulationPromise& promise) {
-  const std::string requested = "MISSED: asked " + format_mn(promise.requested_n);
+  const std::string requested = "MISSED: requested " + format_mn(promise.requested_n);
   const std::string found = ", measured " + format_mn(promise.measured_n) + format_place(promise);
   if (is_measured_miss(promise)) return requested + found + format_next(promise);
   if (promise.checked_pairs < promise.pairs || !promise.is_checked)
     return requested + ", not checked: " + format_pairs(promise) +
            (promise.is_checked ? found : std::string());
   const std::string measured = requested + found;
-  return measured + ", which is not resolved: two references differ by " +
+  return measured + ", not resolved, because two references differ by " +
          format_mn(promise.uncertainty_n) + format_next(promise);
 }
 
@@ -51,14 +51,14 @@ std::string format_promise(const SimulationNote& note) {
   if (!note.promise) return {};
   const SimulationPromise& promise = *note.promise;
   if (!promise.has_run)
-    return "Promised: an error of at most " + format_mn(promise.promised_n) + ", asked " +
+    return "Promised: an error of at most " + format_mn(promise.promised_n) + ", requested " +
            format_mn(promise.requested_n) +
            (promise.pairs > ErrorCheck::most_trials
-                ? "; the run will check " + std::to_string(ErrorCheck::most_trials) + " of " +
-                      std::to_string(promise.pairs) + " pairs, and so cannot say that it was kept"
+                ? "; the run checks only " + std::to_string(ErrorCheck::most_trials) + " of " +
+                      std::to_string(promise.pairs) + " pairs and cannot confirm the promise"
                 : std::string());
   if (!promise.held) return format_missed(promise);
-  return "Accuracy kept: asked " + format_mn(promise.requested_n) + ", promised " +
+  return "Accuracy kept: requested " + format_mn(promise.requested_n) + ", promised " +
          format_mn(promise.promised_n) + ", measured " + format_mn(promise.measured_n) +
          format_place(promise);
 }
@@ -66,7 +66,7 @@ std::string format_promise(const SimulationNote& note) {
 std::string format_budget(const SimulationNote& note) {
   if (!note.budget) return {};
   const SimulationBudget& budget = *note.budget;
-  const std::string out = "asked " + sim::format_times(budget.requested) + ", forecast " +
+  const std::string out = "requested " + sim::format_times(budget.requested) + ", forecast " +
                           sim::format_times(budget.forecast);
   if (!(budget.achieved > 0)) return out;
   return out + ", achieved " + sim::format_times(budget.achieved) +

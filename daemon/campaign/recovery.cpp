@@ -35,20 +35,19 @@ Result<CampaignHistory> load_partial_history(const fs::path& folder,
   if (!has_campaign(folder))
     return fail({.code = Errc::not_found,
                  .where = folder.string(),
-                 .what = "nothing is on record",
-                 .hint = "Discard the run, or go on with it"});
+                 .what = "no recorded campaign",
+                 .hint = "Discard or resume the run"});
   if (Status ok = holds(campaign_in(folder), stop_requested); !ok) return pass(ok.error());
   auto history = load_history(campaign_in(folder));
   if (!history) return history;
   if (history->progress.discarded)
-    return fail({.code = Errc::wrong_state,
-                 .where = folder.string(),
-                 .what = "the campaign was discarded"});
+    return fail(
+        {.code = Errc::wrong_state, .where = folder.string(), .what = "campaign discarded"});
   if (history->complete() > history->ended_early()) return history;
   return fail({.code = Errc::wrong_state,
                .where = folder.string(),
-               .what = "no trial is complete, so there is nothing to keep",
-               .hint = "Discard the run, or go on with it"});
+               .what = "campaign has no complete trial to keep",
+               .hint = "Discard or resume the run"});
 }
 
 /// Ends a campaign file that is not resumed, with a last journal entry.
@@ -69,7 +68,7 @@ Status end_with(const fs::path& folder, std::string_view kind, const json& paylo
 Result<ResumePreview> preview_discard(const fs::path& folder) {
   ResumePreview out;
   if (!has_campaign(folder)) {
-    out.will.push_back("end the run as aborted: nothing is on record");
+    out.will.push_back("end the run as aborted: nothing is recorded");
     return out;
   }
   const auto history = load_history(campaign_in(folder));
@@ -78,13 +77,13 @@ Result<ResumePreview> preview_discard(const fs::path& folder) {
     out.complete = history->complete();
     out.left = out.planned - out.complete;
     out.will.push_back("mark the campaign file as discarded: its " + counted(out.complete) +
-                       " stay in it, and no data set is made of them");
+                       " stay in it without a data set");
     out.will.push_back("write its certificate");
   } else {
-    out.will.push_back("leave the campaign file as it is: " + to_string(history.error()));
+    out.will.push_back("leave the campaign file unchanged: " + to_string(history.error()));
   }
   out.will.push_back("end the run as aborted");
-  out.will.push_back("leave the rig as it stands: nothing moves");
+  out.will.push_back("leave the rig unchanged: nothing moves");
   return out;
 }
 
@@ -104,11 +103,11 @@ Result<ResumePreview> preview_keep_partial(const fs::path& folder,
   out.planned = history->progress.planned;
   out.complete = history->complete();
   out.left = out.planned - out.complete;
-  out.will.push_back("end the campaign where it is: " + std::to_string(out.complete) + " of " +
+  out.will.push_back("end the campaign here: " + std::to_string(out.complete) + " of " +
                      counted(out.planned) + " complete");
   out.will.push_back("write the data set of the complete trials and the certificate");
-  out.will.push_back("end the run as interrupted, its data set partial");
-  out.will.push_back("leave the rig as it stands: nothing moves");
+  out.will.push_back("end the run as interrupted, with a partial data set");
+  out.will.push_back("leave the rig unchanged: nothing moves");
   return out;
 }
 

@@ -23,10 +23,10 @@ Status same_text(const char* what, const std::string& recorded, const std::strin
   if (recorded == now) return {};
   return fail({.code = Errc::wrong_state,
                .where = "resume",
-               .what = std::string("the campaign was begun with another ") + what,
+               .what = std::string("campaign was started with another ") + what,
                .expected = recorded,
                .got = now,
-               .hint = "Go on with the same one, or begin a new campaign"});
+               .hint = "Resume with the same one, or start a new campaign"});
 }
 
 std::string shortened(const json& value) {
@@ -65,11 +65,11 @@ Status same_document(const std::filesystem::path& campaign, const std::string& d
   if (different.empty()) return {};
   return fail({.code = Errc::wrong_state,
                .where = "resume",
-               .what = "the campaign was begun with another " + document,
+               .what = "campaign was started with another " + document,
                .expected = "the recorded " + document,
                .got = different,
-               .hint = "Take the recorded one (weft dataset info " + campaign.string() +
-                       " --document " + document + "), or begin a new campaign"});
+               .hint = "Use the recorded one (weft dataset info " + campaign.string() +
+                       " --document " + document + "), or start a new campaign"});
 }
 
 Status same_request(const std::filesystem::path& campaign, const CampaignHistory& history,
@@ -81,7 +81,7 @@ Status same_request(const std::filesystem::path& campaign, const CampaignHistory
   if (same && history.progress.planned != checked.plan.trials.size())
     return fail({.code = Errc::corrupt,
                  .where = "resume",
-                 .what = "the file and the recipe disagree on the number of trials",
+                 .what = "number of trials differs from the recipe",
                  .expected = std::to_string(checked.plan.trials.size()),
                  .got = std::to_string(history.progress.planned)});
   return same;
@@ -93,11 +93,11 @@ Status same_rules(const std::string& recorded_json) {
   if (recorded == recipes::engine_rules) return {};
   return fail({.code = Errc::wrong_state,
                .where = "resume",
-               .what = "the campaign was started by a version of Weft with other rules for trials",
+               .what = "campaign was started by a Weft version with other trial rules",
                .expected = "rules " + std::to_string(recorded),
                .got = "rules " + std::to_string(recipes::engine_rules),
-               .hint = "Go on with that version, or begin a new campaign; what is recorded stays "
-                       "readable"});
+               .hint = "Resume with that version, or start a new campaign; the recorded data "
+                       "stays readable"});
 }
 
 /// Refuses other models and other engine rules if trials are `left`: models decide where strokes
@@ -137,10 +137,10 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
   for (const recipes::AxisMove& move : recipes::transfer(plan, *above))
     across += (across.empty() ? "move " : ", ") + axis_to(move.axis, move.target);
   will.push_back(across);
-  will.push_back("take the force sensor's zero");
+  will.push_back("bias the force sensor");
   will.push_back("lower z until contact, at most to " +
                  place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)));
-  const std::string legs = std::to_string(exploration.path_m().size()) + " legs of slide, ";
+  const std::string legs = std::to_string(exploration.path_m().size()) + " strokes, ";
   will.push_back("run the repetition: rest, press, " + (exploration.slides() ? legs : "") + "rest");
   return {};
 }
@@ -150,7 +150,7 @@ void add_prompts(const recipes::Plan& plan, std::size_t trial, bool begins,
                  std::vector<std::string>& will) {
   for (auto step = recipes::due_step(plan, trial, 0, begins); step;
        step = recipes::due_step(plan, trial, *step + 1, begins))
-    will.push_back("wait until a person confirms: " +
+    will.push_back("wait for the operator to confirm: " +
                    recipes::step_prompt(plan, trial, *step).text);
 }
 
@@ -179,8 +179,8 @@ Status require_no_existing_dataset(const std::filesystem::path& folder) {
     if (std::filesystem::exists(folder / name, unseen))
       return fail({.code = Errc::corrupt,
                    .where = (folder / name).string(),
-                   .what = "the campaign file is missing or blank, but its end is there",
-                   .hint = "Put campaign.sqlite back, or begin in another folder"});
+                   .what = "campaign file missing or empty, but its results exist",
+                   .hint = "Restore campaign.sqlite, or start in another folder"});
   return {};
 }
 
@@ -191,8 +191,8 @@ Status holds(const std::filesystem::path& campaign, const StopRequested& stop_re
   const VerifyProblem& first = report->found_problems.front();
   return fail({.code = Errc::corrupt,
                .where = first.where,
-               .what = "the campaign is not as it was recorded: " + first.what,
-               .hint = first.hint.empty() ? "weft verify tells all of it" : first.hint});
+               .what = "campaign differs from its record: " + first.what,
+               .hint = first.hint.empty() ? "Run `weft verify` to see all findings" : first.hint});
 }
 
 bool is_anything_left(const CampaignRequest& request) {
@@ -237,9 +237,8 @@ Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campa
   auto history = load_history(campaign);
   if (!history) return pass(history.error());
   if (history->progress.discarded)
-    return fail({.code = Errc::wrong_state,
-                 .where = campaign.string(),
-                 .what = "the campaign was discarded"});
+    return fail(
+        {.code = Errc::wrong_state, .where = campaign.string(), .what = "campaign discarded"});
   if (Status same = same_request(campaign, *history, checked); !same) return pass(same.error());
   if (history->attempts.empty()) return std::optional<ResumePlan>{};  // no trial has begun
   const bool left = !is_all_on_record(*history, checked.plan);
@@ -258,7 +257,7 @@ Result<std::optional<ResumePlan>> resume_plan(const std::filesystem::path& campa
   if (out.only_reports && !accept_whole)
     return fail({.code = Errc::wrong_state,
                  .where = campaign.string(),
-                 .what = "nothing is left: the campaign came to its end"});
+                 .what = "campaign already complete, nothing to resume"});
   out.history = std::move(*history);
   return std::optional(std::move(out));
 }
@@ -272,10 +271,10 @@ Status same_devices(const std::vector<DeviceInfo>& recorded, const Bench& bench)
     if (then == recorded.end() || *then != now)
       return fail({.code = Errc::wrong_state,
                    .where = now.name,
-                   .what = "another device than the one that the campaign was begun with",
+                   .what = "device differs from the one at the start of the campaign",
                    .expected = then == recorded.end() ? "" : then->identity_json,
                    .got = now.identity_json,
-                   .hint = "Put the device back, or begin a new campaign"});
+                   .hint = "Connect the original device, or start a new campaign"});
   }
   return {};
 }
@@ -294,32 +293,31 @@ Result<ResumePreview> preview_resume(const CampaignRequest& request,
   out.complete = *found ? (*found)->history.complete() : 0;
   out.left = out.planned - first;
   if (*found && (*found)->only_concludes) {
-    out.will.push_back("write the data set and the certificate: every trial is on record");
+    out.will.push_back("write the data set and the certificate: every trial is recorded");
     return out;
   }
   if (*found && (*found)->only_runs_handover) {
-    out.will.push_back("hand the campaign over, as its recipe asks: it is complete and certified");
+    out.will.push_back("run the handover of the recipe: the campaign is complete and certified");
     return out;
   }
   if (*found && (*found)->only_reports) {
-    out.will.push_back("say that the campaign came to its end: it is on record and certified");
+    out.will.push_back("report the end of the campaign: it is complete and certified");
     return out;
   }
   const std::string aside = *found ? "" : name_aside(request.out / campaign_file_name).string();
-  if (!aside.empty()) out.will.push_back("set the empty campaign file aside, as " + aside);
-  if (!*found) out.will.push_back("nothing is on record: begin the campaign");
+  if (!aside.empty()) out.will.push_back("rename the empty campaign file to " + aside);
+  if (!*found) out.will.push_back("start the campaign: nothing is recorded");
   out.will.push_back("open and home " + std::to_string(settled->rig.devices.size()) +
                      " devices, z first" +
-                     (*found ? ", and compare them with those on record" : ""));
+                     (*found ? ", and compare them with the recorded devices" : ""));
   if (*found && (*found)->is_replayed && first > 0)
-    out.will.push_back(
-        "play the " + std::to_string(first) +
-        " trials before again on the simulated bench, each compared with its record");
-  out.will.push_back("go on with " + recipes::format_trial(plan, first));
+    out.will.push_back("replay the first " + std::to_string(first) +
+                       " trials on the simulated bench and compare each with its record");
+  out.will.push_back("continue with " + recipes::format_trial(plan, first));
   add_prompts(plan, first, !*found || !(*found)->is_replayed, out.will);
   if (Status ok = add_moves(plan, first, out.will); !ok) return pass(ok.error());
   if (out.left > 1)
-    out.will.push_back("then the " + std::to_string(out.left - 1) + " trials after it");
+    out.will.push_back("run the " + std::to_string(out.left - 1) + " trials after it");
   return out;
 }
 

@@ -91,31 +91,31 @@ Result<sim::FidelityTable> read_table(const RigFile& rig, const std::filesystem:
   if (root.is_discarded() || !root.contains(pointer) || !root[pointer].is_string())
     return fail({.code = Errc::invalid_argument,
                  .where = place,
-                 .what = "the rig file names no table to choose a fidelity from",
+                 .what = "rig file without fidelity table",
                  .expected = "a path relative to the rig file",
-                 .hint = "Leave --accuracy and --budget out, or name sim/fidelity.json"});
+                 .hint = "Omit --accuracy and --budget, or name sim/fidelity.json"});
   const auto text = read_text_file(rig_path.parent_path() / root[pointer].get<std::string>());
   if (!text)
     return fail({.code = text.error().code,
                  .where = place,
-                 .what = "the table to choose a fidelity from cannot be read",
+                 .what = "fidelity table not readable",
                  .expected = "a table made by weft trade sim",
                  .got = text.error().where});
   auto table = sim::parse_fidelity(*text);
   if (!table)
     return fail({.code = table.error().code,
                  .where = place,
-                 .what = table.error().what + " in the table of fidelities",
+                 .what = table.error().what + " in the fidelity table",
                  .expected = table.error().expected,
                  .got = table.error().got + " at " + table.error().where,
                  .hint = table.error().hint});
   if (table->rules != recipes::engine_rules)
     return fail({.code = Errc::unsupported,
                  .where = place,
-                 .what = "the table was measured by a version of Weft with other rules for trials",
+                 .what = "fidelity table measured by a Weft version with other trial rules",
                  .expected = "rules " + std::to_string(recipes::engine_rules),
                  .got = "rules " + std::to_string(table->rules),
-                 .hint = "Run weft trade sim --table FILE to make a new one"});
+                 .hint = "Create a new table with `weft trade sim --table FILE`"});
   return table;
 }
 
@@ -229,10 +229,10 @@ Status same_request(const char* option, const std::optional<double>& now,
   if (!now || now == recorded) return {};
   return fail({.code = Errc::wrong_state,
                .where = option,
-               .what = "the campaign was begun with another request to its simulation",
-               .expected = recorded ? sim::printed(format, *recorded) : "nothing asked",
+               .what = "campaign was started with another simulation request",
+               .expected = recorded ? sim::printed(format, *recorded) : "no request",
                .got = sim::printed(format, *now),
-               .hint = "Leave it out to go on with what was asked, or begin a new campaign"});
+               .hint = "Omit the option to keep the recorded request, or start a new campaign"});
 }
 
 Status same_request(const FidelityRequest& now, const SimulationNote& recorded) {
@@ -288,9 +288,9 @@ Result<ChosenSimulation> choose_simulation(const RigFile& rig,
     if (!knob) return ChosenSimulation{{}, rig.text};
     return fail({.code = Errc::unsupported,
                  .where = "/bench",
-                 .what = "there is no simulation here whose fidelity could be chosen",
+                 .what = "fidelity can be chosen for a simulation only",
                  .expected = "a simulated bench",
-                 .hint = "Leave --accuracy and --budget out"});
+                 .hint = "Omit --accuracy and --budget"});
   }
   sim::SimulationRequest request = simulation_request(plan, requested);
   if (recorded) {
@@ -363,7 +363,7 @@ Result<SimulationNote> simulation_note_from(std::string_view json_text) {
   } catch (const json::exception& e) {
     return fail({.code = Errc::parse,
                  .where = "journal",
-                 .what = "not what a run says of its simulation",
+                 .what = "invalid entry on the simulation",
                  .got = e.what()});
   }
 }

@@ -19,7 +19,7 @@ Result<fs::path> make_aside(const fs::path& out) {
     if (!error) continue;  // it exists already
     return fail({.code = Errc::io,
                  .where = aside.string(),
-                 .what = "cannot make a folder for the campaign that missed its accuracy",
+                 .what = "folder for the campaign with missed accuracy not created",
                  .got = error.message()});
   }
 }
@@ -40,7 +40,7 @@ Result<fs::path> move_aside(const fs::path& out) {
     if (error)
       return fail({.code = Errc::io,
                    .where = (out / name).string(),
-                   .what = "cannot move the campaign that missed its accuracy",
+                   .what = "campaign with missed accuracy not moved",
                    .got = error.message()});
   }
   Status ok = sync_folder(*aside);

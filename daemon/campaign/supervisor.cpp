@@ -236,23 +236,23 @@ std::optional<Error> Supervisor::still_awaited() const {
   const std::optional<double> late_s = regulation_->latency.estimate_s();
   const double limit_s = most_late_cycles * force_config_.cycle_s;
   if (late_s && *late_s > limit_s + force_config_.cycle_s / 2)
-    return Error{
-        .code = Errc::timeout,
-        .where = sensor,
-        .what = "the readings of the force come too late for the force loop",
-        .expected = "at most " + duration(limit_s) + " behind the stage, two cycles of the loop",
-        .got = duration(*late_s),
-        .hint =
-            "Look at the sensor's filter and averaging, at the network or the USB "
-            "chip's latency timer, and at the machine's load (weft doctor)"};
+    return Error{.code = Errc::timeout,
+                 .where = sensor,
+                 .what = "force readings too late for the force loop",
+                 .expected = "at most " + duration(limit_s) +
+                             " behind the stage, which is two cycles of the loop",
+                 .got = duration(*late_s),
+                 .hint =
+                     "Check the filter and averaging of the sensor, the network or the USB latency "
+                     "timer, and the load of this computer (weft doctor)"};
   return Error{.code = Errc::timeout,
                .where = sensor,
-               .what = "the force did not settle",
+               .what = "force did not settle",
                .expected = fixed(regulation_->order.force_n, 2) + " N within " +
                            fixed(regulation_->order.band_n, 2) + " N for " +
                            duration(regulation_->order.dwell_s),
-               .got = fixed(regulation_->force_n, 2) + " N at last",
-               .hint = "Look at the probe's mount and the cloth, and at what shakes the plate"};
+               .got = fixed(regulation_->force_n, 2) + " N",
+               .hint = "Check the probe mount, the fabric, and what shakes the plate"};
 }
 
 }  // namespace weft::daemon

@@ -59,9 +59,9 @@ void BenchExamination::reach(DriverState state, Status (Driver::*call)()) {
     if (!settled(i))
       report.error = Error{.code = Errc::timeout,
                            .where = report.name,
-                           .what = "the driver says nothing within 6 s",
+                           .what = "driver does not respond within 6 s",
                            .expected = std::string(state == DriverState::open ? "open" : "armed"),
-                           .got = "silence"};
+                           .got = "no response"};
   }
 }
 

@@ -19,7 +19,7 @@ std::string format_identity(const DeviceIdentity& identity) {
   std::string out;
   for (const auto& [key, text] : identity.reported)
     out += (out.empty() ? "" : ", ") + key + " " + text;
-  return out.empty() ? "reports nothing of itself" : out;
+  return out.empty() ? "no identity reported" : out;
 }
 
 std::string format_calibration(const DeviceIdentity& identity) {
@@ -31,23 +31,21 @@ std::string format_calibration(const DeviceIdentity& identity) {
 
 Diagnosis rate(const DeviceReport& device) {
   const double off = std::abs(device.rate_hz / device.configured_rate_hz - 1);
-  const std::string what = fixed(device.rate_hz, 1) + " Hz seen, " +
+  const std::string what = fixed(device.rate_hz, 1) + " Hz measured, " +
                            fixed(device.configured_rate_hz, 1) + " Hz configured, longest gap " +
                            fixed(1000 * device.longest_gap_s, 0) + " ms";
   if (off <= rate_warning) return {Severity::ok, device.name, what, {}};
   return {off <= rate_problem ? Severity::warning : Severity::problem, device.name, what,
-          "Correct rate_hz in the rig file, or the device's own setting; look for a slow link"};
+          "Correct rate_hz in the rig file or the setting of the device; check the link speed"};
 }
 
 Diagnosis latency(const DeviceReport& device) {
-  const std::string what = "answers in " + fixed(1000 * device.latency_s, 1) + " ms (median of " +
+  const std::string what = "reply time " + fixed(1000 * device.latency_s, 1) + " ms (median of " +
                            std::to_string(device.samples) + "), " +
                            fixed(1000 * device.worst_latency_s, 1) + " ms at most";
   if (device.latency_s <= slow_answer_s) return {Severity::ok, device.name, what, {}};
-  return {
-      Severity::warning, device.name, what,
-      "A USB chip with a latency timer of 16 ms, a hub, or a busy machine; see `weft doctor` of "
-      "an idle one"};
+  return {Severity::warning, device.name, what,
+          "Check the latency timer of the USB chip, the hubs and the load of this computer"};
 }
 
 /// For devices that send blocks. Their driver has compared the readings' rates with the configured
@@ -55,7 +53,7 @@ Diagnosis latency(const DeviceReport& device) {
 Diagnosis blocks(const DeviceReport& device) {
   return {Severity::ok,
           device.name,
-          fixed(device.rate_hz, 1) + " blocks/s seen, longest gap " +
+          fixed(device.rate_hz, 1) + " blocks/s measured, longest gap " +
               fixed(device.longest_gap_s * 1e3, 1) + " ms",
           {}};
 }
@@ -71,8 +69,8 @@ void check_device(const DeviceReport& device, std::vector<Diagnosis>& out) {
   if (device.error) return out.push_back(problem_of(device.name, *device.error));
   if (!device.armed) return;
   if (device.samples == 0)
-    return out.push_back({Severity::problem, device.name, "is armed and sends nothing",
-                          "Look at the device's own settings"});
+    return out.push_back({Severity::problem, device.name, "armed, but sends nothing",
+                          "Check the settings of the device"});
   if (device.role == "vibro")
     out.push_back(blocks(device));
   else
@@ -80,8 +78,8 @@ void check_device(const DeviceReport& device, std::vector<Diagnosis>& out) {
   if (device.lost > 0)
     out.push_back({Severity::warning, device.name,
                    std::to_string(device.lost) + " of " +
-                       std::to_string(device.lost + device.samples) + " frames were lost",
-                   "Look for a bad cable or a network with other traffic"});
+                       std::to_string(device.lost + device.samples) + " frames lost",
+                   "Check the cable, and the network for other traffic"});
 }
 
 /// If one device answers on two ports, the wiring differs from the rig file.
@@ -93,8 +91,8 @@ void check_serials(const std::vector<DeviceReport>& devices, std::vector<Diagnos
       const auto [owner, first] = owners.emplace(device.driver + " " + text, device.name);
       if (!first)
         out.push_back({Severity::problem, device.name,
-                       "reports the serial number of " + owner->second + ", " + text,
-                       "One device has two entries in the rig file"});
+                       "same serial number as " + owner->second + ": " + text,
+                       "Remove one of the two entries from the rig file"});
     }
 }
 

@@ -59,9 +59,9 @@ void check_console(RealLoop& loop, const RigFile& rig, DoctorReport& report) {
   report.found_problems.push_back(
       console ? Diagnosis{Severity::ok,
                           "weft-rig",
-                          "takes orders at " + link_text(TcpPort{rig.console}),
+                          "accepts requests at " + link_text(TcpPort{rig.console}),
                           {}}
-              : problem_of("weft-rig", console.error(), "Start it: weft-rig RIG"));
+              : problem_of("weft-rig", console.error(), "Start it with `weft-rig RIG`"));
 }
 
 bool is_serial(const DeviceEntry& entry) {
@@ -97,8 +97,8 @@ Status require_safe_to_try(const DeviceEntry& entry, const RigFile& rig,
                            const DoctorReport& report) {
   if (is_serial(entry) || !is_in_use(rig, report)) return {};
   return fail({.code = Errc::wrong_state,
-               .what = "it was not looked at, as another program uses this rig",
-               .hint = "End that program first: the device would be taken from it"});
+               .what = "device not checked, because another program uses this rig",
+               .hint = "End that program first"});
 }
 
 /// Opens a device as a run does, with its page. Errors: those of a run.
@@ -147,7 +147,7 @@ std::vector<Diagnosis> unclaimed_controllers() {
   std::vector<Diagnosis> out;
   for (const std::string& serial : thorlabs_without_port("/sys/bus/usb/devices"))
     out.push_back({Severity::warning, "usb",
-                   "a Thorlabs controller (" + serial + ") is connected and has no serial port",
+                   "Thorlabs controller (" + serial + ") connected, but without serial port",
                    "Run `sudo modprobe ftdi_sio && echo 0403 faf0 | sudo tee "
                    "/sys/bus/usb-serial/drivers/ftdi_sio/new_id`"});
   return out;

@@ -58,8 +58,8 @@ std::string ports_present(const std::vector<SerialPortSeen>& present) {
   for (const SerialPortSeen& port : present)
     out +=
         (out.empty() ? "" : ", ") + port.name + (port.note.empty() ? "" : " (" + port.note + ")");
-  return out.empty() ? "The machine has no serial port at all: is the device connected and on?"
-                     : "Is the device connected and on? Ports that are there: " + out;
+  return out.empty() ? "Connect the device and switch it on; this computer has no serial port"
+                     : "Connect the device and switch it on; present ports: " + out;
 }
 
 std::string group_of(const struct stat& file) {
@@ -71,7 +71,7 @@ Diagnosis no_permission(const std::string& device, const std::string& path,
                         const struct stat& file) {
   const std::string name = group_of(file);
   return {
-      Severity::problem, device, "no permission for " + path + ", which belongs to " + name,
+      Severity::problem, device, "no permission for " + path + " of group " + name,
       "Run `sudo usermod -aG " + name + " $USER` and log in again" +
           (name == "root" ? "; better a udev rule: SUBSYSTEM==\"tty\", GROUP=\"dialout\"" : "")};
 }
@@ -107,9 +107,9 @@ void check_latency_timer(const std::string& device, const fs::path& port,
   std::from_chars(text.data(), text.data() + text.size(), latency_ms);
   if (latency_ms <= good_latency_ms) return;
   found_problems.push_back({Severity::warning, device,
-                            "its USB chip keeps answers back for " + text + " ms",
+                            "USB latency timer too long: " + text + " ms",
                             "Run `echo 1 | sudo tee " + file.string() +
-                                "`; for good a udev rule: ATTR{latency_timer}=\"1\""});
+                                "`; permanently with a udev rule: ATTR{latency_timer}=\"1\""});
 }
 
 }  // namespace
@@ -157,17 +157,17 @@ std::vector<Diagnosis> check_serial(const std::string& device, const SerialSetti
   const fs::path port = fs::canonical(settings.path, error);
   struct stat file {};
   if (error || ::stat(port.c_str(), &file) != 0)
-    return {
-        {Severity::problem, device, "there is no port " + settings.path, ports_present(present)}};
+    return {{Severity::problem, device, "port " + settings.path + " not found",
+             ports_present(present)}};
   if (!S_ISCHR(file.st_mode))
-    return {{Severity::problem, device, settings.path + " is no port",
-             "Name the device file: /dev/ttyUSB0, or better a link in /dev/serial/by-id"}};
+    return {{Severity::problem, device, settings.path + " is not a port",
+             "Give a device file: /dev/ttyUSB0, or better a link in /dev/serial/by-id"}};
   if (::access(port.c_str(), R_OK | W_OK) != 0) return {no_permission(device, settings.path, file)};
   std::vector<Diagnosis> found_problems;
   if (const auto others = others_with(settings); !others.empty())
     found_problems.push_back({Severity::problem, device,
                               settings.path + " is open in " + joined(others),
-                              "End it: two programs on one port each see half of the answers"});
+                              "End that program; two programs on one port each miss replies"});
   check_latency_timer(device, port, found_problems);
   return found_problems;
 }
@@ -203,7 +203,7 @@ std::vector<Diagnosis> shared_ports(const std::vector<DeviceEntry>& devices) {
     const auto [owner, first] = owners.emplace(port.string(), device.name);
     if (!first)
       out.push_back({Severity::problem, device.name,
-                     "has the port of " + owner->second + ": " + serial->path,
+                     "same port as " + owner->second + ": " + serial->path,
                      "Give each device its own port in the rig file"});
   }
   return out;
@@ -218,7 +218,7 @@ std::string link_text(const LinkSettings& link) {
   if (const auto* tcp = std::get_if<TcpPort>(&link)) return at("tcp", tcp->end);
   if (const auto* udp = std::get_if<UdpPort>(&link))
     return at("udp", udp->end) +
-           (udp->local_port == 0 ? "" : ", heard at port " + std::to_string(udp->local_port));
+           (udp->local_port == 0 ? "" : ", receiving at port " + std::to_string(udp->local_port));
   return "memory";
 }
 

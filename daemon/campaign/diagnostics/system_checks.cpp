@@ -41,21 +41,20 @@ std::vector<std::string> frequency_governors() {
 }
 
 std::string limits_hint(const char* item, const char* value) {
-  return std::string("Write `* - ") + item + " " + value + "` into " + limits_file +
+  return std::string("Add `* - ") + item + " " + value + "` to " + limits_file +
          " and log in again";
 }
 
 Diagnosis scheduling(const MachineFacts& facts) {
   if (facts.fifo_permitted) return {Severity::ok, "scheduling", "SCHED_FIFO is permitted", {}};
   return {Severity::warning, "scheduling",
-          "SCHED_FIFO is not permitted: other programs make the control loop late",
+          "SCHED_FIFO is not permitted, other programs can delay the control loop",
           limits_hint("rtprio", "50")};
 }
 
 Diagnosis memory(const MachineFacts& facts) {
-  if (facts.memory_lockable) return {Severity::ok, "memory", "may be locked", {}};
-  return {Severity::warning, "memory",
-          "may not be locked: a page that was swapped out makes the control loop late",
+  if (facts.memory_lockable) return {Severity::ok, "memory", "can be locked", {}};
+  return {Severity::warning, "memory", "cannot be locked, swapped pages can delay the control loop",
           limits_hint("memlock", "unlimited")};
 }
 
@@ -63,36 +62,34 @@ Diagnosis monotonic(const MachineFacts& facts) {
   const std::string what =
       "monotonic resolution " + std::to_string(facts.clock_resolution_ns) + " ns";
   if (facts.clock_resolution_ns <= coarse_clock_ns) return {Severity::ok, "clock", what, {}};
-  return {Severity::warning, "clock", what + ": timers are as coarse",
+  return {Severity::warning, "clock", what + ", timers are equally coarse",
           "Use a kernel with high-resolution timers"};
 }
 
 Diagnosis wall_clock(const MachineFacts& facts) {
-  if (!facts.clock_synchronised)
-    return {Severity::ok, "wall clock", "the system does not tell whether it is synchronised", {}};
-  if (*facts.clock_synchronised) return {Severity::ok, "wall clock", "is synchronised", {}};
+  if (!facts.clock_synchronised) return {Severity::ok, "wall clock", "synchronisation unknown", {}};
+  if (*facts.clock_synchronised) return {Severity::ok, "wall clock", "synchronised", {}};
   return {Severity::warning, "wall clock",
-          "is not synchronised: dates in data sets may be wrong, durations are not",
+          "not synchronised, dates in data sets may be wrong (durations are correct)",
           "Run `timedatectl set-ntp true`"};
 }
 
 Diagnosis governor(const MachineFacts& facts) {
   const auto slow =
       std::ranges::find_if(facts.governors, [](const auto& g) { return g != "performance"; });
-  if (facts.governors.empty())
-    return {Severity::ok, "processor", "no frequency scaling to be seen", {}};
+  if (facts.governors.empty()) return {Severity::ok, "processor", "no frequency scaling found", {}};
   if (slow == facts.governors.end()) return {Severity::ok, "processor", "governor performance", {}};
-  return {Severity::warning, "processor",
-          "governor " + *slow + ": a processor that has slept wakes up late",
+  return {Severity::warning, "processor", "governor " + *slow + ", an idle processor wakes up late",
           "Run `cpupower frequency-set -g performance`"};
 }
 
 Diagnosis disk(const MachineFacts& facts) {
   if (!facts.free_bytes)
-    return {Severity::problem, "disk", "the folder for the data is not there", "Make it (--out)"};
+    return {Severity::problem, "disk", "data folder not found",
+            "Create it, or choose another folder (--out)"};
   if (!facts.folder_writable)
-    return {Severity::problem, "disk", "the folder for the data cannot be written",
-            "Choose another one (--out), or ask its owner"};
+    return {Severity::problem, "disk", "data folder not writable",
+            "Choose another folder (--out), or ask its owner for access"};
   const std::string what = std::to_string(*facts.free_bytes / 1'000'000) + " MB free";
   if (*facts.free_bytes >= little_space) return {Severity::ok, "disk", what, {}};
   return {*facts.free_bytes < no_space ? Severity::problem : Severity::warning, "disk", what,
@@ -104,8 +101,8 @@ Diagnosis software(const MachineFacts& facts) {
   const std::string what = "weft " + facts.software;
   if (!facts.software.ends_with(".modified")) return {Severity::ok, "software", what, {}};
   return {Severity::warning, "software",
-          what + ", built from a tree with changes that no commit has: nobody can build it again",
-          "Commit them, build again, and record with that"};
+          what + ", built from uncommitted changes, not reproducible",
+          "Commit the changes, build Weft again and record with that version"};
 }
 
 }  // namespace
@@ -132,7 +129,7 @@ MachineFacts check_machine(const fs::path& data_folder) {
 
 std::vector<Diagnosis> check_system(const MachineFacts& facts, bool real_time) {
   if (!real_time)
-    return {{Severity::ok, "time", "is virtual: nothing depends on the machine's punctuality", {}},
+    return {{Severity::ok, "time", "virtual, independent of the speed of this computer", {}},
             disk(facts)};
   return {scheduling(facts), memory(facts), monotonic(facts), wall_clock(facts),
           governor(facts),   disk(facts),   software(facts)};

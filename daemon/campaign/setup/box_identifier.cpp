@@ -30,8 +30,8 @@ Result<BoxPlace> parse_box_place(const std::string& text) {
   const auto refused = [&text] {
     return fail({.code = Errc::invalid_argument,
                  .where = text,
-                 .what = "not the place of a Net F/T box",
-                 .expected = "HOST, HOST:PORT or HOST:PORT/PORT_OF_ITS_PAGES"});
+                 .what = "invalid address of a Net F/T box",
+                 .expected = "HOST, HOST:PORT or HOST:PORT/HTTP_PORT"});
   };
   const std::size_t colon = text.find(':');
   const std::string host = text.substr(0, colon);
@@ -75,7 +75,7 @@ void BoxIdentifier::on_pages(const Result<drivers::BoxPages>& pages) {
   found_.serial = printable(pages->calibration_serial(), max_text);
   found_.rate_hz = pages->settings.rdt_rate_hz;
   if (!pages->settings.rdt_enabled)
-    found_.notes.emplace_back("its RDT interface is switched off: switch it on, on its page");
+    found_.notes.emplace_back("its RDT interface is disabled: enable it on its web page");
   if (found_.rate_hz > 0) return finish();
   count_records();
 }
@@ -122,13 +122,14 @@ void BoxIdentifier::finish() {
   if (!place_.can_stream)
     found_.notes.push_back(
         (found_.kind == DeviceKind::unknown
-             ? "it replied to the broadcast and its pages could not be read; if it is"
-             : "it replied to the broadcast and may serve another computer; if it is this "
-               "bench's") +
-        std::string(", name it: --netft ") + place_.place);
+             ? "it replied to the broadcast, but its web pages were not readable; if it is "
+               "a Net F/T box of this bench"
+             : "it replied to the broadcast and may belong to another computer; if it is "
+               "part of this bench") +
+        std::string(", name it with --netft ") + place_.place);
   if (found_.kind != DeviceKind::net_ft || found_.http) return;
   found_.notes.emplace_back(
-      "its pages could not be read: its counts per newton and its serial number are not known");
+      "its web pages were not readable: counts per newton and serial number are unknown");
 }
 
 }  // namespace weft::daemon

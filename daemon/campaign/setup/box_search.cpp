@@ -22,11 +22,12 @@ using protocols::rdt::DiscoveryReply;
 using protocols::rdt::Ipv4;
 
 tl::unexpected<Error> failed(const char* call) {
-  return fail({.code = Errc::io,
-               .where = call,
-               .what = "cannot look for Net F/T boxes in the network",
-               .got = std::generic_category().message(errno),
-               .hint = "End other programs that look for them, or name the box: --netft HOST"});
+  return fail(
+      {.code = Errc::io,
+       .where = call,
+       .what = "search for Net F/T boxes failed",
+       .got = std::generic_category().message(errno),
+       .hint = "End other programs that search for them, or name the box with --netft HOST"});
 }
 
 /// A socket that is closed at the end of its scope.

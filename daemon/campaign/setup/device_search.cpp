@@ -26,7 +26,7 @@ Result<TcpPort> parse_tcp(const std::string& text) {
   if (good) return TcpPort{{text.substr(begin, colon - begin), port}};
   return fail({.code = Errc::invalid_argument,
                .where = text,
-               .what = "not the place of a device",
+               .what = "invalid device address",
                .expected = "tcp:HOST:PORT"});
 }
 
@@ -84,8 +84,8 @@ Result<std::vector<PortPlan>> port_plans(const SearchRequest& request,
   };
   if (!sees_holders && std::ranges::any_of(request.ports, is_real))
     warnings.emplace_back(
-        "what other users' programs have open is hidden from this one: see that none of them uses "
-        "a port that was named");
+        "ports opened by other users are not visible: check that no other user's program "
+        "uses a named port");
   if (!request.search_ports) return out;
   for (const SerialPortSeen& seen : present) {
     const auto is_same = [&](const std::string& place) {
@@ -110,7 +110,7 @@ Status reserve(const std::string& place, const LinkSettings& link, DeviceLocks& 
   if (others.empty()) return {};
   return fail({.code = Errc::busy,
                .where = place,
-               .what = "the port is open in " + others.front(),
+               .what = "port open in " + others.front(),
                .hint = "End that program first"});
 }
 
@@ -124,8 +124,8 @@ std::vector<BoxPlace> box_places(const SearchRequest& request, std::vector<std::
     return out;
   }
   if (replies->size() == most_boxes)
-    warnings.push_back("no more than " + std::to_string(most_boxes) +
-                       " boxes of the network are looked at: name yours with --netft HOST");
+    warnings.push_back("only " + std::to_string(most_boxes) +
+                       " boxes of the network are checked: name yours with --netft HOST");
   for (const protocols::rdt::DiscoveryReply& reply : *replies) {
     std::string host;
     for (const std::uint8_t byte : reply.address)
@@ -220,10 +220,10 @@ std::vector<Error> unanswered(const SearchReport& report) {
     if (!device.is_expected || device.kind != DeviceKind::unknown) continue;
     Error why{.code = Errc::timeout,
               .where = device.place,
-              .what = "no device that Weft knows replied",
+              .what = "no known device replied",
               .hint = "Check its power and cable"};
     if (device.problem) why = *device.problem;
-    why.hint += (why.hint.empty() ? "Leave it out: --role " : ", or leave it out: --role ") +
+    why.hint += (why.hint.empty() ? "Exclude it with --role " : ", or exclude it with --role ") +
                 device.place + "=none";
     out.push_back(std::move(why));
   }
@@ -267,15 +267,12 @@ PortPlan plan_unnamed(const SerialPortSeen& port, bool can_see_holders, const fs
   if (is_thorlabs(port) && can_see_holders) {
     out.attempts = stage_attempt({.path = stable_port_name(port.name, by_id)});
   } else if (is_thorlabs(port)) {
-    out.found.problem =
-        Error{.code = Errc::busy,
-              .where = port.name,
-              .what =
-                  "the port is not opened: another user's program may have it, which this user "
-                  "cannot see",
-              .hint = "Name it, if no other program uses it: --port " + port.name};
+    out.found.problem = Error{.code = Errc::busy,
+                              .where = port.name,
+                              .what = "port not opened, because another user's program may use it",
+                              .hint = "If no other program uses it, add --port " + port.name};
   } else {
-    out.found.notes.push_back("not opened, for that resets some boards; " +
+    out.found.notes.push_back("not opened, because that resets some boards; " +
                               std::string(port.usb_vendor == ftdi
                                               ? "if it is a Digital F/T or another sensor of this "
                                                 "bench"
@@ -298,8 +295,8 @@ Result<SearchReport> search_devices(const SearchRequest& request) {
   report.warnings = std::move(warnings);
   if (request.search_ports)
     for (const std::string& serial : thorlabs_without_port("/sys/bus/usb/devices"))
-      report.warnings.push_back("a Thorlabs controller (" + serial +
-                                ") is connected and has no serial port: `weft doctor` says why");
+      report.warnings.push_back("Thorlabs controller (" + serial +
+                                ") connected, but without serial port: see `weft doctor`");
   return report;
 }
 

@@ -22,7 +22,7 @@ Status apply_texts(RigDraft& draft, const json& answers, const char* key,
     return fail({.where = where, .what = "not an object", .expected = "{DEVICE: text}"});
   for (const auto& [device, text] : answers[key].items()) {
     if (!text.is_string())
-      return fail({.where = child(where, device), .what = "not a text", .got = text.dump()});
+      return fail({.where = child(where, device), .what = "not a string", .got = text.dump()});
     if (Status done = set(draft, device, text.get<std::string>()); !done)
       return pass(done.error(), where);
   }
@@ -38,36 +38,35 @@ std::optional<Error> open_question(const RigDraft& draft, const DraftDevice& dev
   if (device.stage.empty())
     return Error{.code = Errc::not_found,
                  .where = place,
-                 .what = "the stage at this " + device.found.model + " is not known",
-                 .expected = device.found.stages.empty() ? "a controller of the table"
+                 .what = "unknown stage at this " + device.found.model,
+                 .expected = device.found.stages.empty() ? "a controller in docs/reference/rig.md"
                                                          : joined(device.found.stages),
                  .hint =
-                     "State it with --stage PORT=STAGE, or leave it out with --role "
-                     "PORT=none; docs/reference/rig.md has the table"};
+                     "State it with --stage PORT=STAGE, or exclude it with --role PORT=none (see "
+                     "docs/reference/rig.md)"};
   const auto possible = possible_roles(device);
   if (std::ranges::find(possible, device.role) == possible.end())
     return Error{.where = place,
-                 .what = "a " + device.stage + " cannot have this role",
+                 .what = device.stage + " cannot have this role",
                  .expected = joined(possible),
                  .got = device.role};
   if (draft.mode != BenchMode::real || device.is_role_stated) return {};
   return Error{.code = Errc::not_found,
                .where = place,
-               .what = "what this stage (" + device.stage + " " + device.found.serial +
-                       ") moves is not known: a real bench has no roles by guess",
+               .what = "role of this stage (" + device.stage + " " + device.found.serial +
+                       ") not stated for a real bench",
                .expected = joined(possible),
-               .hint = "Say it at a terminal, in an answers file or with --role " + place +
-                       "=ROLE; by serial number it would be " + device.role};
+               .hint = "State it at a terminal, in an answers file or with --role " + place +
+                       "=ROLE (by serial number: " + device.role + ")"};
 }
 
 Error unmeasured(const NumberKey& key) {
-  return {
-      .code = Errc::not_found,
-      .where = std::string(key.name),
-      .what = "a real bench needs this number, and it has no default: " + std::string(key.question),
-      .expected = general(key.low) + " to " + general(key.high),
-      .hint = "Measure it, then say it at a terminal, in an answers file or with --set " +
-              std::string(key.name) + "=NUMBER"};
+  return {.code = Errc::not_found,
+          .where = std::string(key.name),
+          .what = "number for a real bench missing, " + std::string(key.question),
+          .expected = general(key.low) + " to " + general(key.high),
+          .hint = "Measure it, then state it at a terminal, in an answers file or with --set " +
+                  std::string(key.name) + "=NUMBER"};
 }
 
 Error missing(std::string what, std::string hint) {
@@ -87,7 +86,7 @@ std::vector<std::string> devices_without_role(std::string_view answers_json) {
 
 Status check_role_name(std::string_view role) {
   if (role == no_role || is_role(role)) return {};
-  return fail({.what = "no such role",
+  return fail({.what = "unknown role",
                .expected = std::string(all_roles) + "; or " + std::string(no_role),
                .got = std::string(role)});
 }
@@ -112,7 +111,7 @@ Status apply_answers(RigDraft& draft, std::string_view answers_json) {
   const auto answers = parse_json(answers_json);
   if (!answers) return pass(answers.error());
   if (!answers->is_object())
-    return fail({.code = Errc::parse, .what = "not answers", .expected = "a JSON object"});
+    return fail({.code = Errc::parse, .what = "invalid answers file", .expected = "a JSON object"});
   if (Status stages = apply_texts(draft, *answers, "stages", set_stage); !stages) return stages;
   if (Status roles = apply_texts(draft, *answers, "roles", set_role); !roles) return roles;
   for (const auto& [key, value] : answers->items()) {
@@ -128,13 +127,13 @@ std::vector<Error> missing_parts(const RigDraft& draft) {
   std::vector<Error> out;
   for (const char* const role : {"x", "z"})
     if (draft.with_role(role) == nullptr)
-      out.push_back(missing(std::string("no stage for ") + role + ", which every rig needs",
-                            "Connect it and switch it on, name its port with --port, or give a "
-                            "stage the role with --role PORT=" +
+      out.push_back(missing(std::string("stage missing for the required role ") + role,
+                            "Connect it and switch it on, name its port with --port, or assign the "
+                            "role with --role PORT=" +
                                 std::string(role)));
   if (!draft.has_wrench() && draft.with_role("taxels") == nullptr)
-    out.push_back(missing("no force sensor and no taxel array: one of them must feel the cloth",
-                          "Connect it, name a Net F/T box with --netft HOST, or a port with "
+    out.push_back(missing("force sensor or taxel array missing",
+                          "Connect one, name a Net F/T box with --netft HOST, or a port with "
                           "--port PORT"));
   for (const DraftDevice& device : draft.devices) {
     if (device.role == no_role) continue;
@@ -143,8 +142,8 @@ std::vector<Error> missing_parts(const RigDraft& draft) {
     };
     if (std::ranges::any_of(draft.devices, is_rival))
       out.push_back({.where = device.found.place,
-                     .what = "role " + device.role + " has two devices",
-                     .hint = "Leave one out: --role PORT=none"});
+                     .what = "several devices with role " + device.role,
+                     .hint = "Exclude one with --role PORT=none"});
   }
   for (const DraftDevice& device : draft.devices)
     if (const auto open = open_question(draft, device)) out.push_back(*open);

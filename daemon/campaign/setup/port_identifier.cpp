@@ -157,7 +157,7 @@ void PortIdentifier::on_info(const apt::Message& message) {
   found_.stages = stages_of_controller(found_.model, info->stage_id);
   found_.notes.clear();
   if (!from_unit)
-    found_.notes.emplace_back("a rack: its first card is taken, for a port has one stage");
+    found_.notes.emplace_back("rack: only its first card is used, because a port has one stage");
   timer_.start(more_replies);
 }
 

@@ -21,22 +21,22 @@ constexpr NumberKey keys[] = {
      1000, true},
     {"plate_x_mm", "size of the plate along x [mm]", 1, 1000},
     {"plate_y_mm", "size of the plate along y [mm]", 1, 1000},
-    {"probe_mass_kg", "mass of the probe, whose weight rests on the cloth [kg]", 0.001, 10, true},
+    {"probe_mass_kg", "mass of the probe that rests on the fabric [kg]", 0.001, 10, true},
     {"probe_face_mm", "side of the probe's face [mm]", 1, 500},
-    {"clearance_mm", "height over the plate that is clear of every cloth [mm]", 0.5, 100},
-    {"force_cap_n", "largest force that may occur [N]", 0.1, 1000, true},
-    {"torque_cap_nm", "largest torque that may occur [N m]", 0.01, 100, true},
-    {"counts_per_newton", "counts per newton of the Net F/T box, whose pages were not read", 1, 1e9,
-     true},
+    {"clearance_mm", "height over the plate that is clear of every fabric [mm]", 0.5, 100},
+    {"force_cap_n", "largest permitted force [N]", 0.1, 1000, true},
+    {"torque_cap_nm", "largest permitted torque [N m]", 0.01, 100, true},
+    {"counts_per_newton", "counts per newton of the Net F/T box (its web pages were not read)", 1,
+     1e9, true},
     {"counts_per_newton_metre", "counts per newton metre of the same box", 1, 1e9, true},
-    {"taxel_cap_counts", "largest change of a taxel that may occur [counts]", 1, 65535, true},
-    {"press_depth_mm", "how far z may press below the touch [mm]", 0.01, 50, true},
-    {"touch_counts", "mean change of the taxels that is a touch [counts]", 1, 65535, true},
+    {"taxel_cap_counts", "largest permitted change of a taxel [counts]", 1, 65535, true},
+    {"press_depth_mm", "largest depth of z below the first contact [mm]", 0.01, 50, true},
+    {"touch_counts", "mean change of the taxels that counts as contact [counts]", 1, 65535, true},
     {"speed_mm_s", "largest speed of the linear stages [mm/s]", 0.01, 500},
-    {"tilt_deg", "how far the rotary stages may turn, either way [deg]", 0.1, 180},
-    {"fixed_y_mm", "where y stands, for there is no stage for it [mm]", -1000, 1000},
-    {"fixed_rx_deg", "where rx stands, for there is no stage for it [deg]", -90, 90},
-    {"fixed_ry_deg", "where ry stands, for there is no stage for it [deg]", -90, 90},
+    {"tilt_deg", "largest angle of the rotary stages in either direction [deg]", 0.1, 180},
+    {"fixed_y_mm", "position of y, which has no stage [mm]", -1000, 1000},
+    {"fixed_rx_deg", "position of rx, which has no stage [deg]", -90, 90},
+    {"fixed_ry_deg", "position of ry, which has no stage [deg]", -90, 90},
 };
 
 std::string_view sensor_role(DeviceKind kind) {
@@ -107,8 +107,8 @@ tl::unexpected<Error> no_device(const RigDraft& draft, std::string_view name) {
     places += (places.empty() ? "" : ", ") + device.found.place;
   return fail({.code = Errc::not_found,
                .where = std::string(name),
-               .what = "no such device was found",
-               .expected = places.empty() ? "a device that was found" : places});
+               .what = "device not found",
+               .expected = places.empty() ? "a device of the search" : places});
 }
 
 double travel_mm(const RigDraft& draft, std::string_view role) {
@@ -228,7 +228,7 @@ Status set_role(RigDraft& draft, std::string_view name, std::string_view role) {
   const auto possible = possible_roles(*device);
   if (std::ranges::find(possible, role) == possible.end())
     return fail({.where = std::string(name),
-                 .what = "the device cannot have this role",
+                 .what = "device cannot have this role",
                  .expected = joined(possible),
                  .got = std::string(role)});
   device->role = role;
@@ -242,10 +242,10 @@ Status set_stage(RigDraft& draft, std::string_view name, std::string_view stage)
   if (device == nullptr) return no_device(draft, name);
   if (std::ranges::find(device->found.stages, stage) == device->found.stages.end())
     return fail({.where = std::string(name),
-                 .what = "no stage that is known at this controller",
+                 .what = "unknown stage at this controller",
                  .expected = joined(device->found.stages),
                  .got = std::string(stage),
-                 .hint = "docs/reference/rig.md lists stages and controllers"});
+                 .hint = "See docs/reference/rig.md for stages and controllers"});
   device->stage = stage;
   assign_roles(draft);
   return {};
@@ -258,13 +258,13 @@ Status set_number(RigDraft& draft, std::string_view name, double value) {
     for (const NumberKey& one : keys) names.push_back(one.name);
     return fail({.code = Errc::not_found,
                  .where = std::string(name),
-                 .what = "no such number of a rig",
+                 .what = "unknown number of a rig",
                  .expected = joined(names)});
   }
   if (!(value >= key->low && value <= key->high))
     return fail({.code = Errc::range,
                  .where = std::string(name),
-                 .what = "out of range",
+                 .what = "number out of range",
                  .expected = general(key->low) + " to " + general(key->high),
                  .got = general(value)});
   draft.answers[std::string(name)] = value;

@@ -50,7 +50,7 @@ Result<RigDraft> simulated_draft(std::string_view shape) {
     for (const RigShape& one : shapes) names.push_back(one.name);
     return fail({.code = Errc::not_found,
                  .where = std::string(shape),
-                 .what = "no such shape of a rig",
+                 .what = "unknown rig shape",
                  .expected = joined(names)});
   }
   std::vector<FoundDevice> devices;

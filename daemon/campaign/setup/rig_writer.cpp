@@ -126,8 +126,8 @@ Result<fs::path> table(const char* name) {
   if (fs::exists(file, error)) return fs::absolute(file, error).lexically_normal();
   return fail({.code = Errc::not_found,
                .where = name,
-               .what = "a table of the simulation is neither here nor installed",
-               .hint = "Run it from the source tree, or install the package weft"});
+               .what = "simulation table not found",
+               .hint = "Run Weft from the source tree, or install the package weft"});
 }
 
 Status add_simulation(const RigDraft& draft, Json& rig) {
@@ -183,15 +183,15 @@ std::string_view bench_name(BenchMode mode) {
 tl::unexpected<Error> cannot_write(const fs::path& target, int number) {
   return fail({.code = Errc::io,
                .where = target.string(),
-               .what = "cannot write the rig file",
+               .what = "rig file not written",
                .got = std::generic_category().message(number)});
 }
 
 tl::unexpected<Error> already_there(const fs::path& target) {
   return fail({.code = Errc::wrong_state,
                .where = target.string(),
-               .what = "this file is there already",
-               .expected = "a new file, for none is overwritten",
+               .what = "file already exists",
+               .expected = "a new file",
                .hint = "Choose another name, or move the file away"});
 }
 
