@@ -51,10 +51,10 @@ TEST_CASE("fields: quotes, blanks, order mark and line ends of every system") {
     CHECK(*rows == expected);
   }
   CHECK(read(std::string("x,y\nc\0d,2\n", 10)).error().code == Errc::parse);
-  CHECK(complaint("x,y\n\"a\nb\",1\n").starts_with("a.csv:2: a quote"));
-  CHECK(complaint("x,y\n\"a\"b,1\n").starts_with("a.csv:2: a quote"));
-  CHECK(complaint("") == "a.csv: the file is empty");
-  CHECK(complaint("\xEF\xBB\xBF\n\n") == "a.csv: the file is empty");
+  CHECK(complaint("x,y\n\"a\nb\",1\n").starts_with("a.csv:2: quote"));
+  CHECK(complaint("x,y\n\"a\"b,1\n").starts_with("a.csv:2: quote"));
+  CHECK(complaint("") == "a.csv: file empty");
+  CHECK(complaint("\xEF\xBB\xBF\n\n") == "a.csv: file empty");
 }
 
 TEST_CASE("numbers: a plus sign, all of the field, points as decimal marks") {
@@ -74,12 +74,15 @@ TEST_CASE("matrices: a tab separates two fields, of which one may be empty, blan
   CHECK(read("  1   2 \n 3 \t 4\n", matrix).value() == Rows{{"1", "2"}, {"3", "4"}});
   CHECK(read("1 2 3\n4\t\t5\n", matrix).value() == Rows{{"1", "2", "3"}, {"4", "", "5"}});
   CHECK(read("# 1\n1,2\n\n#\n3,4\n", matrix).value() == Rows{{"1", "2"}, {"3", "4"}});
-  CHECK(complaint("1,2\n3 4\n", matrix) == "a.csv:2: wrong number of fields");
-  CHECK(complaint("1 2\n3\n", matrix) == "a.csv:2: wrong number of fields");
+  for (const char* text : {"1,2\n3 4\n", "1 2\n3\n"}) {
+    const Error error = read(text, matrix).error();
+    CHECK(error.where == "a.csv:2");
+    CHECK(error.expected == "2");
+    CHECK(error.got == "1");
+  }
 }
 
 TEST_CASE("a last line without a line break is read where it looks like those before") {
-  const std::string cut = "the last line has no line break: the file may be cut short";
   for (const char* whole : {"x,y\n0,1.25\n1,12.50\n2,3.75", "x,y\n0,8000\n1,7999\n12,8015",
                             "x,y\n0,1\n1,12\n2,3\r", "x,y\n0,-1e+3\n1,-2e+3\n2,-9e+3"}) {
     CAPTURE(whole);
@@ -88,16 +91,20 @@ TEST_CASE("a last line without a line break is read where it looks like those be
   for (const char* text :
        {"x,y\n0,1.25\n1,2.50\n2,3.7", "x,y\n0,8000\n1,7999\n2,801", "x,y\n0,8000\n1,7999\n2",
         "x,y\n0,8000\n1,7999\n2,", "x,y\n0,9\n1,10\n2,11", "x,y\n0,8000\n1,8001"})
-    CHECK(complaint(text).ends_with(cut));
-  CHECK(complaint("x,y") == "a.csv:1: " + cut);
+    CHECK(complaint(text).ends_with("truncated"));
+  CHECK(complaint("x,y").starts_with("a.csv:1: "));
+  CHECK(complaint("x,y").ends_with("truncated"));
 }
 
 TEST_CASE("a heading is one of names: what is odd is named, with what to do") {
-  CHECK(complaint("x,x\n") == "a.csv:1: two columns of the same name");
-  CHECK(complaint("x,y,\n1,2,\n") == "a.csv:1: column 3 has no name");
-  CHECK(complaint(",x\n0,1\n") == "a.csv:1: column 1 has no name");
-  CHECK(complaint("x;y\n1,5;2\n") == "a.csv:1: not separated by commas");
-  CHECK(complaint("x\ty\n1\t2\n") == "a.csv:1: not separated by commas");
+  CHECK(read("x,x\n").error().where == "a.csv:1");
+  CHECK(read("x,x\n").error().got == "'x'");
+  CHECK(complaint("x,y,\n1,2,\n").starts_with("a.csv:1: column 3 "));
+  CHECK(complaint(",x\n0,1\n").starts_with("a.csv:1: column 1 "));
+  CHECK(complaint("x;y\n1,5;2\n").starts_with("a.csv:1: "));
+  CHECK(read("x;y\n1,5;2\n").error().got == "semicolons");
+  CHECK(complaint("x\ty\n1\t2\n").starts_with("a.csv:1: "));
+  CHECK(read("x\ty\n1\t2\n").error().got == "tabs");
   CHECK(read("sep=,\nx,y\n1,2\n").error().hint.find("sep=") != std::string::npos);
 }
 
@@ -111,17 +118,17 @@ TEST_CASE("a missing column: those that are there, and the one that was meant") 
     CHECK(column.error().where == "a.csv:1");
     return column.error();
   };
-  CHECK(error("T_S,CH1\n").hint.starts_with("Did you mean 'T_S'?"));
-  CHECK(error("time,X,Y,Z\n").hint.starts_with("Did you mean 'time'?"));
-  CHECK(error("Timestamp (ms),X\n").hint.starts_with("Did you mean 'Timestamp (ms)'?"));
-  CHECK(error("t_s [s],ch1 [V]\n").hint.starts_with("Did you mean 't_s [s]'?"));
+  CHECK(error("T_S,CH1\n").hint.find("'T_S'") != std::string::npos);
+  CHECK(error("time,X,Y,Z\n").hint.find("'time'") != std::string::npos);
+  CHECK(error("Timestamp (ms),X\n").hint.find("'Timestamp (ms)'") != std::string::npos);
+  CHECK(error("t_s [s],ch1 [V]\n").hint.find("'t_s [s]'") != std::string::npos);
   CHECK(error("t_s ch1 ch2\n").hint.find("commas") != std::string::npos);
   CHECK(error("time,X,Y\n").got == "'time', 'X', 'Y'");
-  CHECK(error("file,lable\n", "label").hint.starts_with("Did you mean 'lable'?"));
+  CHECK(error("file,lable\n", "label").hint.find("'lable'") != std::string::npos);
   CHECK(error("# t_s,ch1\n0,1\n").hint.find('#') != std::string::npos);
-  CHECK(error("# sensor A\n# 50 Hz\nt_s,ch1\n").hint.starts_with("Line 3 has it"));
-  CHECK(error("Device 7\nRate,50\n\nt_s,ch1\n0,1\n").hint.starts_with("Line 4 has it"));
-  CHECK(error("0,1,2\n0.1,2,3\n").hint.starts_with("Line 1 has numbers alone"));
+  CHECK(error("# sensor A\n# 50 Hz\nt_s,ch1\n").hint.find("line 3") != std::string::npos);
+  CHECK(error("Device 7\nRate,50\n\nt_s,ch1\n0,1\n").hint.find("line 4") != std::string::npos);
+  CHECK(error("0,1,2\n0.1,2,3\n").hint.find("only numbers") != std::string::npos);
 }
 
 TEST_CASE("columns are taken once, by name; the rest is refused or taken") {
@@ -129,17 +136,17 @@ TEST_CASE("columns are taken once, by name; the rest is refused or taken") {
   REQUIRE(csv);
   CHECK(csv->take_column("t_s") == 2U);
   CHECK_FALSE(csv->find_column("phase"));
-  CHECK(csv->check_rest({"label"}).error().what == "unknown column 'ch2'");
-  CHECK(csv->take_series("ch").error().what == "unknown column 'lable'");
+  CHECK(csv->check_rest({"label"}).error().what.find("'ch2'") != std::string::npos);
+  CHECK(csv->take_series("ch").error().what.find("'lable'") != std::string::npos);
   CHECK(csv->take_column("lable") == 1U);
   CHECK(csv->take_series("ch") == std::vector<std::size_t>{3, 0});
   CHECK(csv->check_rest({}));
   CHECK(csv->take_rest().empty());
   auto series = CsvTable::from_text("a.csv", "Ch1\n");
-  CHECK(series->take_series("ch").error().hint == "Did you mean 'ch1'?");
+  CHECK(series->take_series("ch").error().hint.find("'ch1'") != std::string::npos);
 }
 
-TEST_CASE("files that are no tables are told by name, and labels that look like them are not") {
+TEST_CASE("other files than tables are named by their kind, labels that look like them are read") {
   using namespace std::string_literals;
   for (const auto& [text, kind] : {std::pair{"\x89HDF\r\n\x1a\n\0"s, "HDF5"},
                                    {"RIFF\x24\0\0\0WAVEfmt "s, "WAV"},
@@ -157,7 +164,7 @@ TEST_CASE("files that are no tables are told by name, and labels that look like 
                                    {"\x80\x04\x95\0"s, "pickle"},
                                    {"BZh91AY&SY\0"s, "bzip2"}}) {
     const auto error = CsvTable::from_text("a.csv", text).error();
-    CHECK(error.what == "not a table");
+    CHECK(error.code == Errc::parse);
     CHECK(error.got.find(kind) != std::string::npos);
     CHECK_FALSE(error.hint.empty());
   }
@@ -166,7 +173,7 @@ TEST_CASE("files that are no tables are told by name, and labels that look like 
     CHECK(complaint(text).empty());
 }
 
-TEST_CASE("names that differ in what cannot be seen are told, others are not") {
+TEST_CASE("names that differ in invisible characters are reported, others are not") {
   const auto count = [](std::set<std::string> names) {
     return find_similar_names(names, "labels").size();
   };

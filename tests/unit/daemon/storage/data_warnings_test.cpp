@@ -55,7 +55,8 @@ TEST_CASE("a channel is a clock only where it rises in every recording") {
   const auto warnings = describe_signals(std::vector{signal}, names, "channel", "recording");
   REQUIRE(warnings.size() == 1);
   CHECK(warnings[0].code == "only_rises");
-  CHECK(warnings[0].text.starts_with("channel t only rises in all 5 recordings"));
+  CHECK(warnings[0].text.starts_with("channel t "));
+  CHECK(warnings[0].text.find("all 5 ") != std::string::npos);
   signal.states[4].only_rises = false;
   CHECK(texts_of({signal}).empty());
 }

@@ -33,7 +33,7 @@ void write_small_set(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST_CASE("a data set whose trials point at other trials' rows is refused, by the column's name") {
+TEST_CASE("a data set with trials that point at rows of others is refused with the column") {
   const TemporaryFolder folder;
   const auto path = folder / "d.h5";
   write_small_set(path);
@@ -102,7 +102,7 @@ TEST_CASE("a rate is a finite number that is not negative") {
   CHECK(read_hdf5(path));
 }
 
-TEST_CASE("files of writers that say nothing twice are read") {
+TEST_CASE("files of writers that store nothing twice are read") {
   const TemporaryFolder folder;
   const auto path = folder / "d.h5";
   write_small_set(path);

@@ -103,7 +103,7 @@ TEST_CASE("packed chunks are those of HDF5's own filters, and lie where it puts 
   check_like_library<double>(1, 3);
 }
 
-TEST_CASE("text columns are packed likewise") {
+TEST_CASE("text columns are packed in the same way") {
   const TemporaryFolder folder;
   const hdf5::QuietErrors quiet;
   std::vector<std::string> texts;

@@ -70,7 +70,7 @@ TEST_CASE("looking at a file that is being written leaves the writer its locks")
   still_held("verify");
 }
 
-TEST_CASE("a campaign begins while somebody looks at its file again and again") {
+TEST_CASE("a campaign begins while another process reads its file again and again") {
   constexpr int campaigns = 40;
   const TemporaryFolder folder;
   std::atomic<int> at = 0;
@@ -97,7 +97,7 @@ TEST_CASE("a campaign begins while somebody looks at its file again and again") 
   CHECK(looked > 0);
 }
 
-TEST_CASE("a campaign ends while somebody has its file open, and the file is whole without a log") {
+TEST_CASE("a campaign ends while its file is open elsewhere, and the file is whole without a log") {
   const TemporaryFolder folder;
   const auto path = folder / "campaign.sqlite";
   auto reader = sqlite::Database::open(path, sqlite::Mode::read_only);

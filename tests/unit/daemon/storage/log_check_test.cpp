@@ -156,7 +156,7 @@ TEST_CASE("a log that is begun anew may be torn in its header, and only then hol
   CHECK(state_of(folder / "unfolded").damage);
 }
 
-TEST_CASE("a log whose file is missing or empty is not opened, and stays as it is") {
+TEST_CASE("a log with a missing or empty file is not opened and stays unchanged") {
   const TemporaryFolder folder;
   {
     auto database = with_rows(folder / "a", 1);
@@ -187,7 +187,7 @@ TEST_CASE("reading a file that lacks its log leaves the folder as it is") {
   CHECK_FALSE(std::filesystem::exists(log_of(odd)));
 }
 
-TEST_CASE("a campaign file says that it lacks its log, also after the log was folded into it") {
+TEST_CASE("a campaign file records that its log is missing, also after a checkpoint of the log") {
   const TemporaryFolder folder;
   const auto rows_without_log = [&](int rows) {
     const auto file = folder / (std::to_string(rows) + ".sqlite");

@@ -175,7 +175,7 @@ TEST_CASE("groups are labels of a column, and an unknown one is refused with wha
   CHECK(group_labels(*TwoFiles(columns).trials(), "day").error().code == Errc::unsupported);
 }
 
-TEST_CASE("a column that could be taken for another, or has no name, is refused") {
+TEST_CASE("a column with an ambiguous name or without a name is refused") {
   for (const char* name : {"Group", "BENCH", "Piece", "recorded", "recording", "\"\"", "\" \""}) {
     CAPTURE(name);
     const auto set =

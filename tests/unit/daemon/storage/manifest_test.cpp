@@ -21,6 +21,11 @@ Error import_error(const TemporaryFolder& folder) {
   return dataset.error();
 }
 
+/// True if the message has a word that belongs to the case.
+bool is_about(std::string_view word, const Error& error) {
+  return error.what.find(word) != std::string::npos;
+}
+
 /// The error for a set with `trial` as its only trial file.
 Error trial_error(const std::string& trial) {
   const TemporaryFolder folder;
@@ -77,7 +82,7 @@ TEST_CASE("a manifest's trials come in its order, with labels, groups, phases, t
   CHECK(dataset->info.taxel_rate_hz == Approx(3 / 0.3));  // three intervals in 0.25 s + 0.05 s
 }
 
-TEST_CASE("a manifest says what of its cloth a trial touched, and the data set keeps it") {
+TEST_CASE("a manifest states the place of a trial on its fabric, and the data set keeps it") {
   const TemporaryFolder folder;
   write_file(folder / "m.csv",
              "file,label,piece,mounting,patch\na.csv,Wool,2,3,4\nb.csv,Wool,1,1,1\n");
@@ -121,9 +126,9 @@ TEST_CASE("a trial file cut anywhere in its last line is refused with the line")
   for (const char* cut : {"0", "0.1", "0.1,3", "0.1,3,", "0.1,3,4", "0.1,3,41"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n") + cut);
     CHECK(error.code == Errc::parse);
-    CHECK(error.what == "the last line has no line break: the file may be cut short");
+    CHECK(error.what.find("truncated") != std::string::npos);
     CHECK(error.where == ":3");
-    CHECK(error.hint == "Add a newline if the file is whole");
+    CHECK_FALSE(error.hint.empty());
   }
   CHECK(trial_error("t_s,ch1").where == ":1");
 }
@@ -131,7 +136,7 @@ TEST_CASE("a trial file cut anywhere in its last line is refused with the line")
 TEST_CASE("a manifest cut in its last line is refused with the line") {
   for (const char* cut : {"a.csv,Sil", "a.csv,Silk", "a"}) {
     const Error error = manifest_error(std::string("file,label\na.csv,Silk\n") + cut);
-    CHECK(error.what == "the last line has no line break: the file may be cut short");
+    CHECK(error.what.find("truncated") != std::string::npos);
     CHECK(error.where == ":3");
   }
 }
@@ -139,54 +144,58 @@ TEST_CASE("a manifest cut in its last line is refused with the line") {
 TEST_CASE("NaN, infinity, text and empty fields in a trial are refused with line and column") {
   for (const char* bad : {"nan", "NaN", "inf", "-inf", "1.5x", "0x10", "", "1 2"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n1,3,") + bad + "\n");
-    CHECK(error.what == "not a finite number");
+    CHECK(error.code == Errc::parse);
     CHECK(error.where == ":3 column ch2");
     CHECK(error.got == std::string("'").append(bad).append("'"));
   }
   for (const char* bad : {"1e999", "-1e400", "1e-400"}) {
     const Error error = trial_error(std::string("t_s,ch1,ch2\n0,1,2\n1,3,") + bad + "\n");
-    CHECK(error.what == "a number that no double can hold");
+    CHECK(error.expected.find("1.8e308") != std::string::npos);
     CHECK(error.where == ":3 column ch2");
   }
   CHECK(trial_error("t_s,ch1\nnan,1\n").where == ":2 column t_s");
   for (const char* far : {"1e300", "1.7e12", "-4.6e9"}) {  // as milliseconds since 1970
     const Error error = trial_error(std::string("t_s,ch1\n") + far + ",1\n");
-    CHECK(error.what == "a time beyond all reason");
     CHECK(error.where == ":2 column t_s");
-    CHECK(error.expected == "within 142 years of 0");
+    CHECK(error.expected.find("142") != std::string::npos);
   }
 }
 
 TEST_CASE("a trial's columns must be known, unique and complete") {
-  CHECK(trial_error("t_s,ch1,force\n0,1,2\n").what == "unknown column 'force'");
-  CHECK(trial_error("t_s,ch1,ch01\n0,1,2\n").what == "unknown column 'ch01'");
-  CHECK(trial_error("t_s,ch1,ch0\n0,1,2\n").what == "unknown column 'ch0'");
-  CHECK(trial_error("t_s,ch1,ch3\n0,1,2\n").what == "the column ch2 is missing");
-  CHECK(trial_error("t_s,ch99999999999\n0,1\n").what == "the column ch1 is missing");
-  CHECK(trial_error("t_s,phase\n0,M\n").what == "the column ch1 is missing");
-  CHECK(trial_error("ch1,ch2\n0,1\n").what == "the column t_s is missing");
-  CHECK(trial_error("t_s,ch1,ch1\n0,1,1\n").what == "two columns of the same name");
+  CHECK(is_about("'force'", trial_error("t_s,ch1,force\n0,1,2\n")));
+  CHECK(is_about("'ch01'", trial_error("t_s,ch1,ch01\n0,1,2\n")));
+  CHECK(is_about("'ch0'", trial_error("t_s,ch1,ch0\n0,1,2\n")));
+  CHECK(is_about("column ch2", trial_error("t_s,ch1,ch3\n0,1,2\n")));
+  CHECK(is_about("column ch1", trial_error("t_s,ch99999999999\n0,1\n")));
+  CHECK(is_about("column ch1", trial_error("t_s,phase\n0,M\n")));
+  CHECK(is_about("column t_s", trial_error("ch1,ch2\n0,1\n")));
+  CHECK(trial_error("t_s,ch1,ch1\n0,1,1\n").got == "'ch1'");
 }
 
 TEST_CASE("a trial's lines must be whole, in time order and of known phases") {
-  CHECK(trial_error("t_s,ch1\n0,1\n1,2,3\n").what == "wrong number of fields");
-  CHECK(trial_error("t_s,ch1\n0\n1,2\n").what == "wrong number of fields");
-  CHECK(trial_error("t_s,ch1\n1,1\n0.5,2\n").what == "time runs backwards");
+  const Error longer = trial_error("t_s,ch1\n0,1\n1,2,3\n");
+  CHECK(longer.where == ":3");
+  CHECK(longer.expected == "2");
+  CHECK(longer.got == "3");
+  const Error shorter = trial_error("t_s,ch1\n0\n1,2\n");
+  CHECK(shorter.where == ":2");
+  CHECK(shorter.expected == "2");
+  CHECK(shorter.got == "1");
+  CHECK(trial_error("t_s,ch1\n1,1\n0.5,2\n").what == "time decreases");
   CHECK(trial_error("t_s,phase,ch1\n1,Q,1\n").got == "'Q'");
   CHECK(trial_error("t_s,phase,ch1\n1,MM,1\n").what == "unknown phase");
-  CHECK(trial_error("t_s,ch1\n").what == "a header but no samples");
-  CHECK(trial_error("").what == "the file is empty");
-  CHECK(trial_error(std::string("t_s,ch1\n0,1\0\n", 13)).what == "a zero byte: not a text file");
+  CHECK(is_about("no samples", trial_error("t_s,ch1\n")));
+  CHECK(trial_error("").what == "file empty");
+  CHECK(is_about("zero byte", trial_error(std::string("t_s,ch1\n0,1\0\n", 13))));
 }
 
 TEST_CASE("huge lines and huge headers are refused, not swallowed") {
-  CHECK(trial_error("t_s,ch1\n0," + std::string(2000000, '1') + "\n").what ==
-        "the line is too long");
+  CHECK(trial_error("t_s,ch1\n0," + std::string(2000000, '1') + "\n").got == "2000002 bytes");
   std::string commas(100000, ',');
-  CHECK(trial_error(commas += '\n').what == "too many columns");
+  CHECK(is_about("columns", trial_error(commas += '\n')));
 }
 
-TEST_CASE("a manifest naming a missing file says which, and from which line") {
+TEST_CASE("a missing file of a manifest is reported with its name and line") {
   const TemporaryFolder folder;
   write_file(folder / "m.csv", "file,label\na.csv,Silk\nmissing.csv,Wool\n");
   write_file(folder / "a.csv", good_trial);
@@ -197,21 +206,21 @@ TEST_CASE("a manifest naming a missing file says which, and from which line") {
 }
 
 TEST_CASE("a manifest's columns and lines must make sense") {
-  CHECK(manifest_error("").what == "the file is empty");
-  CHECK(manifest_error("file,label\n").what == "a header but no trials");
-  CHECK(manifest_error("file,label,piece\na.csv,Silk,0\n").what == "not a whole number from 1 on");
-  CHECK(manifest_error("file,label,mounting\na.csv,Silk,1.5\n").what ==
-        "not a whole number from 1 on");
-  CHECK(manifest_error("file,group\na.csv,0\n").what == "the column label is missing");
-  CHECK(manifest_error("label\nSilk\n").what == "the column file is missing");
-  CHECK(manifest_error("file,label\na.csv,\n").what == "the label is empty");
-  CHECK(manifest_error("file,label\na.csv,\" \"\n").what == "the label is empty");
-  CHECK(manifest_error("file,label\n,Silk\n").what == "the file name is empty");
-  CHECK(manifest_error("file,label\n\" \",Silk\n").what == "the file name is empty");
+  CHECK(manifest_error("").what == "file empty");
+  CHECK(is_about("no trials", manifest_error("file,label\n")));
+  CHECK(manifest_error("file,label,piece\na.csv,Silk,0\n").got == "0");
+  CHECK(manifest_error("file,label,mounting\na.csv,Silk,1.5\n").got == "1.5");
+  CHECK(is_about("column label", manifest_error("file,group\na.csv,0\n")));
+  CHECK(is_about("column file", manifest_error("label\nSilk\n")));
+  CHECK(manifest_error("file,label\na.csv,\n").what == "label empty");
+  CHECK(manifest_error("file,label\na.csv,\" \"\n").what == "label empty");
+  CHECK(is_about("file name", manifest_error("file,label\n,Silk\n")));
+  CHECK(is_about("file name", manifest_error("file,label\n\" \",Silk\n")));
   CHECK(manifest_error("file,label\n\"a.csv,Silk\n").where == ":2");
   CHECK(manifest_error("file,label\n\"a.csv\"x,Silk\n").where == ":2");
   const Error twice = manifest_error("file,label\na.csv,Silk\nsub/../a.csv,Silk\n");
-  CHECK(twice.what == "the file is listed twice");
+  CHECK(is_about("twice", twice));
+  CHECK(twice.got == "sub/../a.csv");
   CHECK(twice.where == ":3");
 }
 
@@ -224,10 +233,10 @@ TEST_CASE("a file is listed twice under whatever name") {
        {std::string("./a.csv"), std::string("sub/link.csv"), (folder / "a.csv").string()}) {
     write_file(folder / "m.csv", "file,label\na.csv,Silk\n" + other + ",Wool\n");
     const Error error = import_error(folder);
-    CHECK(error.what == "the file is listed twice");
+    CHECK(is_about("twice", error));
     CHECK(error.where == (folder / "m.csv").string() + ":3");
     CHECK(error.got == other);
-    CHECK(error.hint == "It stands in " + (folder / "m.csv").string() + ":2 as 'a.csv' already");
+    CHECK(error.hint.find((folder / "m.csv").string() + ":2 as 'a.csv'") != std::string::npos);
   }
 }
 
@@ -237,7 +246,9 @@ TEST_CASE("trials of different channel counts do not make one set") {
   write_file(folder / "a.csv", good_trial);
   write_file(folder / "b.csv", "t_s,ch1\n0,1\n");
   const Error error = import_error(folder);
-  CHECK(error.what == "another number of channels than a.csv");
+  CHECK(is_about("a.csv", error));
+  CHECK(error.expected == "2");
+  CHECK(error.got == "1");
   CHECK(error.where.ends_with("m.csv:3: b.csv"));
 }
 

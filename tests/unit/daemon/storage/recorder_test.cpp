@@ -321,7 +321,7 @@ TEST_CASE(
   CHECK_FALSE(load_progress(folder / "c.weft")->finished);
 }
 
-TEST_CASE("a campaign file tells its progress, and other files are not taken for one") {
+TEST_CASE("the progress of a campaign file is read, other files are refused") {
   const TemporaryFolder folder;
   REQUIRE(record_campaign(folder / "c.weft", 2, 5));
   CHECK(load_progress(folder / "c.weft")->finished);
@@ -378,7 +378,8 @@ TEST_CASE("the forecast covers what a campaign takes, and the free space is comp
   CHECK(check_space(folder.path(), 1));
   const auto refused = check_space(folder.path(), std::numeric_limits<std::uint64_t>::max());
   REQUIRE_FALSE(refused);
-  CHECK(refused.error().what == "not enough free space");
+  CHECK(refused.error().code == Errc::no_space);
+  CHECK(refused.error().got.ends_with(" bytes"));
   CHECK_FALSE(check_space(folder / "absent", 1));
 }
 

@@ -175,7 +175,7 @@ TEST_CASE("strokes that were recorded on contact are no batches") {
     }
 }
 
-TEST_CASE("samples that were read in batches tell no rate") {
+TEST_CASE("samples that were read in batches give no rate") {
   for (const std::size_t batch : {2U, 3U, 4U, 5U, 8U, 16U, 60U, 100U, 500U})
     for (const double within_ms : {0.0, 0.01, 0.05, 0.2}) {
       CAPTURE(batch, within_ms);
@@ -197,7 +197,7 @@ TEST_CASE("64 bits need not hold what lies between two times") {
   CHECK(sampled_time({-far, far}).period_s() == Approx(1.8e10));
 }
 
-TEST_CASE("rates that differ are told in few samples") {
+TEST_CASE("different rates are distinguished with few samples") {
   CHECK_FALSE(can_be_together(times({10}, 25), times({1000.0 / 120}, 25)));
   CHECK_FALSE(can_be_together(times({10}, 9), times({1000.0 / 150}, 9)));
   auto lost = times({10}, 25);
@@ -205,7 +205,7 @@ TEST_CASE("rates that differ are told in few samples") {
   CHECK(can_be_together(times({10}, 25), lost));
 }
 
-TEST_CASE("a recording may be of the rate that its times tell, or of any where they tell none") {
+TEST_CASE("a recording may have the rate of its times, or any rate if they give none") {
   CHECK(can_have_period(times({8, 9, 9, 8, 9}, 101), 0.0086));
   CHECK(can_have_period(times({10}, 100), 0.0104));
   CHECK_FALSE(can_have_period(times({10}, 100), 0.0108));
@@ -235,7 +235,7 @@ TEST_CASE("the period in common is the mean one") {
   CHECK(common_period_s({{5}, {}}) == 0);
 }
 
-TEST_CASE("one sample, or none, tells no period") {
+TEST_CASE("one sample, or none, gives no period") {
   CHECK(sampled_time({}).period_s() == 0);
   CHECK(sampled_time({5}).period_s() == 0);
   CHECK(sampled_time({5, 5}).period_s() == 0);

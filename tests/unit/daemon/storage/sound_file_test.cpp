@@ -99,20 +99,19 @@ TEST_CASE("a sound file is whole when its samples are, whatever else its header 
   for (const std::string& whole : {rifx(), rf64(), aiff(), au()}) CHECK(complaint(whole).empty());
 }
 
-TEST_CASE("a sound file that lacks samples is cut, whatever the count of the whole says") {
+TEST_CASE("a sound file that lacks samples is truncated, whatever the total count in the header") {
   if (reads_no_sound()) return;
-  const std::string message = "the sound file is cut short";
-  CHECK(complaint(cut(wav(36 + sample_bytes, sample_bytes))) == message);
-  CHECK(complaint(cut(wav(400, sample_bytes))) == message);
-  CHECK(complaint(wav(36 + sample_bytes, sample_bytes + 100'000)) == message);
+  CHECK(complaint(cut(wav(36 + sample_bytes, sample_bytes))).ends_with("truncated"));
+  CHECK(complaint(cut(wav(400, sample_bytes))).ends_with("truncated"));
+  CHECK(complaint(wav(36 + sample_bytes, sample_bytes + 100'000)).ends_with("truncated"));
   for (const std::string& whole : {rifx(), rf64(), aiff(), au()})
-    CHECK(complaint(cut(whole)) == message);
+    CHECK(complaint(cut(whole)).ends_with("truncated"));
 }
 
-TEST_CASE("a header without lengths is said to be unfinished") {
+TEST_CASE("a header without lengths is reported as unfinished") {
   if (reads_no_sound()) return;
-  CHECK(complaint(wav(0, 0)) == "the header of the sound file was not finished");
-  CHECK(complaint(wav(36, 0)) == "the header of the sound file was not finished");
+  CHECK(complaint(wav(0, 0)).ends_with("not finished"));
+  CHECK(complaint(wav(36, 0)).ends_with("not finished"));
 }
 
 TEST_CASE("a name that no file can have is a sound file that is not there") {

@@ -53,7 +53,6 @@ void needs_a_stated_rate(const std::vector<double>& t_s) {
   const auto refused = imported(folder, {table(t_s)});
   REQUIRE_FALSE(refused);
   CHECK(refused.error().code == Errc::parse);
-  CHECK(refused.error().what == "the samples are not evenly spaced");
   CHECK(refused.error().hint.ends_with("--rate-hz"));
   const auto set = import_recordings(folder / "m.csv", 400);
   REQUIRE(set);
@@ -87,7 +86,7 @@ TEST_CASE("samples that are missing in a table are named by the line after them"
   holed.erase(holed.begin() + 300, holed.begin() + 320);
   const auto error = [&](const std::string& text) { return imported(folder, {text}).error(); };
   CHECK(error(table(holed)).where.ends_with("0.csv:302"));
-  CHECK(error(table(holed)).got == "one after 0.210000 s");
+  CHECK(error(table(holed)).got == "0.210000 s");
   CHECK(error(table(holed, "\n\n")).where.ends_with("0.csv:602"));
   std::vector<double> one = even(100, 800);
   one.erase(one.begin() + 300);
@@ -111,7 +110,7 @@ TEST_CASE("times of a table in another unit than seconds are refused by their li
   const TemporaryFolder folder;
   for (const char* far : {"1.7e12", "1.7e18", "-1e300"}) {
     const Error error = imported(folder, {std::string("t_s,X\n") + far + ",1\n"}).error();
-    CHECK(error.what == "a time beyond all reason");
+    CHECK(error.expected.find("142") != std::string::npos);
     CHECK(error.where.ends_with("0.csv:2 column t_s"));
   }
   CHECK(rate_hz({1.7e9, 1.7e9 + 0.5, 1.7e9 + 1}) == 2.0);

@@ -19,7 +19,7 @@ TEST_CASE("an error of the writing thread comes back with a later call and stays
   WriterThread thread;
   REQUIRE(thread.post([] { return Status{}; }));
   REQUIRE(thread.drain());
-  CHECK(thread.post([]() -> Status { return fail({.code = Errc::io, .what = "no more room"}); }));
+  CHECK(thread.post([]() -> Status { return fail({.code = Errc::io, .what = "disk full"}); }));
   bool ran = false;
   static_cast<void>(thread.post([&]() -> Status {
     ran = true;
@@ -27,7 +27,7 @@ TEST_CASE("an error of the writing thread comes back with a later call and stays
   }));
   const Status drained = thread.drain();
   REQUIRE_FALSE(drained);
-  CHECK(drained.error().what == "no more room");
+  CHECK(drained.error().what == "disk full");
   CHECK_FALSE(ran);
   CHECK_FALSE(thread.drain());
 }
@@ -54,7 +54,7 @@ TEST_CASE(
   CHECK(::sched_getscheduler(0) == SCHED_OTHER);
 }
 
-TEST_CASE("a disk that does not answer holds nobody up, and is an error once too much waits") {
+TEST_CASE("a disk that does not respond blocks no caller, and is an error once too much waits") {
   std::mutex disk;
   disk.lock();
   bool refused = false;
