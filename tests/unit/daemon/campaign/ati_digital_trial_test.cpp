@@ -97,7 +97,8 @@ TEST_CASE("a rate that the Digital F/T's emulator does not send is refused befor
   const test::TemporaryFolder folder;
   const auto checked = run_campaign(test::request_in(folder, test::short_recipe("denim"), rig), {});
   REQUIRE_FALSE(checked);
-  CHECK(to_string(checked.error()).find("disagree on the rate") != std::string::npos);
+  CHECK(checked.error().code == Errc::invalid_argument);
+  CHECK(checked.error().where.find("/config/rate_hz") != std::string::npos);
 }
 
 }  // namespace ati_digital_trial_test

@@ -273,7 +273,8 @@ TEST_CASE("a campaign that is asked to stop while homing ends without a campaign
   hooks.stop = &stop;
   const auto ran = run_campaign(request_in(folder, short_recipe("denim")), hooks);
   REQUIRE_FALSE(ran);
-  CHECK(ran.error().what == "stopped while the bench came up");
+  CHECK(ran.error().code == Errc::wrong_state);
+  CHECK(ran.error().where.ends_with("bench"));
   CHECK_FALSE(std::filesystem::exists(folder / "out/campaign.sqlite"));
 }
 

@@ -42,7 +42,7 @@ std::string format_report(const VerifyReport& report) {
   return words;
 }
 
-bool says(const VerifyReport& report, const std::string& what) {
+bool has_finding(const VerifyReport& report, const std::string& what) {
   return format_report(report).find(what) != std::string::npos;
 }
 
@@ -85,14 +85,14 @@ TEST_CASE("one flipped bit is found wherever in the files of a campaign it lies"
       INFO(file << " byte " << at);
       const VerifyReport report = verified(out);
       CHECK_FALSE(report.holds());
-      CHECK(says(report, file.filename().string()));
+      CHECK(has_finding(report, file.filename().string()));
     }
     test::write_file(file, whole);
   }
   CHECK(verified(out).holds());
 }
 
-TEST_CASE("damage is said by trial, stream and chunk, or by table, without a certificate too") {
+TEST_CASE("damage is reported by trial, stream and chunk, or by table, without a certificate too") {
   const TemporaryFolder folder;
   const CampaignSummary s = recorded(folder);
   const auto out = s.campaign_file.parent_path();
@@ -105,17 +105,17 @@ TEST_CASE("damage is said by trial, stream and chunk, or by table, without a cer
   change(
       "UPDATE chunk SET data = zeroblob(length(data)) WHERE trial = 2 AND stream = 1 AND number = "
       "0");
-  CHECK(says(verified(out), "trial 1 (denim, attempt 0), wrench chunk 0: altered"));
+  CHECK(has_finding(verified(out), "trial 1 (denim, attempt 0), wrench chunk 0: altered"));
   std::filesystem::rename(out / certificate_file_name, out / "aside");
-  CHECK(says(verified(out), "trial 1 (denim, attempt 0), wrench chunk 0: altered"));
+  CHECK(has_finding(verified(out), "trial 1 (denim, attempt 0), wrench chunk 0: altered"));
   CHECK_FALSE(verified(out).certified);
   std::filesystem::rename(out / "aside", out / certificate_file_name);
   test::write_file(s.campaign_file, whole);
   change("UPDATE trial SET label = 'satin' WHERE id = 1");
-  CHECK(says(verified(out), "trial 0000-denim-M1-r01: its row"));
+  CHECK(has_finding(verified(out), "trial 0000-denim-M1-r01: row"));
   test::write_file(s.campaign_file, whole);
   change("UPDATE journal SET payload_json = '{}' WHERE sequence = 1");
-  CHECK(says(verified(out), "table journal: a row is not as it was certified"));
+  CHECK(has_finding(verified(out), "table journal: row"));
   test::write_file(s.campaign_file, whole);
   CHECK(verified(out).holds());
 }
@@ -127,10 +127,8 @@ TEST_CASE("a damaged data set names its trials, and its bytes differ from the ce
   test::flip_stored_bit(s.dataset_file, "/taxel/counts", 0);
   const VerifyReport report = verified(out);
   INFO(format_report(report));
-  CHECK(says(report, "dataset.h5: altered: its SHA-256 disagrees"));
-  CHECK(
-      says(report,
-           "/taxel/counts of trials 0000-denim-M1-r01, 0001-denim-M2-r01: the column is damaged"));
+  CHECK(has_finding(report, "dataset.h5: altered"));
+  CHECK(has_finding(report, "/taxel/counts of trials 0000-denim-M1-r01, 0001-denim-M2-r01: "));
 }
 
 TEST_CASE("a certificate with checksums of blocks, as version 1 had them, is read") {
@@ -164,11 +162,11 @@ TEST_CASE("a page of the database that is gone is a sentence and not a crash") {
       std::fill_n(bent.begin() + static_cast<std::ptrdiff_t>(at), page, filling);
       test::write_file(s.campaign_file, bent);
       INFO("page " << at / page + 1);
-      CHECK(says(verified(out), "altered: "));
+      CHECK(has_finding(verified(out), ": altered"));
       static_cast<void>(load_campaign(s.campaign_file, {.all_outcomes = true}));
     }
   test::write_file(s.campaign_file, whole.substr(0, whole.size() / 2));
-  CHECK(says(verified(out), "bytes long, certified were"));
+  CHECK(has_finding(verified(out), std::to_string(whole.size()) + " bytes"));
   test::write_file(s.campaign_file, "");
   CHECK_FALSE(verified(out).holds());
 }
@@ -181,7 +179,7 @@ TEST_CASE("a certified file that is missing is found, and one that was never cer
     std::filesystem::rename(file, out / "aside");
     const VerifyReport report = verified(out);
     CHECK_FALSE(report.certified);
-    CHECK(says(report, file.filename().string() + ": is in the certificate, and missing"));
+    CHECK(has_finding(report, file.filename().string() + ": missing"));
     std::filesystem::rename(out / "aside", file);
   }
   CHECK(verified(out).certified);
@@ -194,7 +192,7 @@ TEST_CASE("a certified file that is missing is found, and one that was never cer
     const VerifyReport report = verified(out);
     CHECK_FALSE(report.certified);
     const auto& other = listed == s.dataset_file ? s.campaign_file : s.dataset_file;
-    CHECK(says(report, other.filename().string() + ": is not in the certificate"));
+    CHECK(has_finding(report, other.filename().string() + ": not in "));
     (*certificate)->files = {file_checksums(s.campaign_file).value()};
   }
 }
@@ -212,10 +210,10 @@ TEST_CASE("recipe and rig in a data set have their SHA-256") {
     return verified(other);
   };
   CHECK(with([](DatasetInfo&) {}).holds());
-  CHECK(says(with([](DatasetInfo& info) { info.recipe_json += " "; }),
-             "other.h5: /provenance: the recipe does not have its SHA-256"));
-  CHECK(says(with([](DatasetInfo& info) { info.rig_json += " "; }),
-             "other.h5: /provenance: the rig does not have its SHA-256"));
+  CHECK(has_finding(with([](DatasetInfo& info) { info.recipe_json += " "; }),
+                    "other.h5: /provenance: recipe"));
+  CHECK(has_finding(with([](DatasetInfo& info) { info.rig_json += " "; }),
+                    "other.h5: /provenance: rig"));
 }
 
 TEST_CASE("a certificate is all of its file") {
@@ -223,7 +221,7 @@ TEST_CASE("a certificate is all of its file") {
   const auto out = recorded(folder).campaign_file.parent_path();
   const std::string whole = test::read_file(out / certificate_file_name);
   test::write_file(out / certificate_file_name, whole + std::string("\0{}", 3));
-  CHECK(says(verified(out), "a zero byte: not a text file"));
+  CHECK(has_finding(verified(out), "zero byte"));
 }
 
 TEST_CASE("what never was a campaign is refused") {

@@ -50,7 +50,7 @@ CheckedExport only_export(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("an export of an interrupted run is told to be one once the run was gone on with") {
+TEST_CASE("an export of an interrupted run is outdated once the run was resumed") {
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   CHECK(verified(request.out).exports.empty());
@@ -92,7 +92,7 @@ TEST_CASE("an export that was altered is found, and one that was removed is no d
   CHECK(verified(request.out).found_problems.front().where == "export/list.json");
 }
 
-TEST_CASE("an export that is cut short leaves the older one, and the list, as they were") {
+TEST_CASE("an export that is stopped leaves the older one, and the list, as they were") {
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   REQUIRE(export_campaign(request.out, {}));
@@ -116,7 +116,7 @@ TEST_CASE("an export that is cut short leaves the older one, and the list, as th
   }
 }
 
-TEST_CASE("an export whose list cannot be written leaves no digest of another file") {
+TEST_CASE("an export with a list that cannot be written leaves no digest of another file") {
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   REQUIRE(export_campaign(request.out, {}));
@@ -132,7 +132,7 @@ TEST_CASE("an export whose list cannot be written leaves no digest of another fi
   CHECK(only_export(request.out).state == ExportState::current);
 }
 
-TEST_CASE("an export of a campaign that was discarded since says so") {
+TEST_CASE("an export of a campaign that was discarded later is reported as such") {
   const TemporaryFolder folder;
   const CampaignRequest request = interrupted(folder);
   REQUIRE(export_campaign(request.out, {}));

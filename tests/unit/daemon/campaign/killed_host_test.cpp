@@ -25,7 +25,7 @@ class Socket final : public Link {
   }
   void pull() { end_->unplug(); }
   Status write(ByteView bytes) override {
-    return end_ ? end_->write(bytes) : fail({.code = Errc::io, .what = "nobody is there"});
+    return end_ ? end_->write(bytes) : fail({.code = Errc::io, .what = "no peer"});
   }
   void on_receive(Receiver receiver) override { receiver_ = std::move(receiver); }
   void on_closed(Closed) override {}

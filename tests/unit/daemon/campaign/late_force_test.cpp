@@ -36,7 +36,7 @@ TEST_CASE("A force that comes later than two cycles is named as such, with its l
     REQUIRE(summary.error);
     CHECK(summary.cleanup == recipes::Cleanup::done);
     CHECK(summary.error->code == Errc::timeout);
-    CHECK(summary.error->what.find("come too late") != std::string::npos);
+    CHECK(summary.error->expected.find("cycles") != std::string::npos);
     const double unit_s = summary.error->got.ends_with(" ms") ? 1e-3 : 1;
     CHECK(unit_s * std::atof(summary.error->got.c_str()) == Approx(late_s).margin(0.011));
   }

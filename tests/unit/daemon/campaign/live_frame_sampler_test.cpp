@@ -61,7 +61,7 @@ TEST_CASE("a frame has the newest of each and the extremes of the normal force s
   CHECK(next->taxels.empty());  // no new taxel frame
 }
 
-TEST_CASE("stages that have not all told where they are are not shown") {
+TEST_CASE("stages are not shown before all positions are known") {
   LiveFrameSampler frame_sampler;
   frame_sampler.on_sample(pressed(1), Phase::none);
   frame_sampler.show({}, at(1s));

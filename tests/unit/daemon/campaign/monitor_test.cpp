@@ -89,7 +89,7 @@ TEST_CASE("A monitor sends each stage its stop when a host that owes beats is go
         std::string::npos);
 }
 
-TEST_CASE("A monitor sends the probe up at the rig's acceleration, and keeps the locks meanwhile") {
+TEST_CASE("A monitor retracts the probe at the rig's acceleration and keeps the locks meanwhile") {
   asio::io_context context;
   tcp::acceptor door(context, {asio::ip::make_address("127.0.0.1"), 0});
   RigFile rig = one_stage_at(door.local_endpoint().port());

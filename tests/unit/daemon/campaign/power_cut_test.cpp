@@ -77,7 +77,7 @@ std::size_t left_by_power_cut(const fs::path& file, bool real_time) {
 
 }  // namespace
 
-TEST_CASE("a power cut takes no trial that was told complete from a bench in real time") {
+TEST_CASE("a power cut loses no trial that was reported complete on a bench in real time") {
   const TemporaryFolder folder;
   CHECK(left_by_power_cut(folder / "real.weft", true) == 1);
 }

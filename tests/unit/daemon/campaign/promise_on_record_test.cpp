@@ -59,7 +59,7 @@ std::optional<CampaignHistory> killed_before_first_trial(const CampaignRequest& 
 
 }  // namespace
 
-TEST_CASE("a resume that ends while the past is played again does not say what the record said") {
+TEST_CASE("a resume that ends during the replay does not repeat the recorded promise") {
   const TemporaryFolder folder;
   CampaignRequest request = one_pair_request(folder);
   const CampaignSummary first = stopped_after_one(request);
@@ -80,7 +80,7 @@ TEST_CASE("a resume that ends while the past is played again does not say what t
   CHECK(is_promise_missed(second.simulation));
 }
 
-TEST_CASE("a campaign killed before its first trial is gone on with as it was asked") {
+TEST_CASE("a campaign killed before its first trial is resumed with its request") {
   const bool says_again = GENERATE(true, false);
   CAPTURE(says_again);
   const TemporaryFolder folder;

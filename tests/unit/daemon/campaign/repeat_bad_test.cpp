@@ -106,26 +106,25 @@ std::map<std::uint32_t, std::vector<TrialOutcome>> outcomes_of(const Dataset& al
 
 }  // namespace
 
-TEST_CASE("a take is bad where samples are lost, a taxel is dead or full, or the force is off") {
+TEST_CASE("an attempt is bad with lost samples, a dead or full taxel, or force outside the band") {
   CHECK(error_text_of(frames_of(live_count)) == "");
   const auto dead = [](int i) { return i < 39 ? std::uint16_t{7} : live_count(i); };
   CHECK(error_text_of(frames_of(dead)) == "");  // 39 of 40 frames
   CHECK(error_text_of(frames_of([&](int i) {
           return i < 40 ? std::uint16_t{7} : live_count(i);
-        })) == "taxel 2: a taxel is dead: it does not change");
+        })).starts_with("taxel 2: taxel value "));
   const auto full = [](int frames) {
     return [frames](int i) { return i % 50 < frames ? std::uint16_t{0xFFFF} : live_count(i); };
   };
-  CHECK(error_text_of(frames_of(full(1))) == "taxel 2: a taxel is saturated");
+  CHECK(error_text_of(frames_of(full(1))) == "taxel 2: taxel saturated");
   CHECK(error_text_of(
             frames_of([](int i) { return i == 9 ? std::uint16_t{0xFFFF} : live_count(i); })) == "");
-  CHECK(error_text_of(frames_of(live_count, 1)) == ": taxel frames were lost");
+  CHECK(error_text_of(frames_of(live_count, 1)).starts_with(": taxel frames "));
   CHECK(error_text_of(frames_of(live_count), 0.81) == "");
-  CHECK(error_text_of(frames_of(live_count), 0.79) ==
-        "while it was held: the force was out of its band");
+  CHECK(error_text_of(frames_of(live_count), 0.79).starts_with("while it was held: force "));
 }
 
-TEST_CASE("lost force readings are a bad take's too, and so is what never came at a phase's end") {
+TEST_CASE("lost force readings make an attempt bad, also those missing at the end of a phase") {
   AttemptQualityCheck quality_check = frames_of(live_count);
   Sample reading;
   reading.value = WrenchSample{};
@@ -137,17 +136,17 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
   AttemptQualityCheck torn = quality_check;
   reading.lost = 3;  // 3 of 204
   torn.check(reading);
-  CHECK(error_text_of(torn) == ": force readings were lost");
+  CHECK(error_text_of(torn).starts_with(": force readings "));
   // The last frame came at 2.475 s, the last reading at 1.99 s.
   const auto paused = [](AttemptQualityCheck at, double now_s) {
     at.pause(TimePoint(from_seconds(now_s)));
     return error_text_of(at);
   };
   CHECK(paused(quality_check, 2.07) == "");
-  CHECK(paused(quality_check, 2.2) == ": force readings were lost");
+  CHECK(paused(quality_check, 2.2).starts_with(": force readings "));
   const AttemptQualityCheck frames_alone = frames_of(live_count);
   CHECK(paused(frames_alone, 2.55) == "");
-  CHECK(paused(frames_alone, 2.6) == ": taxel frames were lost");
+  CHECK(paused(frames_alone, 2.6).starts_with(": taxel frames "));
   // The recording continues at 2.5 s: data that come late or not at all are lost.
   const auto resumed = [&](double first_s, double now_s) {
     AttemptQualityCheck at = frames_alone;
@@ -162,8 +161,8 @@ TEST_CASE("lost force readings are a bad take's too, and so is what never came a
     return paused(at, now_s);
   };
   CHECK(resumed(2.55, 2.6) == "");
-  CHECK(resumed(3.5, 3.55) == ": taxel frames were lost");
-  CHECK(resumed(0, 3.5) == ": taxel frames were lost");
+  CHECK(resumed(3.5, 3.55).starts_with(": taxel frames "));
+  CHECK(resumed(0, 3.5).starts_with(": taxel frames "));
   quality_check.begin();
   CHECK(paused(quality_check, 9) == "");  // of another attempt
 }
@@ -194,7 +193,7 @@ TEST_CASE(
         }) == 1);
 }
 
-TEST_CASE("a pad that stays dead fails the trial after the takes that the recipe allows") {
+TEST_CASE("a pad that stays dead fails the trial after the attempts that the recipe allows") {
   const TemporaryFolder folder;
   json faults = dead_in_trial_1();
   faults[0].erase("duration_s");
@@ -209,7 +208,7 @@ TEST_CASE("a pad that stays dead fails the trial after the takes that the recipe
   CHECK(outcomes_of(evaluated_dataset(request, true)).at(1) == once_more);
 }
 
-TEST_CASE("a kill before, in or after a bad take changes neither the data nor the count of takes") {
+TEST_CASE("a kill before, in or after a bad attempt changes neither data nor number of attempts") {
   const TemporaryFolder whole;
   const CampaignRequest untouched = checked_request(whole, dead_in_trial_1());
   run_checked(untouched);

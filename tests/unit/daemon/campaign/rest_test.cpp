@@ -86,7 +86,7 @@ TEST_CASE("forces from nothing to ten newtons settle and are held on soft cloth 
     }
 }
 
-TEST_CASE("a probe that does not rest by its weight fails its first trial, and says why") {
+TEST_CASE("a probe that does not rest by its weight fails its first trial, with the reason") {
   test::Guarded g(test::short_recipe("nylon"));
   g.bench.checked.plan.limits.probe_weight_n = 1.7;  // a seventh heavier
   g.start();

@@ -78,7 +78,7 @@ TEST_CASE("a resume that ends in its replay leaves a campaign that was read at i
   check_whole(request.out, 1);
 }
 
-TEST_CASE("a resume beside somebody who reads the file without a pause leaves all as it was") {
+TEST_CASE("a resume beside a process that reads the file without a pause changes nothing") {
   const TemporaryFolder folder;
   CampaignRequest request = request_for(folder);
   const auto file = stopped_after_two(request).campaign_file;

@@ -170,7 +170,7 @@ TEST_CASE("a rate that driver and emulator do not share is refused before anythi
   CHECK_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST_CASE("on a real bench an emulator that was left in the rig file says nothing of the stage") {
+TEST_CASE("on a real bench an emulator entry in the rig file does not affect the stage") {
   json rig = test::bench17_near_home();
   rig["devices"][0]["emulator"]["model"] = "LTS150";
   REQUIRE(parse_rig_file(rig.dump())->devices[0].emulated_model == "LTS150");
@@ -183,7 +183,7 @@ TEST_CASE("on a real bench an emulator that was left in the rig file says nothin
   CHECK(real->devices[0].emulated_stage.empty());
 }
 
-TEST_CASE("a linear stage is told the rig's acceleration; another one in its place is refused") {
+TEST_CASE("a linear stage gets the rig's acceleration; another value is refused") {
   nlohmann::json rig = test::bench17();
   rig["limits"]["acceleration_mm_s2"] = 10;
   const auto config_of = [&](const char* role) {
@@ -208,7 +208,7 @@ TEST_CASE("a linear stage is told the rig's acceleration; another one in its pla
   }
 }
 
-TEST_CASE("a limit that no stage can accelerate by is refused where it stands, once") {
+TEST_CASE("an acceleration limit that no stage supports is refused at its key, once") {
   const test::TemporaryFolder folder;
   nlohmann::json rig = test::bench17();
   for (const char* role : {"x", "y", "z"})

@@ -164,8 +164,7 @@ std::vector<std::string> places(const std::vector<Error>& errors) {
 
 }  // namespace
 
-TEST_CASE(
-    "A port that nobody named is opened only if it is Thorlabs' and no program can be hidden") {
+TEST_CASE("An unnamed port is opened only if it is Thorlabs' and no program can be hidden") {
   using Openings = std::vector<std::pair<std::uint32_t, std::string>>;
   SerialPortSeen port;
   port.name = "/dev/ttyUSB7";

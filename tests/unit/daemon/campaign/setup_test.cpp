@@ -183,7 +183,7 @@ TEST_CASE("A controller without a stage's name is asked about, and its scale is 
   CHECK(config["serial"] == 40000001);
 }
 
-TEST_CASE("What is missing is said, all of it") {
+TEST_CASE("All missing parts are reported") {
   RigDraft draft = draft_of("bench", BenchMode::real, {stage("LTS150", "45000001")});
   measure(draft);
   CHECK(draft.with_role("z") != nullptr);
@@ -291,7 +291,7 @@ TEST_CASE("A real bench has no default for what does harm, and z ends below the 
   CHECK(written(draft)["limits"]["travel_mm"]["z"] == json{0, 150});
 }
 
-TEST_CASE("The scale of a box whose pages were not read is what was said of it") {
+TEST_CASE("The scale of a box with unread pages is the stated one") {
   RigDraft draft = real_xz();
   REQUIRE(set_number(draft, "counts_per_newton", 224809));
   const json rig = written(draft);
@@ -327,7 +327,7 @@ TEST_CASE("A short stage has half of what is above its plate for the clearance")
   CHECK(real_xz().number("clearance_mm") == 8);
 }
 
-TEST_CASE("On a real bench the roles of stages are to be said, of a lone rotary one too") {
+TEST_CASE("On a real bench the roles of stages must be stated, also of a single rotary one") {
   const std::vector<FoundDevice> devices{stage("LTS150", "45000001"), stage("LTS150", "45000002"),
                                          stage("K10CR1", "55000001"),
                                          sensor(DeviceKind::net_ft, "192.168.1.1", 500)};
@@ -348,7 +348,7 @@ TEST_CASE("On a real bench the roles of stages are to be said, of a lone rotary 
   CHECK(missing_parts(draft).empty());
 }
 
-TEST_CASE("On a real bench a box that nobody named has no role unless it is given one") {
+TEST_CASE("On a real bench an unnamed box has no role unless one is stated") {
   std::vector<FoundDevice> devices{stage("LTS150", "45000001"), stage("LTS150", "45000002"),
                                    sensor(DeviceKind::net_ft, "192.168.1.1", 500)};
   devices.back().is_expected = false;  // found only by broadcast
