@@ -33,8 +33,7 @@ Standing standing() {
 
 }  // namespace
 
-TEST_CASE(
-    "inside a real-time scope the thread has SCHED_FIFO and the memory is locked, then no more") {
+TEST_CASE("only inside a real-time scope the thread has SCHED_FIFO and the memory is locked") {
   const Standing before = standing();
   REQUIRE(before.locked_kb >= 0);
   {

@@ -1,10 +1,14 @@
 #pragma once
 // The faults of each driver, and the required reaction of the driver.
 
+#include <string_view>
+
+#include "protocols/base/result.hpp"
+
 namespace weft::testing {
 
 enum class Outcome {
-  reported,   ///< the driver faults with this message, within the bound
+  reported,   ///< the driver faults with the error of `reactions`, within the bound
   marked,     ///< samples are flagged: lost, not valid, or a line of the log
   right,      ///< harmless by design: nothing wrong is published, the work continues
   safe,       ///< no check value on this link: right data or a fault, no wild values
@@ -21,9 +25,52 @@ struct Row {
   const char* fault;
   const char* more;  ///< members of the fault's JSON
   Outcome outcome;
-  const char* says;  ///< in the error, the log, or a note
+  const char* says;  ///< key of `reactions`, part of the log, or a note
   double bound_s;    ///< time to the fault or its first mark [s]; for the others the working time
   bool before_opening = false;
+};
+
+/// The error of a row that is reported.
+struct Reaction {
+  std::string_view says;  ///< as in the row
+  Errc code;
+  std::string_view word;  ///< in the message, if other errors have the same code
+};
+
+inline constexpr Reaction reactions[] = {
+    {"does not answer", Errc::timeout, ""},
+    {"does not move", Errc::device_motion, ""},
+    {"steps were lost", Errc::device_motion, "encoder"},
+    {"stopped before its target", Errc::device_motion, "target"},
+    {"position error too large", Errc::device, ""},
+    {"over-temperature", Errc::device, "temperature"},
+    {"fallen disabled", Errc::device_motion, "disabled"},
+    {"another serial number", Errc::device_identity, "serial"},
+    {"never moved", Errc::device_motion, "encoder"},
+    {"away from its target", Errc::device_motion, "target"},
+    {"took too long", Errc::timeout, ""},
+    {"no record came", Errc::timeout, ""},
+    {"restarted", Errc::device_restarted, ""},
+    {"another rate", Errc::device_settings, "rate"},
+    {"unsteady rate", Errc::device_data, "rate"},
+    {"stuck", Errc::device_data, ""},
+    {"another scale", Errc::device_settings, "scale"},
+    {"another calibration", Errc::device_identity, "calibration"},
+    {"reports a fault", Errc::device, ""},
+    {"only damaged records", Errc::device_data, "damaged"},
+    {"no frame came", Errc::timeout, ""},
+    {"taxel 5 is dead", Errc::device_data, "taxel 5"},
+    {"taxel 5 is noisy", Errc::device_data, "taxel 5"},
+    {"taxel 5 is saturated", Errc::device_data, "taxel 5"},
+    {"frozen", Errc::device_data, ""},
+    {"clock runs wrong", Errc::device_data, "clock"},
+    {"another number of taxels", Errc::device_settings, "taxels"},
+    {"came from the vibration sensor", Errc::timeout, ""},
+    {"no description", Errc::timeout, ""},
+    {"saturated", Errc::device_data, ""},
+    {"another number of values", Errc::device_data, "values"},
+    {"another part", Errc::device_refused, ""},
+    {"no scan came", Errc::timeout, ""},
 };
 
 using enum Outcome;
@@ -54,7 +101,7 @@ inline const Row rows[] = {
     {"lts", "silent_status", "", reported, "does not answer", 1.5},
     {"lts", "wrong_reply", "", reported, "does not answer", 1.5},
     {"lts", "late_completion", R"("amount": 0.5)", right, "waited for", 10},
-    {"lts", "no_completion", "", right, "the status says so too", 10},
+    {"lts", "no_completion", "", right, "also in the status", 10},
     {"lts", "wrong_serial", "", reported, "another serial number", 1, true},
     {"lts", "never_homes", "", reported, "does not move", 12, true},
     {"lts", "false_home", "", reported, "never moved", 2, true},
@@ -80,7 +127,7 @@ inline const Row rows[] = {
     {"prm", "silent_status", "", reported, "does not answer", 1.5},
     {"prm", "wrong_reply", "", reported, "does not answer", 1.5},
     {"prm", "late_completion", R"("amount": 0.5)", right, "waited for", 10},
-    {"prm", "no_completion", "", right, "the status says so too", 10},
+    {"prm", "no_completion", "", right, "also in the status", 10},
     {"prm", "wrong_serial", "", reported, "another serial number", 1, true},
     {"prm", "never_homes", "", reported, "does not move", 12, true},
     {"prm", "false_home", "", reported, "never moved", 2, true},
@@ -172,7 +219,7 @@ inline const Row rows[] = {
     {"taxels", "split", "", right, "any chunking", 10},
     {"taxels", "sequence_jump", "", marked, "lost", 1},
     {"taxels", "sequence_back", "", marked, "restarted", 1},
-    {"taxels", "rate_halved", "", reported, "another rate", 7},
+    {"taxels", "rate_halved", "", reported, "unsteady rate", 7},
     {"taxels", "silent", "", reported, "no frame came", 0.6},
     {"taxels", "crc_errors", R"("probability": 0.3)", marked, "lost", 1},
     {"taxels", "crc_errors", "", reported, "no frame came", 0.6},
@@ -203,7 +250,7 @@ inline const Row rows[] = {
     {"cpm", "delay", "", right, "late, in order", 10},
     {"cpm", "unplug", "", reported, "no frame came", 0.6},
     {"cpm", "silent", "", reported, "no frame came", 0.6},
-    {"cpm", "rate_halved", "", reported, "another rate", 7},
+    {"cpm", "rate_halved", "", reported, "unsteady rate", 7},
     {"cpm", "dead_pad", "", reported, "taxel 5 is dead", 5},
     {"cpm", "noisy_pad", "", reported, "taxel 5 is noisy", 5},
     {"cpm", "saturated_pad", "", reported, "taxel 5 is saturated", 5},
@@ -225,7 +272,7 @@ inline const Row rows[] = {
     {"vibro", "split", "", right, "any chunking", 10},
     {"vibro", "sequence_jump", "", marked, "lost", 1},
     {"vibro", "sequence_back", "", marked, "restarted", 1},
-    {"vibro", "rate_halved", "", reported, "another rate", 7},
+    {"vibro", "rate_halved", "", reported, "unsteady rate", 7},
     {"vibro", "silent", "", reported, "came from the vibration sensor", 0.5},
     {"vibro", "crc_errors", R"("probability": 0.3)", marked, "lost", 1},
     {"vibro", "crc_errors", "", reported, "came from the vibration sensor", 0.5},
@@ -249,7 +296,7 @@ inline const Row rows[] = {
     {"vibro_udp", "link_stall", "", reported, "came from the vibration sensor", 0.5},
     {"vibro_udp", "sequence_jump", "", marked, "lost", 1},
     {"vibro_udp", "sequence_back", "", marked, "restarted", 1},
-    {"vibro_udp", "rate_halved", "", reported, "another rate", 7},
+    {"vibro_udp", "rate_halved", "", reported, "unsteady rate", 7},
     {"vibro_udp", "silent", "", reported, "came from the vibration sensor", 0.5},
     {"vibro_udp", "crc_errors", R"("probability": 0.3)", marked, "lost", 1},
     {"vibro_udp", "saturation", R"("duration_s": 0.5)", marked, "not valid", 1},

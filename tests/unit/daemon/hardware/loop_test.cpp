@@ -76,7 +76,7 @@ TEST_CASE("bytes arrive in order, after the latency, stamped with their arrival"
   CHECK(stamps == std::vector<TimePoint>{TimePoint(2ms), TimePoint(3ms)});
 }
 
-TEST_CASE("a pipe whose ends are gone delivers nothing") {
+TEST_CASE("a pipe without its ends delivers nothing") {
   VirtualLoop loop;
   int received = 0;
   auto [host, device] = MemoryLink::make_pair(loop, loop, 1ms);
@@ -88,7 +88,7 @@ TEST_CASE("a pipe whose ends are gone delivers nothing") {
   CHECK(received == 0);
 }
 
-TEST_CASE("unplugging tells both ends once, drops what is under way and refuses writes") {
+TEST_CASE("unplugging notifies both ends once, drops bytes in transit and refuses writes") {
   VirtualLoop loop;
   auto [host, device] = MemoryLink::make_pair(loop, loop, 1ms);
   int reported = 0;
