@@ -44,7 +44,7 @@ class Tally {
   [[nodiscard]] Result<OpenSetCheck> finish(const SplitSizes& sizes) const {
     if (unknown_labels_.empty() && known_ == 0)
       return fail({.code = Errc::invalid_argument,
-                   .where = "none of these",
+                   .where = "open-set check",
                    .what = "too few training trials for the open-set check",
                    .expected = "two labels besides the held-out one with enough trials for folds",
                    .hint = "Train with more trials of each label"});
@@ -98,7 +98,7 @@ Status check_labels_can_be_left_out(const FeatureMatrix& matrix, std::span<const
     const std::size_t labels = labels_in(matrix, split.train).size();
     if (labels < 3)
       return fail({.code = Errc::invalid_argument,
-                   .where = "none of these",
+                   .where = "open-set check",
                    .what = "too few fabrics for the open-set check",
                    .expected = "at least 3",
                    .got = std::to_string(labels)});
@@ -110,7 +110,7 @@ Result<OpenSetCheck> check_open_set(const FeatureMatrix& matrix, std::span<const
                                     std::span<const Recipe> recipes, const TrainOptions& options) {
   if (splits.empty() || recipes.size() != splits.size())
     return fail({.code = Errc::invalid_argument,
-                 .where = "none of these",
+                 .where = "open-set check",
                  .what = "number of recipes differs from the splits",
                  .expected = std::to_string(splits.size()),
                  .got = std::to_string(recipes.size())});

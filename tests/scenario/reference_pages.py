@@ -160,22 +160,52 @@ def help_of(*words):
 
 
 def commands_in(text):
-    found = text.partition("Subcommands:\n")[2]
+    found = text.partition("Subcommands:\n")[2].partition("\n\n")[0]
     return re.findall(r"^  (\S+) ", found, re.M)
 
 
-def cli_page():
-    out = ["# Commands", "", MADE.format("what `--help` says; `man weft` has the same where Weft is installed"),
-           "What each does, at length: [daemon/apps/weft](../../daemon/apps/weft/README.md), [daemon/service](../../daemon/service/README.md).", ""]
+def groups_in(text):
+    """[(heading, commands)] of the help of weft."""
+    groups = [(heading, re.findall(r"^  (?!e\.g\.)(\S+) ", rows, re.M)) for heading, rows in re.findall(r"^([A-Z]\w+: [^\n]+)\n((?:  [^\n]+\n)+)", text, re.M)]
+    also, = re.findall(r"^Also: (.*), --json", text, re.M)
+    earlier, = re.findall(r"^Without fabric, vibro or imprint[^:]*: (.*)$", text, re.M)
+    return [*groups, ("Also", also.split(", ")), ("Without fabric, vibro or imprint", earlier.split(", "))]
 
-    def add(words, depth):
-        text = help_of(PROGRAMS[words[0]], *words[1:])
+
+def notes_of():
+    """Notes by command: what does not fit into the help of an option, from cli.notes.md."""
+    text = (FOLDER / "cli.notes.md").read_text()
+    return {command: notes.strip() for command, notes in re.findall(r"^## (\S[^\n]*)\n(.*?)(?=^## |\Z)", text, re.M | re.S)}
+
+
+def cli_page():
+    notes = notes_of()
+    out = ["# Commands", "", MADE.format("`--help` of each program and the notes in `docs/reference/cli.notes.md`"),
+           "For everybody who types commands: every command and option. `man weft` has the same without the notes where Weft is installed.", ""]
+
+    def add(words, depth, text=None):
+        text = text or help_of(PROGRAMS[words[0]], *words[1:])
         out.extend([f"{'#' * depth} {' '.join(words)}", "", "```text", text, "```", ""])
-        for name in commands_in(text):
-            add([*words, name], min(depth + 1, 4))
+        if more := notes.pop(" ".join(words), None):
+            out.extend([more, ""])
+        return [[*words, name] for name in commands_in(text)]
+
+    def add_all(words, depth):
+        for command in add(words, depth):
+            add_all(command, min(depth + 1, 4))
 
     for program in PROGRAMS:
-        add([program], 2)
+        text = help_of(PROGRAMS[program])
+        if program != "weft":
+            add([program], 2, text)
+            continue
+        add([program], 2, text)
+        for heading, commands in groups_in(text):
+            out.extend([f"## {heading}", ""])
+            for command in commands:
+                add_all([program, command], 3)
+    if notes:
+        raise SystemExit(f"cli.notes.md: no command {', '.join(notes)}")
     return "\n".join(out).rstrip() + "\n"
 
 
