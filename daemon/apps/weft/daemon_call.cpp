@@ -30,11 +30,11 @@ namespace {
 std::string format_handover(const json& reply) {
   const std::string state = reply.value("state", "");
   if (state != "done")
-    return "\n  hand-over " + state +
+    return "\n  handover " + state +
            (reply.value("error", json()).is_string() ? ": " + reply.value("error", "") : "");
   std::string words;
   for (const json& model : reply.value("models", json::array()))
-    words += "\n  handed over: " + model.value("model", "") + " (" + reply.value("bench", "") + ")";
+    words += "\n  handover: " + model.value("model", "") + " (" + reply.value("bench", "") + ")";
   return words;
 }
 
@@ -72,17 +72,18 @@ std::string format_run(const json& run) {
             run.value("rig", "");
   const json prompt = run.value("attention", json());
   if (prompt.is_object() && prompt.value("asked", false))
-    line += "\n  waits for a person: " + prompt.value("text", "") + "  Then: weft confirm " +
+    line += "\n  operator needed: " + prompt.value("text", "") + "  Then: weft confirm " +
             run.value("run", "");
   if (run.value("pause_carried_over", false))
-    line += "\n  no repetition is left to pause at: the queue is paused instead (weft queue start)";
+    line += "\n  no trial is left to pause before; the queue is paused instead (weft queue start)";
   if (run.contains("error")) line += "\n  " + run.value("error", "");
-  if (run.contains("dataset_error")) line += "\n  not concluded: " + run.value("dataset_error", "");
+  if (run.contains("dataset_error"))
+    line += "\n  record not finished: " + run.value("dataset_error", "");
   if (const json since = run.value("campaign_since", json()); since.is_object())
-    line += "\n  its folder holds " + std::to_string(since.value("trials_done", 0)) + " of " +
-            std::to_string(since.value("trials_planned", 0)) + " trials by now" +
+    line += "\n  its folder now holds " + std::to_string(since.value("trials_done", 0)) + " of " +
+            std::to_string(since.value("trials_planned", 0)) + " trials" +
             (since.value("complete", false) ? ", complete" : "") +
-            ": its campaign was gone on with without the daemon";
+            ": the campaign was resumed outside the daemon";
   if (const json tags = run.value("tags", json::array()); !tags.empty())
     line += "\n  tags: " + joined(tags.get<std::vector<std::string>>());
   if (const std::string note = run.value("note", ""); !note.empty()) line += "\n  note: " + note;
@@ -188,9 +189,10 @@ Result<SocketArgs> meant(SocketArgs args) {
   if (!args.socket.empty() && !args.daemon.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "--socket",
-                 .what = "the environment names two daemons",
-                 .expected = "--socket or --daemon, WEFT_SOCKET or WEFT_DAEMON",
-                 .got = args.socket.string() + " and " + args.daemon});
+                 .what = "two daemons in the environment",
+                 .expected = "WEFT_SOCKET or WEFT_DAEMON, not both",
+                 .got = args.socket.string() + " and " + args.daemon,
+                 .hint = "Unset one of them, or give --socket or --daemon"});
   return args;
 }
 
@@ -208,14 +210,14 @@ Result<std::string> load_token(const SocketArgs& args) {
 void add_options(CLI::App& command, RunRequestArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RECIPE", args.recipe, "name of a recipe in the daemon's folder")->required();
-  command.add_option("--seed", args.seed, "seed of the run; default: the recipe's");
-  command.add_option("--name", args.name, "text added to the name of the run's folder");
-  command.add_option("--repeat", args.repeat, "number of runs, each with the next seed")
+  command.add_option("--seed", args.seed, "override the seed of the recipe");
+  command.add_option("--name", args.name, "append this text to the name of the run's folder");
+  command.add_option("--repeat", args.repeat, "queue this number of runs, each with the next seed")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  command.add_option("--after", args.after, "run that must have ended complete before");
+  command.add_option("--after", args.after, "start only after this run has ended complete");
   command.add_flag("--keep-going", args.keep_going,
-                   "let the next run begin also if this one is stopped, aborted or fails");
+                   "start the next run even if this one is stopped, aborted or fails");
   add_options(command, args.parameters);
 }
 
@@ -232,19 +234,15 @@ Result<json> request_params(const RunRequestArgs& args) {
 void add_options(CLI::App& command, SocketArgs& args) {
   auto* const socket = command.add_option(
       "--socket", args.socket,
-      "Unix socket of the daemon; default: WEFT_SOCKET, else " + std::string(unit_socket));
+      "connect to this Unix socket (or WEFT_SOCKET, else " + std::string(unit_socket) + ")");
   command
       .add_option("--daemon", args.daemon,
-                  "a daemon elsewhere, in place of the socket: tls://HOST:PORT, or "
-                  "tcp://127.0.0.1:PORT; needs a token; without it and --socket, WEFT_DAEMON is "
-                  "taken")
+                  "connect to tls://HOST:PORT or tcp://127.0.0.1:PORT with a token")
       ->excludes(socket);
-  command
-      .add_option("--tls-ca", args.tls_ca,
-                  "whose certificates are believed (PEM); without it the system's")
+  command.add_option("--tls-ca", args.tls_ca, "trust the CA certificates in this file (PEM)")
       ->envname("WEFT_TLS_CA");
   command.add_option("--token-file", args.token_file,
-                     "file that holds your token; without it WEFT_TOKEN is taken");
+                     "read your token from this file (or set WEFT_TOKEN)");
 }
 
 Result<Reached> reached(const SocketArgs& named) {

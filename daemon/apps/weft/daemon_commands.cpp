@@ -61,8 +61,8 @@ Result<std::string> run_of(Client& daemon, const std::string& named) {
   if (rig->contains("run")) return rig->at("run").get<std::string>();
   return fail({.code = Errc::not_found,
                .where = "weftd",
-               .what = "no run is under way",
-               .hint = "weft status lists all"});
+               .what = "no active run",
+               .hint = "Run `weft status` to list the runs"});
 }
 
 /// The state of the same run from the daemon.
@@ -117,7 +117,7 @@ void print_wait(Client& daemon, const json& run, Console& console) {
   if (!ready) return;  // the run is queued anyway
   for (const json& blocker : ready->value("blockers", json::array()))
     if (!way_out(blocker).empty())
-      console.err << "weft: the run waits in line. " << blocker_text(blocker);
+      console.err << "weft: the run waits in the queue. " << blocker_text(blocker);
 }
 
 /// First prints the effects of the choice.
@@ -164,56 +164,60 @@ void print_handover(Client& daemon, const json& run, Console& console) {
 
 void add_options(CLI::App& command, StartArgs& args) {
   add_options(command, static_cast<RunRequestArgs&>(args));
-  command.add_flag("--wait", args.wait,
-                   "until the run has ended, and what its recipe hands over with it");
+  command.add_flag("--wait", args.wait, "wait until the run and its handover have ended");
 }
 void add_options(CLI::App& command, StatusArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_flag("--all", args.all,
-                   "list all runs, not only the ten newest that are over; with --json too");
-  command.add_option("--state", args.state, "only runs in this state, for example interrupted");
+  command.add_flag("--all", args.all, "list all runs, not only the ten newest ended ones");
+  command.add_option("--state", args.state, "list only runs in this state, such as interrupted");
 }
 void add_options(CLI::App& command, RunOrderArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RUN", args.run, "its name, R-000318; the one under way where it is left out");
+  command.add_option("RUN", args.run, "run, such as R-000318; the active run if omitted");
 }
 void add_options(CLI::App& command, PauseArgs& args) {
   add_options(command, static_cast<RunOrderArgs&>(args));
-  command.add_flag("--now", args.now, "not after the repetition, which is then run again");
+  command.add_flag("--now", args.now,
+                   "pause immediately; the interrupted trial is repeated after `weft resume`");
 }
 void add_options(CLI::App& command, BreakArgs& args) {
   add_options(command, static_cast<RunOrderArgs&>(args));
   command.add_option("--break-lease", args.break_lease,
-                     "reason to break the lease that another user has for the run");
+                     "break the lease of another user, for this reason");
 }
 void add_options(CLI::App& command, ResumeArgs& args) {
   add_options(command, static_cast<BreakArgs&>(args));
   command.add_flag("--preview", args.preview,
-                   "of a run that is over: print what it would do, move nothing");
+                   "list the steps that resume an ended run; nothing moves");
 }
 void add_options(CLI::App& command, RecoverArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RUN", args.run, "its name, R-000318")->required();
-  command.add_option("CHOICE", args.choice, "resume, discard or keep-partial")
+  command.add_option("RUN", args.run, "run, such as R-000318")->required();
+  command
+      .add_option("CHOICE", args.choice, "what to do with the run: resume, discard or keep-partial")
       ->required()
       ->check(CLI::IsMember({"resume", "discard", "keep-partial"}));
-  command.add_flag("--preview", args.preview, "what it would do; nothing happens");
+  command.add_flag("--preview", args.preview, "list the steps of the choice; nothing changes");
 }
 void add_options(CLI::App& command, AnnotateArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RUN", args.run, "its name, R-000318")->required();
-  command.add_option("--tag", args.tags, "a tag; repeat it for more; together they replace all");
-  command.add_option("--note", args.note, "text that replaces the note");
+  command.add_option("RUN", args.run, "run, such as R-000318")->required();
+  command.add_option("--tag", args.tags, "replace the tags of the run (repeatable)");
+  command.add_option("--note", args.note, "replace the note of the run");
 }
 void add_options(CLI::App& command, LogArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RUN", args.run, "its name, R-000318; of all runs where it is left out");
-  command.add_option("--most", args.most, "lines, the newest")->capture_default_str();
+  command.add_option("RUN", args.run, "run, such as R-000318; all runs if omitted");
+  command.add_option("--most", args.most, "print at most this number of lines, the newest ones")
+      ->capture_default_str();
 }
 void add_options(CLI::App& command, CallArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("METHOD", args.method, "noun.verb; rpc.discover lists all")->required();
-  command.add_option("PARAMS", args.params, "a JSON object")->capture_default_str();
+  command
+      .add_option("METHOD", args.method, "name of the method; `weft call rpc.discover` lists all")
+      ->required();
+  command.add_option("PARAMS", args.params, "parameters of the method, as a JSON object")
+      ->capture_default_str();
 }
 /// Runs in that state, or in any, newest first: all pages, or one of them.
 Result<json> newest_runs(Client& daemon, const std::string& state, bool all, std::int64_t most) {
@@ -263,14 +267,13 @@ Result<int> run_status(Client& daemon, const StatusArgs& args, Console& console)
     auto run = call(daemon, "run.get", {{"run", rig->at("run")}});
     if (!run) return pass(run.error());
     active = std::move(*run);
-    text += "under way:\n" + format_run(active);
+    text += "active run:\n" + format_run(active);
   }
   if (!queue->at("runs").empty()) text += "queue:\n";
   for (const json& run : queue->at("runs")) text += format_run(run);
-  if (!queue->value("next", json()).is_null()) text += "and more: weft queue\n";
+  if (!queue->value("next", json()).is_null()) text += "more queued runs: weft queue\n";
   const bool is_chosen = args.all || !args.state.empty();
-  if (!runs->empty())
-    text += is_chosen ? "runs:\n" : "newest runs that are over (--all lists all):\n";
+  if (!runs->empty()) text += is_chosen ? "runs:\n" : "newest ended runs (--all lists all):\n";
   for (const json& run : *runs) text += format_run(run);
   print(console, text,
         {{"ready", *ready}, {"rig", *rig}, {"active", active}, {"queue", *queue}, {"runs", *runs}});
@@ -288,8 +291,8 @@ Result<int> run_start(Client& daemon, const StartArgs& args, Console& console) {
   print_wait(daemon, *run, console);
   if (args.wait) {
     console.err << "weft: " << format_run(*run)
-                << "weft: it goes on without this command: weft watch " << run->value("run", "")
-                << std::endl;
+                << "weft: Ctrl-C here does not stop the run. To follow it again: weft watch "
+                << run->value("run", "") << std::endl;
     return waited(daemon, *run, console);
   }
   return print_run(run, console);
@@ -317,13 +320,14 @@ Result<int> run_confirm(Client& daemon, const BreakArgs& args, Console& console)
   if (!prompt.is_object() || !prompt.value("asked", false))
     return fail({.code = Errc::wrong_state,
                  .where = id,
-                 .what = "the run waits for nobody",
+                 .what = "no operator step to confirm",
+                 .expected = "a run that waits for an operator",
                  .got = run->value("state", "")});
   json params = break_params(args);
   params.update({{"run", id}, {"step", prompt.at("step")}});
   const auto confirmed = call(daemon, "run.confirm", params);
   if (!confirmed) return pass(confirmed.error());
-  console.err << "weft: done: " << prompt.value("text", "") << '\n';
+  console.err << "weft: confirmed: " << prompt.value("text", "") << '\n';
   return print_run(confirmed, console);
 }
 
@@ -408,24 +412,31 @@ Result<int> run_call(const CallArgs& args, Console& console) {
 }  // namespace
 
 void add_daemon_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "status", run_status);
-  add_daemon_command(weft, "start", run_start);
-  add_daemon_command(weft, "watch", run_watch);
-  add_daemon_command<PauseArgs>(weft, "pause", [](auto& daemon, auto& args, auto& console) {
-    return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
-  });
-  add_daemon_command(weft, "resume", run_resume);
-  add_daemon_command(weft, "recover", run_recover);
-  add_daemon_command(weft, "confirm", run_confirm);
-  add_daemon_command<RunOrderArgs>(weft, "stop", [](auto& daemon, auto& args, auto& console) {
-    return order(daemon, args, "run.stop", {}, console);
-  });
-  add_daemon_command<BreakArgs>(weft, "abort", [](auto& daemon, auto& args, auto& console) {
-    return order(daemon, args, "run.abort", break_params(args), console);
-  });
-  add_daemon_command(weft, "annotate", run_annotate);
-  add_daemon_command(weft, "log", run_log);
-  weft.add<CallArgs>("call", run_call);
+  add_daemon_command(weft, "status", "show the rig, the current run and the queue", run_status);
+  add_daemon_command(weft, "start", "queue a recipe and run it when the rig is free", run_start);
+  add_daemon_command(weft, "watch", "follow a run until it ends", run_watch);
+  add_daemon_command<PauseArgs>(
+      weft, "pause", "hold a run before its next trial",
+      [](auto& daemon, auto& args, auto& console) {
+        return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
+      });
+  add_daemon_command(weft, "resume", "continue a held or interrupted run", run_resume);
+  add_daemon_command(weft, "recover", "resume, discard or conclude an interrupted run",
+                     run_recover);
+  add_daemon_command(weft, "confirm", "confirm that the requested operator step is done",
+                     run_confirm);
+  add_daemon_command<RunOrderArgs>(weft, "stop", "end a run after the current trial",
+                                   [](auto& daemon, auto& args, auto& console) {
+                                     return order(daemon, args, "run.stop", {}, console);
+                                   });
+  add_daemon_command<BreakArgs>(weft, "abort", "end a run now and lift the probe",
+                                [](auto& daemon, auto& args, auto& console) {
+                                  return order(daemon, args, "run.abort", break_params(args),
+                                               console);
+                                });
+  add_daemon_command(weft, "annotate", "set the tags or the note of a run", run_annotate);
+  add_daemon_command(weft, "log", "show the daemon's journal", run_log);
+  weft.add<CallArgs>("call", "call any API method", run_call);
 }
 
 }  // namespace weft::daemon::cli

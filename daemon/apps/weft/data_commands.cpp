@@ -13,8 +13,7 @@ struct DataImportArgs : SocketArgs {
 
 void add_options(CLI::App& command, DataImportArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("FOLDER", args.folder, "folder of a campaign, on the daemon's machine")
-      ->required();
+  command.add_option("FOLDER", args.folder, "campaign folder on the daemon's machine")->required();
 }
 
 /// A relative folder starts here, not in the daemon's working directory.
@@ -26,8 +25,9 @@ Result<int> run_data_import(client::Client& daemon, const DataImportArgs& args, 
 }  // namespace
 
 void add_data_commands(const CommandGroup& weft) {
-  const CommandGroup data = weft.group("data");
-  add_daemon_command(data, "import", run_data_import);
+  const CommandGroup data = weft.group("data", "manage the campaigns that the daemon lists");
+  add_daemon_command(data, "import", "add a folder made by `weft run` to the daemon's runs",
+                     run_data_import);
 }
 
 }  // namespace weft::daemon::cli

@@ -30,6 +30,7 @@ constexpr Kinds for_all = for_fabrics | for_recordings;
 struct Instead {
   Kinds kinds = 0;
   std::string_view take;
+  std::string_view relation = "instead of";
 };
 
 struct OptionRow {
@@ -70,7 +71,7 @@ Kinds kinds_of(classifier::Modality modality) {
 }
 
 // A campaign may record slides with a vibration sensor too: --method selects that.
-constexpr Instead if_vibration{for_slides, "--method with it"};
+constexpr Instead if_vibration{for_slides, "--method", "with"};
 
 const std::vector<OptionRow>& options_by_kind() {
   static const std::vector<OptionRow> rows = {
@@ -119,15 +120,15 @@ const OptionRow* find_row(std::string_view option) {
 std::string_view describe_kind(DataKind kind) {
   switch (kind) {
     case DataKind::slides:
-      return "slides over a tactile array";
+      return "strokes of a tactile array";
     case DataKind::imprints:
-      return "imprints, which stand still";
+      return "static imprints";
     case DataKind::parts:
-      return "recordings of sound and vibration in contiguous parts";
+      return "vibration recordings in contiguous parts";
     case DataKind::random_windows:
-      return "windows at random of recordings of sound and vibration";
+      return "random windows of vibration recordings";
     case DataKind::whole_recordings:
-      return "whole recordings of sound and vibration";
+      return "whole vibration recordings";
   }
   return {};
 }
@@ -201,7 +202,7 @@ CLI::Option* add_name_list(CLI::App& command, const std::string& name,
     names.clear();
     for (const std::string& list : lists) {
       const auto split = split_names(list);
-      if (!split) throw CLI::ValidationError(name, "a quote has no end: " + list);
+      if (!split) throw CLI::ValidationError(name, "quotation mark not closed: " + list);
       names.insert(names.end(), split->begin(), split->end());
     }
   };
@@ -252,7 +253,7 @@ std::string name_in(CommandModality modality, std::string_view option) {
 }
 
 void LearningOptions::finish() {
-  command_->set_help_all_flag("--help-all", "also the options that are rarely needed");
+  command_->set_help_all_flag("--help-all", "show all options, also the rarely needed ones");
   for (CLI::Option* option : command_->get_options()) {
     const std::string typed = option->get_name();
     std::string of_all = typed;
@@ -277,14 +278,15 @@ Status check_given(const GivenOptions& given, DataKind kind) {
     if (row == nullptr) continue;
     for (const Instead& other : row->instead)
       if ((other.kinds & bit(kind)) != 0)
-        instead.push_back("for " + typed + " take " + std::string(other.take));
+        instead.push_back("use " + std::string(other.take) + " " + std::string(other.relation) +
+                          " " + typed);
   }
   if (refused.empty()) return {};
   std::string hint = joined(instead);
-  if (!hint.empty()) hint.front() = 'F';
+  if (!hint.empty()) hint.front() = 'U';
   return fail({.code = Errc::invalid_argument,
                .where = joined(refused),
-               .what = "not for " + std::string(describe_kind(kind)),
+               .what = "option does not apply to " + std::string(describe_kind(kind)),
                .hint = hint});
 }
 

@@ -68,7 +68,7 @@ enum class DataKind : unsigned {
   whole_recordings = 16
 };
 
-/// "slides over a tactile array".
+/// "strokes of a tactile array".
 std::string_view describe_kind(DataKind kind);
 
 /// Typed options: name in the commands of all kinds, and name as typed.

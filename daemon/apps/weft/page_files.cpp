@@ -35,10 +35,10 @@ Status check_page(std::span<const std::filesystem::path> inputs,
   if (html.extension() == ".json")
     return fail({.code = Errc::invalid_argument,
                  .where = "-o",
-                 .what = "the page has the name of its record",
+                 .what = "page has the name of its record",
                  .expected = "a name that ends in .html",
                  .got = html.string(),
-                 .hint = "The record goes beside the page, with the ending .json"});
+                 .hint = "Choose another ending; the record is written beside the page, as .json"});
   const std::filesystem::path record = record_beside(html);
   for (const auto& output : {html, record}) {
     for (const auto& input : inputs)
@@ -51,8 +51,8 @@ Status check_page(std::span<const std::filesystem::path> inputs,
   if (there && is_record(*there)) return {};
   return fail({.code = Errc::invalid_argument,
                .where = record.string(),
-               .what = "the page's record would replace a file that is no record of a page",
-               .expected = "no such file, or a JSON object with the key \"page\"",
+               .what = "record of the page would replace another file",
+               .expected = "no file, or a JSON object with the key \"page\"",
                .hint = "Choose another name for the page"});
 }
 
@@ -80,13 +80,13 @@ Status open_page(const std::filesystem::path& html) {
   if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
     return fail({.code = Errc::not_found,
                  .where = "--open",
-                 .what = "no program xdg-open, which shows a page",
+                 .what = "program xdg-open not found",
                  .hint = "Open " + file + " in a browser, or install xdg-utils"});
   int status = 0;
   if (::waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
     return fail({.code = Errc::io,
                  .where = "--open",
-                 .what = "xdg-open could not show the page",
+                 .what = "xdg-open failed",
                  .expected = "exit status 0",
                  .got = std::to_string(WIFEXITED(status) ? WEXITSTATUS(status) : -1),
                  .hint = "Open " + file + " in a browser"});

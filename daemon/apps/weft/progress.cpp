@@ -42,8 +42,8 @@ void ProgressPrinter::operator()(const TrialProgress& p) {
     rewrite(bar(p.done, p.planned, bar_width) + " " + count_text(p) + "  " + left + "  " +
             trial_text(p));
   } else {
-    step(p, count_text(p) + " trials, " + duration(p.virtual_s) + " on the bench's clock, " +
-                duration(p.wall_s) + " here, " + left);
+    step(p, count_text(p) + " trials, " + duration(p.virtual_s) + " bench time, " +
+                duration(p.wall_s) + " wall time, " + left);
   }
 }
 
@@ -59,7 +59,7 @@ void ProgressPrinter::rewrite(const std::string& whole) {
 void ProgressPrinter::step(const TrialProgress& p, const std::string& line) {
   if (p.outcome == recipes::Outcome::rejected)
     *out_ << "trial " << p.done + 1 << " (" << trial_text(p)
-          << ") is taken again: " << (p.error ? to_string(*p.error) : "") << '\n';
+          << ") is repeated: " << (p.error ? to_string(*p.error) : "") << '\n';
   else if (p.outcome != recipes::Outcome::complete)
     *out_ << "trial " << p.done + (p.outcome == recipes::Outcome::failed ? 0 : 1) << " ("
           << trial_text(p) << ") did not complete\n";

@@ -28,29 +28,29 @@ struct QueueMoveArgs : QueuedRunArgs {
 
 void add_options(CLI::App& command, QueueAddArgs& args) {
   add_options(command, static_cast<RunRequestArgs&>(args));
-  command.add_option("--place", args.place, "in line, 0 is the next; the end where it is left out")
+  command.add_option("--place", args.place, "insert at this place; 0 is the next run")
       ->check(CLI::NonNegativeNumber);
 }
 void add_options(CLI::App& command, QueuedRunArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("RUN", args.run, "its name, R-000318")->required();
+  command.add_option("RUN", args.run, "run, such as R-000318")->required();
 }
 void add_options(CLI::App& command, QueueEditArgs& args) {
   add_options(command, static_cast<QueuedRunArgs&>(args));
-  command.add_option("--place", args.place, "place in the queue, 0 is the next")
+  command.add_option("--place", args.place, "move to this place; 0 is the next run")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--seed", args.seed, "seed of the run");
-  command.add_option("--name", args.name, "text added to the name of the run's folder");
+  command.add_option("--seed", args.seed, "change the seed");
+  command.add_option("--name", args.name,
+                     "change the text appended to the name of the run's folder");
   command.add_option("--after", args.after,
-                     "run that must have ended complete before; '' for none");
+                     "start only after this run has ended complete; '' removes the condition");
   command.add_option(
       "--keep-going", args.keep_going,
-      "true or false: let the next run begin also if this one is stopped, aborted or "
-      "fails");
+      "start the next run even if this one is stopped, aborted or fails (true, false)");
 }
 void add_options(CLI::App& command, QueueMoveArgs& args) {
   add_options(command, static_cast<QueuedRunArgs&>(args));
-  command.add_option("PLACE", args.place, "in line, 0 is the next")
+  command.add_option("PLACE", args.place, "new place in the queue; 0 is the next run")
       ->required()
       ->check(CLI::NonNegativeNumber);
 }
@@ -62,11 +62,12 @@ std::string queue_text(const json& queue) {
     text += format_run(run);
     if (run.contains("after"))
       text += "  after " + run.value("after", "") +
-              (run.value("blocked", false) ? ", which did not end complete: weft queue edit " +
-                                                 run.value("run", "") + " --after ''\n"
-                                           : "\n");
+              (run.value("blocked", false)
+                   ? ", which did not end complete. To start anyway: weft queue edit " +
+                         run.value("run", "") + " --after ''\n"
+                   : "\n");
   }
-  return text.empty() ? "nobody waits\n" : text;
+  return text.empty() ? "the queue is empty\n" : text;
 }
 
 /// Prints the queue after a call.
@@ -123,35 +124,44 @@ Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Cons
 }  // namespace
 
 void add_queue_commands(const CommandGroup& weft) {
-  const CommandGroup queue = weft.group("queue");
+  const CommandGroup queue =
+      weft.group("queue", "list, add, remove, move, pause or start queued runs");
   queue.by_default<SocketArgs>([](const SocketArgs& args, Console& console) -> Result<int> {
     auto found = reached(args);
     if (!found) return pass(found.error());
     return print_queue(call(found->client, "queue.list"), console);
   });
-  add_daemon_command<SocketArgs>(queue, "list", [](auto& daemon, auto&, auto& console) {
-    return print_queue(call(daemon, "queue.list"), console);
-  });
-  add_daemon_command(queue, "add", run_queue_add);
-  add_daemon_command<QueuedRunArgs>(queue, "remove", [](auto& daemon, auto& args, auto& console) {
-    return print_queue(call(daemon, "queue.remove", {{"run", args.run}}), console);
-  });
-  add_daemon_command<QueueMoveArgs>(queue, "move", [](auto& daemon, auto& args, auto& console) {
-    const json params{{"run", args.run}, {"place", args.place}};
-    return print_queue(call(daemon, "queue.move", params), console);
-  });
-  add_daemon_command(queue, "edit", run_queue_edit);
-  add_daemon_command<SocketArgs>(queue, "clear", [](auto& daemon, auto&, auto& console) {
-    return print_queue(call(daemon, "queue.clear"), console);
-  });
-  add_daemon_command(queue, "history", run_queue_history);
-  add_daemon_command<SocketArgs>(queue, "pause", [](auto& daemon, auto&, auto& console) {
-    return print_queue(call(daemon, "queue.pause"), console);
-  });
-  add_daemon_command<SocketArgs>(queue, "start", [](auto& daemon, auto&, auto& console) {
-    const LeaseRequest lease{"weft queue start"};
-    return print_queue(under_lease(daemon, lease, "queue.start", json::object()), console);
-  });
+  add_daemon_command<SocketArgs>(queue, "list", "list the queued runs, the next one first",
+                                 [](auto& daemon, auto&, auto& console) {
+                                   return print_queue(call(daemon, "queue.list"), console);
+                                 });
+  add_daemon_command(queue, "add", "add a recipe to the daemon's queue", run_queue_add);
+  add_daemon_command<QueuedRunArgs>(
+      queue, "remove", "remove a run from the queue", [](auto& daemon, auto& args, auto& console) {
+        return print_queue(call(daemon, "queue.remove", {{"run", args.run}}), console);
+      });
+  add_daemon_command<QueueMoveArgs>(queue, "move", "move a run to another place in the queue",
+                                    [](auto& daemon, auto& args, auto& console) {
+                                      const json params{{"run", args.run}, {"place", args.place}};
+                                      return print_queue(call(daemon, "queue.move", params),
+                                                         console);
+                                    });
+  add_daemon_command(queue, "edit", "change a queued run", run_queue_edit);
+  add_daemon_command<SocketArgs>(queue, "clear", "remove all runs from the queue",
+                                 [](auto& daemon, auto&, auto& console) {
+                                   return print_queue(call(daemon, "queue.clear"), console);
+                                 });
+  add_daemon_command(queue, "history", "list the changes of the queue", run_queue_history);
+  add_daemon_command<SocketArgs>(queue, "pause", "pause the queue; no further run starts",
+                                 [](auto& daemon, auto&, auto& console) {
+                                   return print_queue(call(daemon, "queue.pause"), console);
+                                 });
+  add_daemon_command<SocketArgs>(
+      queue, "start", "start the queue; the next run starts when the rig is free",
+      [](auto& daemon, auto&, auto& console) {
+        const LeaseRequest lease{"weft queue start"};
+        return print_queue(under_lease(daemon, lease, "queue.start", json::object()), console);
+      });
 }
 
 }  // namespace weft::daemon::cli

@@ -22,22 +22,22 @@ struct JogArgs : SocketArgs {
 
 void add_options(CLI::App& command, JogArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("AXIS", args.axis, "x, y, z, rx or ry")
+  command.add_option("AXIS", args.axis, "axis to move: x, y, z, rx or ry")
       ->required()
       ->check(CLI::IsMember({"x", "y", "z", "rx", "ry"}));
   command
       .add_option("DISTANCE", args.distance,
-                  "mm, at most 5; for rx and ry degrees, at most 1; z counts downwards")
+                  "at most 5 mm, or 1 degree for rx and ry; positive z is downwards")
       ->required();
 }
 
 void add_options(CLI::App& command, ResetArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("REASON", args.reason, "what was looked at, in a few words")->required();
+  command.add_option("REASON", args.reason, "reason for the journal")->required();
 }
 void add_options(CLI::App& command, UnlockArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option("REASON", args.reason, "why you remove another person's lock-out");
+  command.add_option("REASON", args.reason, "reason to remove the lock-out of another person");
 }
 
 std::string position_text(const json& joints, const char* axis) {
@@ -72,7 +72,7 @@ Result<int> run_jog(client::Client& daemon, const JogArgs& args, Console& consol
   const bool is_linear = !args.axis.starts_with('r');
   const double distance = args.distance * (is_linear ? m_per_mm : rad_per_deg);
   return move_rig(daemon, "jog", {{"axis", args.axis}, {"distance", distance}},
-                  args.axis + " moves slowly; weft halt stops it", console);
+                  args.axis + " moves slowly. Stop it with weft halt.", console);
 }
 
 /// Prints the state of the rig.
@@ -82,7 +82,7 @@ Result<int> print_rig(client::Client& daemon, Console& console) {
   const std::string state = rig->value("rig", "");
   std::string text = "rig " + state;
   if (rig->value("acknowledged", false) && state != "latched")
-    text += " as " + rig->value("left_by", "") + " left it; weft retract lifts the probe";
+    text += " as " + rig->value("left_by", "") + " left it. Lift the probe with weft retract";
   if (const json lock = rig->value("locked", json()); lock.is_object())
     text += ", locked out by " + lock.value("by", "") + ": " + lock.value("reason", "");
   print(console, text + "\n", *rig);
@@ -112,22 +112,25 @@ Result<int> run_unlock(client::Client& daemon, const UnlockArgs& args, Console& 
 }  // namespace
 
 void add_rig_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "reset", run_reset);
-  add_daemon_command(weft, "lock", run_lock);
-  add_daemon_command(weft, "unlock", run_unlock);
-  add_daemon_command<SocketArgs>(weft, "retract", [](auto& daemon, auto&, auto& console) {
-    return move_rig(daemon, "retract", json::object(),
-                    "z goes up to the clear height; where z has not been homed, up by at most "
-                    "the clearance from where it is",
-                    console);
-  });
-  add_daemon_command<SocketArgs>(weft, "park", [](auto& daemon, auto&, auto& console) {
-    return move_rig(daemon, "park", json::object(),
-                    "z goes up to the clear height, then x, y, rx and ry move to the park "
-                    "position",
-                    console);
-  });
-  add_daemon_command(weft, "jog", run_jog);
+  add_daemon_command(weft, "reset", "clear the latch after inspecting the rig", run_reset);
+  add_daemon_command(weft, "lock", "lock out the rig in your name; nothing moves", run_lock);
+  add_daemon_command(weft, "unlock", "remove a lock-out of the rig", run_unlock);
+  add_daemon_command<SocketArgs>(
+      weft, "retract", "lift the probe to the clear height, outside a run",
+      [](auto& daemon, auto&, auto& console) {
+        return move_rig(
+            daemon, "retract", json::object(),
+            "z moves up to the clear height; if z is not homed, up by at most the clearance.",
+            console);
+      });
+  add_daemon_command<SocketArgs>(
+      weft, "park", "lift the probe, then move to the rig file's park position",
+      [](auto& daemon, auto&, auto& console) {
+        return move_rig(
+            daemon, "park", json::object(),
+            "z moves up to the clear height, then x, y, rx and ry to the park position.", console);
+      });
+  add_daemon_command(weft, "jog", "move one axis a short distance, outside a run", run_jog);
 }
 
 }  // namespace weft::daemon::cli

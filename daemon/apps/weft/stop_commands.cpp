@@ -29,20 +29,19 @@ struct StopArgs : SocketArgs {
 
 void add_options(CLI::App& command, StopArgs& args) {
   constexpr auto last = CLI::MultiOptionPolicy::TakeLast;
-  command.add_option(
-      "--socket", args.sockets,
-      "Unix socket, once or more; also WEFT_SOCKET; default: " + std::string(unit_socket));
+  command.add_option("--socket", args.sockets, "stop the daemon at this Unix socket (repeatable)");
   command.add_option("--daemon", args.daemons,
-                     "tls://HOST:PORT or tcp://127.0.0.1:PORT, once or more; also WEFT_DAEMON");
-  command.add_option("--tls-ca", args.tls_ca, "trusted certificates (PEM)")
+                     "stop the daemon at tls://HOST:PORT or tcp://127.0.0.1:PORT (repeatable)");
+  command.add_option("--tls-ca", args.tls_ca, "trust the CA certificates in this file (PEM)")
       ->envname("WEFT_TLS_CA")
       ->multi_option_policy(last);
   command
-      .add_option("--token-file", args.token_file, "file that holds your token; also WEFT_TOKEN")
+      .add_option("--token-file", args.token_file,
+                  "read your token from this file (or set WEFT_TOKEN)")
       ->multi_option_policy(last);
   command
       .add_option("--reason", args.reason,
-                  "reason for the journal; any other words are added to it")
+                  "state the reason for the journal; all other words are added to it")
       ->multi_option_policy(last);
 }
 
@@ -84,7 +83,7 @@ Result<json> stop_one(const SocketArgs& target, bool is_emergency, const std::st
   if (!rig || rig->value("rig", "") == "latched") return rig;
   return fail({.code = Errc::wrong_state,
                .where = "rig",
-               .what = "the rig is not latched after the stop",
+               .what = "rig not latched after the stop",
                .expected = "latched",
                .got = rig->value("rig", ""),
                .hint = "Use the power switch of the bench"});
@@ -121,7 +120,7 @@ Reply print_reply(Sent& sent, bool is_only_one, Console& console) {
   const std::string name = name_of(sent.target);
   if (sent.reply.wait_for(patience) != std::future_status::ready) {
     console.err << "weft: " << name
-                << ": no answer to the stop within 10 s. Use the power switch of the bench"
+                << ": no reply to the stop within 10 s. Use the power switch of the bench."
                 << std::endl;
     return Reply::none;
   }
@@ -159,7 +158,7 @@ Result<int> stop_all(const StopArgs& args, bool is_emergency, Console& console) 
     hanging += reply == Reply::none ? 1 : 0;
   }
   const int status = latched == sent.size() ? exit_ok : exit_failure;
-  if (!reason.empty()) console.err << "weft: taken as the reason: " << reason << std::endl;
+  if (!reason.empty()) console.err << "weft: reason for the journal: " << reason << std::endl;
   if (hanging == 0) return status;
   console.out.flush();
   std::quick_exit(status);  // a thread is still working
@@ -220,9 +219,9 @@ std::vector<std::string> stop_arguments(std::vector<std::string> words) {
 }
 
 void add_stop_commands(const CommandGroup& weft) {
-  weft.add<StopArgs>("halt",
+  weft.add<StopArgs>("halt", "stop all motion and latch the rig until reset",
                      [](auto& args, auto& console) { return stop_all(args, false, console); });
-  weft.add<StopArgs>("estop",
+  weft.add<StopArgs>("estop", "halt; only an engineer can reset",
                      [](auto& args, auto& console) { return stop_all(args, true, console); });
 }
 

@@ -53,8 +53,8 @@ constexpr std::array suspensions{SIGTSTP, SIGTTIN, SIGTTOU};
 
 extern "C" void on_suspend_signal(int) {
   constexpr std::string_view text =
-      "weft: not suspended, because the rig would be without control. Ctrl-C ends tidily; weft "
-      "pause holds a run\n";
+      "weft: not suspended: the rig needs control. End the run with Ctrl-C or hold it with weft "
+      "pause.\n";
   const int before = errno;
   static_cast<void>(!write(STDERR_FILENO, text.data(), text.size()));
   errno = before;

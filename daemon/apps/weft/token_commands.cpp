@@ -39,7 +39,7 @@ struct PageArgs : SocketArgs {
 };
 
 CLI::Option* add_file(CLI::App& command, std::filesystem::path& file) {
-  return command.add_option("--tokens", file, "the daemon's file of tokens")->required();
+  return command.add_option("--tokens", file, "use this token file of the daemon")->required();
 }
 
 std::int64_t utc_us() {
@@ -47,16 +47,16 @@ std::int64_t utc_us() {
 }
 
 void add_options(CLI::App& command, TokenAddArgs& args) {
-  command.add_option("NAME", args.name, "whom it is for")->required();
+  command.add_option("NAME", args.name, "user of the token")->required();
   add_file(command, args.file);
-  add_keyword(command, "--role", args.role, all_roles, "observer, operator, engineer or admin");
-  add_count(command, "--days", args.days, 1, most_days, "how long it is good for");
+  add_keyword(command, "--role", args.role, all_roles, "grant this role");
+  add_count(command, "--days", args.days, 1, most_days, "expire after this number of days");
 }
 void add_options(CLI::App& command, TokenListArgs& args) {
   add_file(command, args.file)->check(CLI::ExistingFile);
 }
 void add_options(CLI::App& command, TokenRemoveArgs& args) {
-  command.add_option("NAME", args.name, "whose it is")->required();
+  command.add_option("NAME", args.name, "user of the token")->required();
   add_file(command, args.file);
 }
 
@@ -87,13 +87,13 @@ Result<int> run_token_list(const TokenListArgs& args, Console& console) {
   for (const access::TokenEntry& entry : tokens->entries()) {
     const bool is_over = entry.expires_us <= utc_us();
     table.row({entry.name, std::string(to_string(entry.role)),
-               (is_over ? "over since " : "until ") + utc_text(entry.expires_us)});
+               (is_over ? "expired " : "until ") + utc_text(entry.expires_us)});
     list.push_back({{"name", entry.name},
                     {"role", to_string(entry.role)},
                     {"expires_us", entry.expires_us},
                     {"over", is_over}});
   }
-  print(console, list.empty() ? "nobody has a token\n" : table.text(""), {{"tokens", list}});
+  print(console, list.empty() ? "there are no tokens\n" : table.text(""), {{"tokens", list}});
   return exit_ok;
 }
 
@@ -103,7 +103,7 @@ Result<int> run_token_remove(const TokenRemoveArgs& args, Console& console) {
       args.file, access::TokenFile::Wait::until_free,
       [&args](access::TokenFile& tokens) { return tokens.remove(args.name); });
   if (!changed) return pass(changed.error(), args.file.string());
-  print(console, args.name + " has no token any more\n", {{"removed", args.name}});
+  print(console, "removed the token of " + args.name + "\n", {{"removed", args.name}});
   return exit_ok;
 }
 
@@ -135,13 +135,9 @@ Result<json> new_token(client::Client& daemon, const PageArgs& args) {
 
 void add_options(CLI::App& command, PageArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
-  command.add_option(
-      "--name", args.name,
-      "whom it is for; left out, it has your name and, made through the Unix socket, is yours: "
-      "the page and your terminal are one user");
-  add_keyword(command, "--role", args.role, all_roles,
-              "observer (who watches), operator, engineer or admin");
-  add_count(command, "--days", args.days, 1, most_days, "how long the link is good for");
+  command.add_option("--name", args.name, "name the person this link is for (default: you)");
+  add_keyword(command, "--role", args.role, all_roles, "grant this role");
+  add_count(command, "--days", args.days, 1, most_days, "expire after this number of days");
 }
 
 /// Requests a token from the daemon, and prints the link that opens its page with it.
@@ -152,9 +148,9 @@ Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& cons
   if (!url.is_string())
     return fail({.code = Errc::wrong_state,
                  .where = "weftd",
-                 .what = "this daemon serves no page",
+                 .what = "web page not enabled",
                  .expected = "--http PORT",
-                 .hint = "Start it with --http 8080"});
+                 .hint = "Start weftd with --http 8080"});
   const auto token = new_token(daemon, args);
   if (!token) return pass(token.error());
   // After '#': the browser does not send it, so that no server logs it.
@@ -168,14 +164,14 @@ Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& cons
 }  // namespace
 
 void add_page_command(const CommandGroup& weft) {
-  add_daemon_command(weft, "page", run_page);
+  add_daemon_command(weft, "page", "print a link to the web page, valid for one day", run_page);
 }
 
 void add_token_commands(const CommandGroup& weft) {
-  const CommandGroup token = weft.group("token");
-  token.add<TokenAddArgs>("add", run_token_add);
-  token.add<TokenListArgs>("list", run_token_list);
-  token.add<TokenRemoveArgs>("remove", run_token_remove);
+  const CommandGroup token = weft.group("token", "add, list or remove access tokens");
+  token.add<TokenAddArgs>("add", "add a token and print it, once", run_token_add);
+  token.add<TokenListArgs>("list", "list tokens: user, role, expiry", run_token_list);
+  token.add<TokenRemoveArgs>("remove", "remove a token", run_token_remove);
 }
 
 }  // namespace weft::daemon::cli
