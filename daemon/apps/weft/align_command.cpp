@@ -48,7 +48,7 @@ void add_row(Table& table, const std::string& name, const recipes::TiltFound& fo
 /// Banner of a bench that is not real; empty for a real bench.
 std::string align_banner(BenchKind bench) {
   if (bench == BenchKind::real) return {};
-  return "SIMULATED: the plate is the plant model's, nothing was touched.\n";
+  return "SIMULATED: the plate is part of the plant model; nothing real was touched.\n";
 }
 
 std::string format_text(const AlignSummary& s) {
@@ -56,13 +56,13 @@ std::string format_text(const AlignSummary& s) {
                     std::string(recipes::to_string(s.done.outcome)) + ", clean-up " +
                     std::string(recipes::to_string(s.done.cleanup)) + ", rig " +
                     std::string(recipes::to_string(s.done.rig)) + "\n";
-  if (s.rounds.empty()) return out + "  no tilt was found\n";
+  if (s.rounds.empty()) return out + "  no tilt measured\n";
   Table table(Align::right);
-  table.row({"", "about x deg", "about y deg", "lean urad", "sd urad", "residual rms", "worst",
+  table.row({"", "about x deg", "about y deg", "total urad", "sd urad", "residual rms", "worst",
              "touches"});
-  add_row(table, "tilt found", s.rounds.front());
+  add_row(table, "measured tilt", s.rounds.front());
   for (std::size_t i = 1; i < s.rounds.size(); ++i)
-    add_row(table, i + 1 == s.rounds.size() ? "tilt left" : "on the way", s.rounds[i]);
+    add_row(table, i + 1 == s.rounds.size() ? "remaining tilt" : "intermediate", s.rounds[i]);
   out += table.text();
   const recipes::Tilts& at = s.rounds.back().stages;
   return out + "  rotary stages at rx " + degrees(at.rx_rad) + " deg, ry " + degrees(at.ry_rad) +
@@ -121,23 +121,26 @@ AlignRequest request_of(const AlignArgs& args, const StopSignals& signals, Conso
 
 void add_options(CLI::App& command, AlignArgs& args) {
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
-  command.add_option("--points", args.per_side, "touches along each side of the grid, 2 to 9")
+  command
+      .add_option("--points", args.per_side,
+                  "touch this number of points along each side of the grid, 2 to 9")
       ->capture_default_str();
   command.add_option("--span-mm", args.span_mm,
-                     "side of the grid around the plate's middle; 100 or what fits");
+                     "set the side of the grid around the middle of the plate");
   command.add_option("--max-tilt-deg", args.largest_tilt_deg,
-                     "largest tilt that is looked for; the rotary travel when left out");
-  command.add_option("--contact-force-n", args.contact_force_n, "force that counts as a touch")
+                     "search for a tilt of at most this angle");
+  command.add_option("--contact-force-n", args.contact_force_n, "detect a touch at this force")
       ->capture_default_str();
-  command.add_option("--touch-speed-mm-s", args.touch_speed_mm_s, "speed of the measured touch")
+  command.add_option("--touch-speed-mm-s", args.touch_speed_mm_s, "touch at this speed")
       ->capture_default_str();
   command
       .add_option("--max-residual-um", args.largest_residual_um,
-                  "a surface further from its plane is refused")
+                  "refuse a surface that deviates more than this from a plane")
       ->capture_default_str();
-  command.add_option("--tolerance-mrad", args.tolerance_mrad, "tilt that may be left")
+  command.add_option("--tolerance-mrad", args.tolerance_mrad, "accept this remaining tilt")
       ->capture_default_str();
-  command.add_option("--seed", args.seed, "of a simulated bench's sensors")->capture_default_str();
+  command.add_option("--seed", args.seed, "set the seed of the sensors of a simulated bench")
+      ->capture_default_str();
   add_options(command, args.plugins);
 }
 
@@ -162,7 +165,7 @@ Result<int> run_align(const AlignArgs& args, Console& console) {
 }  // namespace
 
 void add_align_command(const CommandGroup& weft) {
-  weft.add<AlignArgs>("align", run_align);
+  weft.add<AlignArgs>("align", "measure the tilt of the plate by touch and level it", run_align);
 }
 
 }  // namespace weft::daemon::cli

@@ -52,9 +52,9 @@ std::string scalar_text(const std::string& typed) {
 std::string assignment_problem(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || !recipes::is_parameter_name(text.substr(0, equals)))
-    return "not NAME=VALUE (expected a name of " + std::string(recipes::parameter_name_rule) +
-           ", then '='): " + recipes::clipped(text);
-  return is_utf8(text) ? std::string() : "the text is not UTF-8";
+    return "not NAME=VALUE: " + std::string(recipes::clipped(text)) + " (expected a name of " +
+           std::string(recipes::parameter_name_rule) + ", then '=')";
+  return is_utf8(text) ? std::string() : "text not in UTF-8";
 }
 
 Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>& problems) {
@@ -62,8 +62,7 @@ Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>&
       std::ranges::count_if(problems, [&](const FileProblem& p) { return p.file == file; });
   return {.code = Errc::invalid_argument,
           .where = file.string(),
-          .what = "the file is refused",
-          .expected = "no problem",
+          .what = "file not accepted",
           .got = std::to_string(count) + (count == 1 ? " problem" : " problems")};
 }
 
@@ -71,8 +70,7 @@ Error refusal(const std::filesystem::path& file, const std::vector<FileProblem>&
 
 void add_options(CLI::App& command, ParameterArgs& args) {
   command
-      .add_option("--set", args.set,
-                  "NAME=VALUE: bind a parameter of the recipe; may be given again")
+      .add_option("--set", args.set, "set a parameter of the recipe, as NAME=VALUE (repeatable)")
       ->allow_extra_args(false)
       ->check(assignment_problem);
 }
@@ -97,9 +95,9 @@ Status put_parameters(const ParameterArgs& args, json& params) {
 
 void add_options(CLI::App& command, PluginArgs& args) {
   command.add_option("--plugins", args.folders,
-                     "folder with drivers (weft-driver-NAME.so); may be given again");
+                     "load drivers (weft-driver-NAME.so) from this folder (repeatable)");
   command.add_flag("--plugins-only", args.only,
-                   "leave out the drivers that are built in: for a plugin of the same name");
+                   "use no built-in drivers, so that plugins can replace them");
 }
 
 PluginSettings make_settings(const PluginArgs& args, const Console& console) {
@@ -121,21 +119,17 @@ PluginSettings make_settings(const PluginArgs& args, const Console& console) {
 void add_options(CLI::App& command, FidelityArgs& args) {
   command
       .add_option("--accuracy", args.accuracy,
-                  "largest error of the recorded simulated force, 10mN or 0.5% of 5 N: take the "
-                  "fastest setting that promises it, and check the run (exit status 3: missed)")
+                  "accept this error of the simulated force, such as 10mN or 0.5% of 5 N")
       ->check(problem_of(sim::parse_accuracy_n));
   command
-      .add_option("--budget", args.budget,
-                  "least speed of the whole run, 1000x real time: take the most accurate setting "
-                  "whose forecast reaches it")
+      .add_option("--budget", args.budget, "simulate at least this fast, such as 1000x real time")
       ->check(problem_of(sim::parse_times_real_time));
 }
 
 void add_strict_option(CLI::App& command, FidelityArgs& args) {
   command
       .add_flag("--accuracy-strict", args.strict,
-                "where the accuracy is missed, move the campaign to OUT/aside-N and run the next "
-                "setting, at most three times")
+                "if the accuracy is missed, run again more accurately, at most three times")
       ->needs("--accuracy");
 }
 
@@ -177,22 +171,20 @@ int refuse(const std::vector<FileProblem>& problems, Console& console) {
 
 std::string format_rig(Cleanup cleanup, RigFact rig) {
   const std::string cleanup_text =
-      "; look at the bench before anything moves, and lift the probe by hand if a stage is dead: "
-      "the next run homes z, upwards, before all else";
+      ". Inspect the bench before anything moves. If a stage is dead, lift the probe by hand: the "
+      "next run homes z first, upwards";
   // The final steps begin only with the probe at the clear height.
   if (cleanup == Cleanup::partial)
     return rig == RigFact::safe
-               ? "the probe is up, but what the recipe does finally was not done to its end"
-               : "the probe was up, but what the recipe does finally failed: where the stages "
-                 "stand is not known; look at the bench before anything moves";
+               ? "the probe is up, but the final steps of the recipe were not finished"
+               : "the probe was up, but the final steps of the recipe failed; the stage positions "
+                 "are unknown. Inspect the bench before anything moves";
   if (rig == RigFact::safe) return {};
   if (rig == RigFact::holding)
-    return "the probe was not lifted: the stages stand where they were, and it may bear on the "
-           "cloth" +
+    return "the probe was not lifted: the stages stopped, and it may still press on the fabric" +
            cleanup_text;
-  return "the probe was not lifted, as far as is known: the rig is " +
-         std::string(recipes::to_string(rig)) + ", and the probe may still bear on the cloth" +
-         cleanup_text;
+  return "the probe was probably not lifted: the rig is " + std::string(recipes::to_string(rig)) +
+         ", and the probe may still press on the fabric" + cleanup_text;
 }
 
 }  // namespace weft::daemon::cli

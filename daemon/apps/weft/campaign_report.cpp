@@ -28,10 +28,8 @@ std::string share_text(const HandoverShare& share) {
 
 void add_beside_option(CLI::App& command, std::vector<std::filesystem::path>& beside) {
   command
-      .add_option(
-          "--beside", beside,
-          "folders of campaigns with another \"repetition\", with commas between: show their "
-          "accuracies beside this one's")
+      .add_option("--beside", beside,
+                  "compare with the accuracy of these campaigns (comma-separated folders)")
       ->delimiter(',')
       ->check(CLI::ExistingDirectory);
 }
@@ -43,7 +41,7 @@ Result<WrittenReport> write_report(const CampaignSummary& summary, const Dataset
   options.note = [&console](const std::string& text) { console.err << text << std::endl; };
   if (audit)
     options.audit = [&] {
-      console.err << "audit, in its quick form" << std::endl;
+      console.err << "running the quick audit" << std::endl;
       return audit_quickly(summary.dataset_file, dataset);
     };
   auto report = make_report(summary, dataset, options);
@@ -66,7 +64,7 @@ std::optional<RunHandover> handover_of_run(const CampaignSummary& summary,
   hooks.stop = [&signals] { return signals.requested().load(std::memory_order_relaxed); };
   hooks.seconds_now = steady_wall_seconds;
   hooks.progress = [&console](const EvaluationProgress& p) {
-    console.err << "hand over " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
+    console.err << "handover " << p.step + 1 << "/" << p.steps << ": " << p.what << std::endl;
   };
   auto done = run_handover(folder, hooks);
   const bool by_default = (*wanted)->by_default;
@@ -78,17 +76,17 @@ std::string format_text(const RunHandover& handover) {
   if (!handover.done) return {};
   std::string out;
   if (handover.done->models.empty() && handover.done->evaluations.empty())
-    out += "Handed over (" + handover.done->bench + "): " + handover.folder.string() + "\n";
+    out += "Handover (" + handover.done->bench + "): " + handover.folder.string() + "\n";
   for (const HandoverModel& model : handover.done->models)
     out += "Model " + model.file + " (" + model.learner + ", " + std::to_string(model.trained) +
            " trials, " + handover.done->bench + "): accuracy " + percent(model.accuracy, 1) +
            " % (95 %: " + percent(model.ci95_low, 1) + " to " + percent(model.ci95_high, 1) +
-           ") on " + std::to_string(model.requested) + " trials left out in turn\n";
+           ") on " + std::to_string(model.requested) + " trials, by cross-validation\n";
   for (const HandoverEvaluation& e : handover.done->evaluations)
-    out += "Sound and vibration of " + e.exploration + " (" + e.learner + ", " +
-           std::to_string(e.recordings) + " slides over " + std::to_string(e.materials) +
-           " textures, " + handover.done->bench + "), repetitions left out: windows of " +
-           general(e.window_s) + " s " + share_text(e.windows) + ", slides " +
+    out += "Vibration of " + e.exploration + " (" + e.learner + ", " +
+           std::to_string(e.recordings) + " strokes on " + std::to_string(e.materials) +
+           " textures, " + handover.done->bench + "), cross-validated by repetition: windows of " +
+           general(e.window_s) + " s " + share_text(e.windows) + ", strokes " +
            share_text(e.slides) + ", chance " + percent(1.0 / static_cast<double>(e.materials), 1) +
            " %; " + e.page + "\n";
   return out;

@@ -73,13 +73,13 @@ json prompts_json(const Plan& plan) {
 std::string format_prompts(const Plan& plan) {
   constexpr std::size_t enough = 5;
   if (plan.forecast.prompts == 0) return {};
-  std::string out = "People are asked:\n";
+  std::string out = "Operator steps:\n";
   for_first_prompts(plan, enough, [&](const recipes::StepPrompt& prompt, double after_s) {
-    out += "  after " + duration(after_s) + " of the machine's time: " + prompt.text + " (" +
+    out += "  after " + duration(after_s) + " of machine time: " + prompt.text + " (" +
            duration(prompt.people_s) + ")\n";
   });
   if (plan.forecast.prompts > enough)
-    out += "  and " + std::to_string(plan.forecast.prompts - enough) + " times more\n";
+    out += "  and " + std::to_string(plan.forecast.prompts - enough) + " more\n";
   return out;
 }
 
@@ -146,14 +146,14 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
   facts.row({"trials", thousands(plan.trials.size()) + ": " + std::to_string(plan.fabrics.size()) +
                            " fabrics, explorations " + joined(names)});
   if (plan.sweep) facts.row({"sweep", recipes::sweep_text(*plan.sweep)});
-  facts.row({"cloths", "put on the plate " + std::to_string(f.mounts) +
-                           (f.mounts == 1 ? " time" : " times")});
+  facts.row(
+      {"fabrics", "mounted " + std::to_string(f.mounts) + (f.mounts == 1 ? " time" : " times")});
   facts.row({"duration",
              duration(f.total_s()) +
-                 (f.prompts == 0
-                      ? ""
-                      : ": " + duration(f.duration_s) + " of the machine, " + duration(f.people_s) +
-                            " of people, who are asked " + std::to_string(f.prompts) + " times")});
+                 (f.prompts == 0 ? ""
+                                 : ": machine " + duration(f.duration_s) + ", operator " +
+                                       duration(f.people_s) + " in " + std::to_string(f.prompts) +
+                                       (f.prompts == 1 ? " step" : " steps"))});
   facts.row({"samples", fixed(static_cast<double>(f.bytes) / 1e6, 1) + " MB before compression"});
   if (f.force_n)
     facts.row({"force", fixed(f.force_n->min, 2) + " to " + fixed(f.force_n->max, 2) + " N"});
@@ -191,7 +191,7 @@ Result<int> run_check(const CheckArgs& args, Console& console) {
 }  // namespace
 
 void add_check_command(const CommandGroup& weft) {
-  weft.add<CheckArgs>("check", run_check);
+  weft.add<CheckArgs>("check", "check a recipe against a rig; nothing moves", run_check);
 }
 
 }  // namespace weft::daemon::cli

@@ -113,9 +113,12 @@ json json_of(const DoctorReport& report) {
 
 void add_options(CLI::App& command, DoctorArgs& args) {
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
-  command.add_option("--out", args.out, "folder where campaigns will be recorded")
+  command
+      .add_option("--out", args.out,
+                  "check free space in this folder, where campaigns are recorded")
       ->capture_default_str();
-  add_number(command, "--listen", args.listen_s, 0.1, 600.0, "seconds to listen to the devices");
+  add_number(command, "--listen", args.listen_s, 0.1, 600.0,
+             "read the devices for this number of seconds");
   add_options(command, args.plugins);
 }
 
@@ -131,7 +134,7 @@ Result<int> run_doctor(const DoctorArgs& args, Console& console) {
 }  // namespace
 
 void add_doctor_command(const CommandGroup& weft) {
-  weft.add<DoctorArgs>("doctor", run_doctor);
+  weft.add<DoctorArgs>("doctor", "check devices, ports and machine; list what to fix", run_doctor);
 }
 
 }  // namespace weft::daemon::cli

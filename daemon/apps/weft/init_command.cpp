@@ -36,35 +36,32 @@ CLI::Option* add_repeated(CLI::App& command, const std::string& name,
 
 void add_options(CLI::App& command, InitArgs& args) {
   command.add_option("RIG", args.rig, "rig file to write; it must not exist")->required();
-  CLI::Option* const simulated = command.add_option(
-      "--simulated", args.simulated,
-      "write a simulated rig of this shape; find no devices (" + shape_list() + ")");
-  add_repeated(command, "--port", args.ports, "also ask the device at this port (repeatable)",
+  CLI::Option* const simulated =
+      command.add_option("--simulated", args.simulated,
+                         "write a simulated rig, without a search (" + shape_list() + ")");
+  add_repeated(command, "--port", args.ports, "also query the device at this port (repeatable)",
                "PATH|tcp:HOST:PORT")
       ->excludes(simulated);
-  add_repeated(command, "--netft", args.boxes, "also ask the Net F/T box at this host (repeatable)",
-               "HOST[:PORT[/PAGES]]")
+  add_repeated(command, "--netft", args.boxes,
+               "also query the Net F/T box at this host (repeatable)", "HOST[:PORT[/PAGES]]")
       ->excludes(simulated);
   command
-      .add_option("--emulated", args.emulated, "the ports are weft-rig's, with its console here")
+      .add_option("--emulated", args.emulated, "search the ports of the weft-rig with this console")
       ->type_name("HOST:PORT")
       ->excludes(simulated);
-  command.add_flag("--only-named", args.only_named, "ask only what --port and --netft name");
+  command.add_flag("--only-named", args.only_named,
+                   "query only the devices named by --port and --netft");
   command.add_flag("--no-network", args.no_network, "send no broadcast to find Net F/T boxes");
-  add_repeated(
-      command, "--role", args.roles,
-      "give a device this role: x, y, z, rx, ry, wrench, taxels, vibro; or none: its port is "
-      "not even opened",
-      "DEVICE=ROLE");
-  add_repeated(command, "--stage", args.stages, "name the stage at a controller that does not",
-               "DEVICE=STAGE");
-  add_repeated(command, "--set", args.numbers, "state a number, such as surface_z_mm=42",
+  add_repeated(command, "--role", args.roles,
+               "set a device's role (x, y, z, rx, ry, wrench, taxels, vibro, none)", "DEVICE=ROLE");
+  add_repeated(command, "--stage", args.stages,
+               "name the stage of a controller that does not report it", "DEVICE=STAGE");
+  add_repeated(command, "--set", args.numbers, "set a number, such as surface_z_mm=42 (repeatable)",
                "NAME=NUMBER");
   command.add_option("--answers", args.answers,
                      "read roles, stages and numbers from this file (JSON)");
-  command.add_option("--name", args.name, "name of the rig (default: that of the file)");
-  command.add_flag("--yes", args.yes,
-                   "ask nothing; take the defaults (a real bench has none for what does harm)");
+  command.add_option("--name", args.name, "name the rig");
+  command.add_flag("--yes", args.yes, "ask no questions; use the defaults");
 }
 
 /// Passes "A=B" to `set`. The place A may contain "=", the value B not.
@@ -74,7 +71,7 @@ Status apply_pairs(
   for (const std::string& pair : pairs) {
     const std::size_t equals = pair.rfind('=');
     if (equals == std::string::npos)
-      return fail({.where = option, .what = "no \"=\" in it", .expected = "A=B", .got = pair});
+      return fail({.where = option, .what = "missing \"=\"", .expected = "A=B", .got = pair});
     if (Status done = set(draft, pair.substr(0, equals), pair.substr(equals + 1)); !done)
       return pass(done.error(), option);
   }
@@ -118,8 +115,8 @@ Status prompt(Console& console, const std::string& question, const std::string& 
     console.err << question << shown << ": " << std::flush;
     if (!std::getline(*console.in, line))
       return fail({.code = Errc::wrong_state,
-                   .what = "the input ended before all was answered; no file was written",
-                   .hint = "Answer all questions, or take the defaults with --yes"});
+                   .what = "input ended before the last question; no file was written",
+                   .hint = "Answer all questions, or use the defaults with --yes"});
     const std::string answer(trimmed(line, " \t\r"));
     const Status taken = answer.empty() && !preset.empty() ? Status{} : take(answer);
     if (taken) return {};
@@ -158,7 +155,7 @@ Result<Endpoint> parse_console(const std::string& text) {
   const auto place = parse_box_place(text);
   if (!place || text.find(':') == std::string::npos || text.find('/') != std::string::npos)
     return fail({.where = "--emulated",
-                 .what = "not the place of weft-rig's console",
+                 .what = "not an address of a weft-rig console",
                  .expected = "HOST:PORT, as weft-rig prints it",
                  .got = text});
   return place->records;
@@ -221,7 +218,7 @@ Result<int> run_init(const InitArgs& given, Console& console) {
   if (can_prompt && console.keyboard < 0)
     return fail({.code = Errc::unsupported,
                  .where = "weft init",
-                 .what = "standard input is no terminal, so nothing can be asked",
+                 .what = "no terminal for the questions",
                  .expected = "a terminal, --answers FILE or --yes"});
   if (!args.answers.empty()) {
     auto text = read_text_file(args.answers);

@@ -24,7 +24,7 @@ std::string rate_text(const FoundDevice& found) {
 /// Description of a device beside model and serial number.
 std::string details(const FoundDevice& found) {
   if (found.kind == DeviceKind::stage)
-    return found.stages.empty() ? "of no stage that is known" : joined(found.stages);
+    return found.stages.empty() ? "unknown stage" : joined(found.stages);
   std::string out = rate_text(found);
   if (found.taxels > 0) out = std::to_string(found.taxels) + " taxels, " + out;
   if (found.kind == DeviceKind::imprint_array)
@@ -75,16 +75,17 @@ std::vector<std::string> next_commands(const std::filesystem::path& rig, const s
 std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft& draft) {
   std::vector<std::string> out;
   if (recipe.empty())
-    out.emplace_back("write a recipe: none of the library fits this rig; docs/howto/own-recipe.md");
+    out.emplace_back("write a recipe: no library recipe fits this rig; see recipes/README.md");
   if (draft.mode == BenchMode::real) {
     out.emplace_back(
-        "measure the numbers that are assumed, and probe.slack_mm; docs/howto/real-bench.md");
+        "measure the assumed numbers and probe.slack_mm; see docs/howto/real-bench.md");
     if (draft.has_wrench())
-      out.emplace_back("see that pushing the plate down is +Fz; else sign_z -1");
+      out.emplace_back("check that pushing the plate down gives +Fz; if not, set sign_z to -1");
     if (const DraftDevice* const wrench = draft.with_role("wrench");
         wrench != nullptr && wrench->found.kind == DeviceKind::net_ft)
       out.emplace_back(
-          "state the force sensor's rated_force_n: its driver's 40, 40, 120 N are a Mini40's");
+          "set rated_force_n of the force sensor: the default of 40, 40, 120 N is that of a "
+          "Mini40");
   }
   for (const DraftDevice& device : draft.devices) {
     if (device.role != no_role)
@@ -94,7 +95,7 @@ std::vector<std::string> things_to_do(const std::string& recipe, const RigDraft&
                                   device.found.kind != DeviceKind::stage &&
                                   device.found.rate_hz <= 0;
     if (has_unknown_rate)
-      out.push_back(device.found.place + ": set its rate_hz, which is not known");
+      out.push_back(device.found.place + ": set its rate_hz; the device did not report it");
   }
   return out;
 }
@@ -111,13 +112,15 @@ std::string assumed_text(const RigDraft& draft) {
   const auto roles = assumed_roles(draft);
   for (const DraftDevice* const device : roles)
     table.row({"role " + device->role, format_device(device->found),
-               device->found.kind == DeviceKind::stage ? "by its serial number" : "by its kind"});
+               device->found.kind == DeviceKind::stage ? "from the serial number"
+                                                       : "from the device type"});
   const auto numbers = unstated_numbers(draft);
   for (const NumberKey* const key : numbers)
     table.row(
         {std::string(key->name), general(draft.number(key->name)), std::string(key->question)});
   if (roles.empty() && numbers.empty()) return {};
-  return "Assumed, for no device reports it (change it with --role and --set, or in the file):\n" +
+  return "Assumed values, reported by no device (change them with --role and --set, or in the "
+         "file):\n" +
          table.text();
 }
 

@@ -89,7 +89,8 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   embedded.check = [&request] { return check_quickly(request); };
   embedded.perform = [&](const CampaignHooks& hooks) -> Result<CampaignSummary> {
     if (console.terminal)
-      console.err << "weft: from elsewhere: weft watch, pause, stop, halt ... --socket "
+      console.err << "weft: to control this run from another terminal: weft watch, pause, stop, "
+                     "halt ... --socket "
                   << socket.string() << std::endl;
     ran = catch_as_error([&] { return campaign(hooks); });
     return *ran;
@@ -105,7 +106,7 @@ Result<CampaignSummary> run_with_daemon(const RunArgs& args, const CampaignReque
   CampaignHooks alone;
   alone.rig_acquired = [&] {
     if (!served)
-      console.err << "weft: nobody else can look at this run or stop it: "
+      console.err << "weft: no other terminal can watch or stop this run: "
                   << to_string(served.error()) << std::endl;
     return Status{};
   };
@@ -131,11 +132,12 @@ std::string summary_text(const CampaignSummary& s) {
   facts.row({"trials", std::to_string(s.trials_complete) + " of " +
                            std::to_string(s.trials_planned) + " complete" + format_ended_early(s)});
   if (s.attempts_rejected > 0)
-    facts.row({"bad takes", std::to_string(s.attempts_rejected) + ", kept and taken again"});
+    facts.row({"rejected attempts",
+               std::to_string(s.attempts_rejected) + ", kept; their trials were repeated"});
   if (s.virtual_s > 0) facts.row({"bench time", duration(s.virtual_s)});
   facts.row({"wall time", duration(s.wall_s)});
   if (s.force.samples > 0)
-    facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS while held"});
+    facts.row({"force error", fixed(s.force.rms_n(), 3) + " N RMS while regulated"});
   facts.row({"campaign", s.campaign_file.string()});
   if (!s.dataset_sha256.empty()) {
     facts.row({"data set", s.dataset_file.string()});
@@ -143,7 +145,7 @@ std::string summary_text(const CampaignSummary& s) {
   }
   std::string out = bench_banner(s.bench) + "Campaign " + s.name +
                     (is_complete(s) ? "" : ", " + format_incomplete(s)) + "\n" + facts.text();
-  if (s.error) out += "  first problem: " + to_string(*s.error) + "\n";
+  if (s.error) out += "  first error: " + to_string(*s.error) + "\n";
   return out + simulation_text(s.simulation);
 }
 
@@ -247,8 +249,8 @@ Ran run_until_stopped(const RunArgs& args, bool prompts, Console& console) {
 /// Prints the remains of a campaign that a signal stopped. Returns 128 plus the signal, like
 /// shells.
 int interrupted(const CampaignSummary& s, int signal, Console& console) {
-  console.err << "weft: interrupted by signal " << signal << ": kept " << s.trials_complete
-              << " of " << s.trials_planned << " trials complete in " << s.campaign_file.string()
+  console.err << "weft: interrupted by signal " << signal << ": " << s.trials_complete << " of "
+              << s.trials_planned << " trials complete, kept in " << s.campaign_file.string()
               << (s.dataset_sha256.empty() ? "" : " and " + s.dataset_file.string()) << std::endl;
   print(console, summary_text(s), summary_json(s));
   return exit_signal + signal;
@@ -296,8 +298,8 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
     console.err << "weft: " << format_promise(summary.simulation) << '\n';
   if (!args.evaluate && is_complete(summary) && summary.states_handover &&
       !is_handover_done(args.out))
-    console.err << "weft: the campaign was not handed over, as its recipe asks, for --no-evaluate "
-                   "was given; the same command with --resume in its place does it\n";
+    console.err << "weft: no handover, because of --no-evaluate. To make it, repeat the command "
+                   "with --resume instead\n";
   if (!args.evaluate || summary.trials_complete == summary.trials_ended_early) {
     print(console, summary_text(summary), summary_json(summary));
     return recorded;
@@ -308,20 +310,19 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
   if (!written) return pass(written.error());
   const CampaignReport& report = written->report;
   if (!is_complete(summary))
-    console.err << "weft: the campaign is not complete (" << format_incomplete(summary)
-                << "); the report is of the complete trials\n";
+    console.err << "weft: campaign incomplete (" << format_incomplete(summary)
+                << "); the report covers the complete trials only\n";
   if (report.not_classified)
-    console.err << "weft: the campaign was not classified, its data are kept in "
+    console.err << "weft: campaign not classified; its data are in "
                 << summary.dataset_file.string() << ": " << to_string(*report.not_classified)
                 << '\n';
   if (report.selected)
     console.err
-        << "weft: the campaign was not classified: slides of it ended early, and the whole "
-           "ones are those that the vote was unsure of; weft fabric evaluate does it all the "
-           "same\n";
+        << "weft: campaign not classified: a live vote ended some strokes early, so the whole ones "
+           "are a biased selection. To classify them anyway, use weft fabric evaluate\n";
   if (result && result->failed)
-    console.err << "weft: the campaign was not handed over, its data are kept in "
-                << summary.dataset_file.string() << ": " << to_string(*result->failed) << '\n';
+    console.err << "weft: handover failed; the data are in " << summary.dataset_file.string()
+                << ": " << to_string(*result->failed) << '\n';
   json out = report_json(summary, *written);
   if (result) out["handover"] = json_of(*result);
   const double wall_s = steady_wall_seconds() - began_s;
@@ -337,32 +338,31 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
 void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
   command.add_option("--rig", args.rig, "rig file (JSON)")->required();
-  command.add_option("--out", args.out, "folder for the campaign, its data set and report")
+  command.add_option("--out", args.out, "write campaign, data set and report to this folder")
       ->required();
-  command.add_option("--seed", args.seed, "in place of the recipe's")->check(seed_problem);
+  command.add_option("--seed", args.seed, "override the seed of the recipe")->check(seed_problem);
   add_options(command, args.parameters);
   add_options(command, args.fidelity);
   add_strict_option(command, args.fidelity);
   add_options(command, args.plugins);
   command.add_flag("!--no-error-check", args.error_check,
-                   "do not play the first trial of each fabric and exploration again, more finely, "
-                   "for the error of the simulation");
+                   "do not measure the error of the simulation after the run");
   command.add_flag("!--no-evaluate", args.evaluate,
-                   "record only: no classification, no report, no hand-over");
+                   "record only: no evaluation, report or handover");
   command.add_option("--level", args.level,
-                     "what weft align --json said: the plate is held at the level that was found");
-  add_number(
-      command, "--level-max-age-h", args.level_max_age_h, 0.0, 1e6,
-      "a level that was found longer ago is refused; 0: any age, and by a clock that was ahead");
+                     "hold the plate at the level in this file, the output of `weft align --json`");
+  add_number(command, "--level-max-age-h", args.level_max_age_h, 0.0, 1e6,
+             "refuse a level measured longer ago than this; 0 accepts any");
   command.add_flag("--yes", args.yes,
-                   "operator steps count as done without asking: for a bench that needs nobody");
+                   "confirm all operator steps automatically, for a bench without operator");
   command.add_flag("--resume", args.resume,
-                   "go on with the campaign in the folder, with the repetition that was cut short");
-  command.add_flag("--preview", args.preview, "with --resume: what is left, step by step; no move");
+                   "continue the campaign in the folder with the interrupted trial");
+  command.add_flag("--preview", args.preview,
+                   "with --resume: list the remaining steps; nothing moves");
   command.add_option("--socket", args.socket,
-                     "where others look at the campaign, hold it and end it meanwhile: weft watch, "
-                     "pause, stop ... --socket; OUT/weftd.sock");
-  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits of the classification");
+                     "serve this run at this Unix socket, for weft watch, pause, stop ...");
+  add_count(command, "--repeats", args.repeats, 1, 100000,
+            "evaluate on this number of random splits");
   add_beside_option(command, args.beside);
 }
 
@@ -377,13 +377,13 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   if (args.preview && !args.resume)
     return fail({.code = Errc::invalid_argument,
                  .where = "--preview",
-                 .what = "only a resume is previewed",
-                 .hint = "Give --resume too; weft check looks at a recipe"});
+                 .what = "option needs --resume",
+                 .hint = "Add --resume, or check the recipe with `weft check`"});
   if (args.resume && args.fidelity.strict)
     return fail({.code = Errc::invalid_argument,
                  .where = "--accuracy-strict",
-                 .what = "a resumed campaign is not run again",
-                 .hint = "Leave it out, or begin anew in another folder"});
+                 .what = "option not possible with --resume",
+                 .hint = "Leave it out, or start a new campaign in another folder"});
   if (args.resume) {
     const auto preview = preview_resume(request_of(args, console));
     if (!preview) return pass(preview.error());
@@ -395,14 +395,13 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   }
   const bool prompts = found->plan->forecast.prompts > 0;
   if (prompts && !args.yes && console.keyboard < 0)
-    return fail(
-        {.code = Errc::unsupported,
-         .where = "operator_steps",
-         .what = "the recipe asks for people, and standard input is no terminal",
-         .expected = "a terminal, or --yes",
-         .got = std::to_string(found->plan->forecast.prompts) + " requests",
-         .hint =
-             "With weftd people confirm by weft confirm; --yes is for a bench that needs nobody"});
+    return fail({.code = Errc::unsupported,
+                 .where = "operator_steps",
+                 .what = "no terminal to confirm the operator steps",
+                 .expected = "a terminal as standard input, or --yes",
+                 .got = std::to_string(found->plan->forecast.prompts) + " operator steps",
+                 .hint = "Run it in a terminal, or with weftd and `weft confirm`; --yes is for a "
+                         "bench without operator"});
   const double began_s = steady_wall_seconds();
   const auto [summary, signal] = run_until_stopped(args, prompts, console);
   if (!summary && signal == 0) return pass(summary.error());
@@ -413,9 +412,9 @@ Result<int> run_run(const RunArgs& args, Console& console) {
   if (const std::string left = format_rig(summary->cleanup, summary->rig); !left.empty())
     console.err << "weft: " << left << std::endl;
   if (summary->dataset_error)
-    console.err << "weft: the campaign was not concluded, what is on record is kept in "
+    console.err << "weft: the record of the campaign was not finished; recorded data are in "
                 << summary->campaign_file.string() << ": " << to_string(*summary->dataset_error)
-                << "\nweft: weft run --resume goes on from there" << std::endl;
+                << "\nweft: to continue, use weft run --resume" << std::endl;
   if (signal != 0) return interrupted(*summary, signal, console);
   if (summary->dataset_error) return unconcluded(*summary, console);
   return conclude(args, *summary, began_s, console);
@@ -424,7 +423,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
 }  // namespace
 
 void add_run_command(const CommandGroup& weft) {
-  weft.add<RunArgs>("run", run_run);
+  weft.add<RunArgs>("run", "run a campaign: record, evaluate, report", run_run);
 }
 
 }  // namespace weft::daemon::cli

@@ -87,7 +87,7 @@ Result<int> run_token_list(const TokenListArgs& args, Console& console) {
   for (const access::TokenEntry& entry : tokens->entries()) {
     const bool is_over = entry.expires_us <= utc_us();
     table.row({entry.name, std::string(to_string(entry.role)),
-               (is_over ? "expired " : "until ") + utc_text(entry.expires_us)});
+               (is_over ? "expired " : "expires ") + utc_text(entry.expires_us)});
     list.push_back({{"name", entry.name},
                     {"role", to_string(entry.role)},
                     {"expires_us", entry.expires_us},

@@ -16,12 +16,12 @@ struct VerifyArgs {
 };
 
 std::string state_text(const VerifyReport& report) {
-  if (report.blank) return "Nothing was ever written into the campaign file.\n";
+  if (report.blank) return "The campaign file is empty: nothing was recorded.\n";
   if (report.campaign.empty()) return thousands(report.attempts) + " " + report.of + ".\n";
   return thousands(report.complete) + " of " + thousands(report.planned) +
          " planned trials are complete, in " + thousands(report.attempts) + " attempts; " +
-         thousands(report.lost_samples) + " samples lost in gaps on record" +
-         (report.finished ? "" : "; the run did not come to its end") + ".\n";
+         thousands(report.lost_samples) + " samples lost in recorded gaps" +
+         (report.finished ? "" : "; the run did not finish") + ".\n";
 }
 
 /// Whether a complete campaign lacks the handover that its recipe requests: the record is right,
@@ -39,13 +39,13 @@ bool lacks_handover(const VerifyReport& report, const std::filesystem::path& pat
 std::string export_text(const CheckedExport& one) {
   switch (one.state) {
     case ExportState::outdated:
-      return one.name + " was made when " + std::to_string(one.done) +
-             " trials were complete, and " + std::to_string(one.done_now) +
-             " are: weft export makes it anew.\n";
+      return one.name + " is outdated: it has " + std::to_string(one.done) +
+             " trials, the campaign has " + std::to_string(one.done_now) +
+             ". Repeat weft export.\n";
     case ExportState::discarded:
-      return one.name + " was made before the campaign was discarded: remove it.\n";
+      return one.name + " is older than the discard of the campaign. Remove it.\n";
     case ExportState::missing:
-      return one.name + " was removed: weft export makes it anew.\n";
+      return one.name + " was removed. Repeat weft export to make it again.\n";
     case ExportState::current:
     case ExportState::altered:  // a finding
       break;
@@ -60,18 +60,17 @@ std::string verify_text(const VerifyReport& report) {
     text += problem.where + ": " + problem.what +
             (problem.hint.empty() ? "\n" : ". " + problem.hint + ".\n");
   if (!report.holds())
-    return text + "Not as recorded: " + std::to_string(report.found_problems.size()) +
+    return text + "Verification failed: " + std::to_string(report.found_problems.size()) +
            (report.found_problems.size() == 1 ? " finding.\n" : " findings.\n");
-  return state_text(report) + "It holds: " +
-         (report.certified ? "every byte is as certified.\n"
-                           : "the files' own digests agree; there is no certificate.\n") +
+  return state_text(report) +
+         (report.certified ? "Verified: every byte matches the certificate.\n"
+                           : "Verified by the digests in the files; there is no certificate.\n") +
          exports;
 }
 
 void add_options(CLI::App& command, VerifyArgs& args) {
   command
-      .add_option("PATH", args.path,
-                  "a campaign's folder, its campaign file (SQLite) or a data set (HDF5)")
+      .add_option("PATH", args.path, "campaign folder, campaign file (SQLite) or data set (HDF5)")
       ->required();
 }
 
@@ -83,8 +82,8 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
   std::string text = verify_text(*report);
   if (lacks)
     text +=
-        "Its recipe asks for a hand-over, and there is none yet: weftd is about to make it, or, "
-        "where nothing works in the folder any more, weft run --resume makes it up.\n";
+        "The recipe requests a handover, and there is none yet. Wait for weftd, or make it with "
+        "weft run --resume.\n";
   json reply = verify_json(*report);
   reply["command"] = "verify";
   reply["campaign_file"] = report->campaign.string();
@@ -97,7 +96,7 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
 }  // namespace
 
 void add_verify_command(const CommandGroup& weft) {
-  weft.add<VerifyArgs>("verify", run_verify);
+  weft.add<VerifyArgs>("verify", "compare a campaign or data set with its certificate", run_verify);
 }
 
 }  // namespace weft::daemon::cli
