@@ -45,7 +45,7 @@ std::string format_result(const json& result) {
     words += "\n  accuracy of " + one.value("exploration", "") + ": " +
              percent(one.value("accuracy", 0.0), 1) +
              " % (95 %: " + percent(ci95.at(0).get<double>(), 1) + " to " +
-             percent(ci95.at(1).get<double>(), 1) + ") of " +
+             percent(ci95.at(1).get<double>(), 1) + ") on " +
              std::to_string(one.value("tested", 0)) + " " + one.value("unit", "") + ", " +
              one.value("protocol", "");
   }

@@ -118,7 +118,7 @@ std::string info_text(const std::filesystem::path& file, const Dataset& dataset,
     facts.row({"taxels",
                std::to_string(dataset.trials.front().taxels) + " at " +
                    (dataset.info.taxel_rate_hz > 0 ? fixed(dataset.info.taxel_rate_hz, 2) + " Hz"
-                                                   : "a rate that is not known")});
+                                                   : "an unknown rate")});
   facts.row({"groups", joined(counts.groups)});
   add_columns_row(list_group_columns(dataset), facts);
   facts.row({"sha256", sha256});
@@ -132,11 +132,11 @@ std::string left_out_text(const CampaignContents& campaign) {
   std::vector<std::string> parts;
   for (const auto& [outcome, trials] : campaign.left_out)
     parts.push_back(std::to_string(trials) + " " + outcome);
-  if (campaign.never_begun > 0) parts.push_back(thousands(campaign.never_begun) + " never begun");
+  if (campaign.never_begun > 0) parts.push_back(thousands(campaign.never_begun) + " never started");
   return thousands(campaign.dataset.trials.size()) + " of " + thousands(campaign.progress.planned) +
          " planned trials are complete" + (parts.empty() ? "" : "; left out: " + joined(parts)) +
-         (campaign.progress.finished ? "" : "; the run did not come to its end") +
-         (campaign.progress.discarded ? "; somebody discarded it" : "") + ".\n";
+         (campaign.progress.finished ? "" : "; the run did not finish") +
+         (campaign.progress.discarded ? "; the campaign was discarded" : "") + ".\n";
 }
 
 void print_campaign(const char* command, const std::filesystem::path& file,
@@ -169,7 +169,7 @@ Result<std::pair<std::size_t, std::size_t>> shape_from(const std::string& text) 
       cross ? std::from_chars(first.ptr + 1, end, cols) : std::from_chars_result{end, std::errc()};
   if (!cross || second.ec != std::errc() || second.ptr != end || rows == 0 || cols == 0)
     return fail({.code = Errc::invalid_argument,
-                 .what = "the table's imprints need a shape",
+                 .what = "shape of the imprints missing or not valid",
                  .expected = "rows x columns, such as 28x50",
                  .got = text});
   return std::pair{rows, cols};
@@ -274,38 +274,32 @@ Result<int> run_import_recordings(const ImportArgs& args, Console& console) {
 void add_options(CLI::App& command, ImportArgs& args) {
   command
       .add_option("SOURCE", args.source,
-                  "manifest.csv with columns file,label,group; imprint-table, icub20: a table; "
-                  "fabricslide: a folder")
+                  "manifest.csv with columns file,label,group; or a table or folder (see --format)")
       ->required();
-  command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
-  add_keyword(
-      command, "--format", args.format,
-      {"manifest", "fabricslide", "icub20", "imprints", "imprint-table", "recordings", "vibtac12",
-       "lmt_sound", "hapmat"},
-      "layout of SOURCE; imprints: a manifest of .csv, .pgm and .npy matrices, "
-      "imprint-table: an imprint a line, label,group,values; recordings: a manifest of sound "
-      "files and tables of sound and vibration");
+  command.add_option("-o,--output", args.out, "write the data set to this file (HDF5)")->required();
+  add_keyword(command, "--format", args.format,
+              {"manifest", "fabricslide", "icub20", "imprints", "imprint-table", "recordings",
+               "vibtac12", "lmt_sound", "hapmat"},
+              "read SOURCE in this format");
   add_list(command, "--channels", args.channels,
-           "vibtac12: some of X,Y,Z,S (X,Y,Z); with S only textures that have a sound track");
+           "read these channels of vibtac12 (comma-separated: X, Y, Z, S)");
   command.add_option("--filter", args.filter,
-                     "fabricslide: only files whose name matches, with * and ?");
-  command.add_option("--shape", args.shape, "imprint-table: rows x columns, such as 28x50");
-  command.add_option("--group", args.group, "fabricslide: what makes the groups (repetition)")
+                     "read only files with matching names (* and ?) of fabricslide");
+  command.add_option("--shape", args.shape,
+                     "set rows x columns of an imprint-table, such as 28x50");
+  command.add_option("--group", args.group, "group the trials of fabricslide by this property")
       ->check(CLI::IsMember({"repetition", "pressure", "speed"}));
   command
       .add_option("--order", args.order,
-                  "icub20: the values of a slide as frames in the order of time (time), in which "
-                  "the published table does not have them, or its rows as they stand (filed)")
+                  "order the frames of icub20 by time, or keep the order of the table (filed)")
       ->check(CLI::IsMember({"time", "filed"}));
   command
       .add_option("--rate-hz", args.rate_hz,
-                  "manifest, fabricslide, recordings, hapmat: rate of the sensor; needed where the "
-                  "times are not evenly spaced (default: as the times tell)")
+                  "set the rate of the sensor, if the time stamps are not evenly spaced")
       ->check(CLI::Range(1e-3, 1e6));
   command
       .add_option("--bench", args.bench,
-                  "manifest, imprints, imprint-table, recordings: the bench that recorded them, "
-                  "which every result names (default: the manifest's column bench, or unknown)")
+                  "state the bench that recorded the data; every result names it")
       ->check(CLI::IsMember({"real", "simulated", "unknown"}));
 }
 
@@ -320,21 +314,21 @@ Status check_format_options(const ImportArgs& args) {
     return fail(std::move(more));
   };
   if (!is({"fabricslide"}) && args.filter != "*")
-    return refused("--filter", args.format + " has no file names to filter",
-                   {.hint = "Leave lines out of the manifest instead"});
+    return refused("--filter", args.format + " does not filter by file name",
+                   {.hint = "Remove lines from the manifest instead"});
   if (!is({"imprint-table"}) && !args.shape.empty())
-    return refused("--shape", "only a table needs a shape", {.got = args.shape});
+    return refused("--shape", "option needs --format imprint-table", {.got = args.shape});
   if (!is({"fabricslide"}) && !args.group.empty())
-    return refused("--group", "a manifest names its groups itself");
+    return refused("--group", "option needs --format fabricslide");
   if (!is({"vibtac12"}) && !args.channels.empty())
-    return refused("--channels", "only of vibtac12 channels are chosen",
+    return refused("--channels", "option does not apply to this format",
                    {.expected = "--format vibtac12", .got = "--format " + args.format});
   if (!is({"icub20"}) && !args.order.empty())
-    return refused("--order", "only icub20 has two orders", {.got = args.order});
+    return refused("--order", "option needs --format icub20", {.got = args.order});
   if (!is({"manifest", "fabricslide", "recordings", "hapmat"}) && args.rate_hz != 0)
-    return refused("--rate-hz", args.format + " has no column of times");
+    return refused("--rate-hz", args.format + " has no time stamps");
   if (!is({"manifest", "imprints", "imprint-table", "recordings"}) && !args.bench.empty())
-    return refused("--bench", "the bench of this published set is known", {.expected = "real"});
+    return refused("--bench", "bench of this published data set is known", {.expected = "real"});
   return {};
 }
 
@@ -355,11 +349,12 @@ Result<int> run_import(const ImportArgs& args, Console& console) {
 
 void add_options(CLI::App& command, ExportArgs& args) {
   command
-      .add_option("CAMPAIGN", args.campaign, "campaign.sqlite of `weft run`, whole or cut short")
+      .add_option("CAMPAIGN", args.campaign,
+                  "campaign file (campaign.sqlite), complete or interrupted")
       ->required();
-  command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
+  command.add_option("-o,--output", args.out, "write the data set to this file (HDF5)")->required();
   command.add_flag("--without-log", args.without_log,
-                   "of a campaign whose log is damaged or gone: the trials that lie before");
+                   "export only the trials before a damaged or missing log");
 }
 
 /// Exports the complete trials of a campaign file, and reports how many were left out.
@@ -371,7 +366,7 @@ Result<int> run_export(const ExportArgs& args, Console& console) {
   if (campaign->progress.discarded)
     return fail({.code = Errc::wrong_state,
                  .where = args.campaign.string(),
-                 .what = "the campaign was discarded: no data set is made of it"});
+                 .what = "campaign was discarded, so it cannot be exported"});
   if (campaign->dataset.trials.empty())
     return fail({.code = Errc::not_found,
                  .where = args.campaign.string(),
@@ -385,9 +380,7 @@ Result<int> run_export(const ExportArgs& args, Console& console) {
 void add_options(CLI::App& command, InfoArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5) or campaign file (SQLite)")
       ->required();
-  command
-      .add_option("--document", args.document,
-                  "print the recorded recipe or rig file, nothing else")
+  command.add_option("--document", args.document, "print only the recorded recipe or rig file")
       ->check(CLI::IsMember({"recipe", "rig"}));
 }
 
@@ -397,8 +390,8 @@ Result<int> print_document(const InfoArgs& args, const DatasetInfo& info, Consol
   if (text.empty())
     return fail({.code = Errc::not_found,
                  .where = args.dataset.string(),
-                 .what = "no " + args.document + " is recorded there",
-                 .hint = "Imported recordings have none; campaigns have both"});
+                 .what = "no recorded " + args.document,
+                 .hint = "Use the data set of a campaign; imported recordings have no such file"});
   console.out << text;
   return exit_ok;
 }
@@ -432,10 +425,11 @@ Result<int> run_info(const InfoArgs& args, Console& console) {
 }  // namespace
 
 void add_dataset_commands(const CommandGroup& weft) {
-  const CommandGroup dataset = weft.group("dataset");
-  dataset.add<ImportArgs>("import", run_import);
-  dataset.add<ExportArgs>("export", run_export);
-  dataset.add<InfoArgs>("info", run_info);
+  const CommandGroup dataset = weft.group("dataset", "import, export and describe data sets");
+  dataset.add<ImportArgs>("import", "import recordings of other programs into a data set",
+                          run_import);
+  dataset.add<ExportArgs>("export", "export the complete trials of a campaign file", run_export);
+  dataset.add<InfoArgs>("info", "describe the contents of a data set", run_info);
 }
 
 }  // namespace weft::daemon::cli

@@ -49,15 +49,16 @@ Result<Dataset> open_dataset(const std::filesystem::path& path) {
   if (is_campaign_file(path))
     return fail({.code = Errc::unsupported,
                  .where = path.string(),
-                 .what = "a campaign file, not a data set",
+                 .what = "file is a campaign file, not a data set",
                  .expected = "HDF5",
                  .got = "SQLite",
-                 .hint = "Make a data set of it with `weft dataset export`"});
+                 .hint = "Export it with `weft dataset export`"});
   if (is_recordings_file(path))
-    return fail({.code = Errc::unsupported,
-                 .where = path.string(),
-                 .what = "recordings of sound and vibration, not a data set of slides",
-                 .hint = "weft vibro train, evaluate, classify and weft trade vibro take them"});
+    return fail(
+        {.code = Errc::unsupported,
+         .where = path.string(),
+         .what = "file has vibration recordings, not strokes of a tactile array",
+         .hint = "Use it with weft vibro train, evaluate and classify, or weft trade vibro"});
   return read_hdf5(path);
 }
 
@@ -90,7 +91,7 @@ Status refuse_same_file(const std::filesystem::path& input, const std::filesyste
   if (!std::filesystem::equivalent(input, output, not_there)) return {};
   return fail({.code = Errc::invalid_argument,
                .where = output.string(),
-               .what = "the output would take the place of the input",
+               .what = "output is the same file as the input",
                .hint = "Choose another name"});
 }
 
@@ -102,7 +103,7 @@ Status check_output(const std::filesystem::path& output) {
   if (record == nullptr) return {};
   return fail({.code = Errc::invalid_argument,
                .where = output.string(),
-               .what = std::string("the output would take the place of ") + record,
+               .what = std::string("output would replace ") + record,
                .hint = "Choose another name"});
 }
 
@@ -135,7 +136,7 @@ Status check_outputs(std::span<const std::filesystem::path> inputs,
       if (!before.file.empty() && will_be_one(before.file, own.file))
         return fail({.code = Errc::invalid_argument,
                      .where = "--" + own.name,
-                     .what = before.name + " and " + own.name + " cannot be one file",
+                     .what = before.name + " and " + own.name + " are the same file",
                      .got = own.file.string(),
                      .hint = "Choose another name"});
     if (auto ok = check_output(own.file); !ok) return ok;
@@ -157,14 +158,14 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path,
   if (exploration.find('+') != std::string::npos)
     return fail({.code = Errc::unsupported,
                  .where = "--exploration",
-                 .what = "recordings of two explorations have nothing in common",
+                 .what = "explorations of recordings cannot be combined",
                  .expected = "one name",
                  .got = exploration});
   if (is_recordings_file(path)) {
     if (exploration.empty()) return read_recordings(path);
     return fail({.code = Errc::invalid_argument,
                  .where = path.string() + ": --exploration",
-                 .what = "a file of recordings has no explorations",
+                 .what = "file of recordings has no explorations",
                  .expected = "a campaign",
                  .got = exploration});
   }
@@ -191,13 +192,13 @@ Result<std::string> read_to_end(std::istream& in) {
     text.append(block.data(), static_cast<std::size_t>(in.gcount()));
     if (text.size() > most_bytes)
       return fail({.code = Errc::range,
-                   .what = "too much on standard input",
+                   .what = "standard input too large",
                    .expected = "at most 4 GiB",
-                   .hint = "Give a data set by its file name"});
+                   .hint = "Give the name of a file instead"});
   }
   if (text.empty())
     return fail({.code = Errc::not_found,
-                 .what = "nothing on standard input",
+                 .what = "standard input is empty",
                  .expected = "a trial (CSV) or a data set"});
   return text;
 }
@@ -231,8 +232,8 @@ Result<Dataset> read_dataset(const std::string& bytes) {
   if (!file.write(bytes))
     return fail({.code = Errc::io,
                  .where = file.path(),
-                 .what = "cannot keep a data set from standard input",
-                 .hint = "HDF5 needs a file: is the folder for temporary files full?"});
+                 .what = "data set from standard input not stored",
+                 .hint = "Free space in the folder for temporary files, or set TMPDIR"});
   auto dataset = read_hdf5(file.path());
   if (!dataset) return pass(dataset.error(), standard_input_name);
   return dataset;
@@ -241,7 +242,7 @@ Result<Dataset> read_dataset(const std::string& bytes) {
 }  // namespace
 
 Result<Dataset> trials_from(std::istream* in) {
-  if (in == nullptr) return fail({.code = Errc::unsupported, .what = "no standard input here"});
+  if (in == nullptr) return fail({.code = Errc::unsupported, .what = "no standard input"});
   auto text = read_to_end(*in);
   if (!text) return pass(text.error());
   if (text->starts_with(hdf5_signature)) return read_dataset(*text);

@@ -68,7 +68,7 @@ json units_json(const std::vector<Unit>& units) {
 
 void add_options(CLI::App& command, FeaturesArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
-  command.add_option("-o,--output", args.out, "table to write (CSV)")->required();
+  command.add_option("-o,--output", args.out, "write the table to this file (CSV)")->required();
   LearningOptions options(command, args.trials.modality, args.trials.given);
   add_trial_options(command, options, args.trials);
   add_level_option(command, args.trials);
@@ -148,24 +148,22 @@ std::string format_text(const ExportedFile& made, const std::filesystem::path& f
   facts.row({"bytes", std::to_string(made.bytes)});
   facts.row({"sha256", made.sha256});
   facts.row({"bench", made.bench});
-  return "Exported\n" + facts.text();
+  return "Exported:\n" + facts.text();
 }
 
 void add_options(CLI::App& command, CampaignExportArgs& args) {
   command
       .add_option("FOLDER", args.folder,
-                  "of a campaign, by weft run or weftd, whole or cut short; the file goes into its "
-                  "folder export, with its digest in list.json")
+                  "campaign folder, complete or not; the file goes to FOLDER/export")
       ->required()
       ->check(CLI::ExistingDirectory);
   add_keyword(command, "--format", args.format, {"hdf5", "features-csv", "samples-csv"},
-              "hdf5, a data set, features-csv, the table of its features, or samples-csv, a table "
-              "of the samples of one stream");
+              "write this format: data set, table of features or samples of one stream");
   const auto& streams = sample_stream_names();
   add_keyword(command, "--stream", args.stream, {streams.begin(), streams.end()},
-              "with samples-csv: whose samples");
+              "write the samples of this stream, with samples-csv");
   command.add_option("--exploration", args.exploration,
-                     "with features-csv: whose, where the campaign has several");
+                     "write the features of this exploration, with features-csv");
 }
 
 Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console) {
@@ -173,14 +171,14 @@ Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console
   if (format != ExportFormat::features_csv && !args.exploration.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "--exploration",
-                 .what = "the file has all explorations",
-                 .expected = "with --format features-csv",
+                 .what = "option needs --format features-csv",
+                 .expected = "--format features-csv",
                  .got = args.exploration});
   const auto stream = sample_stream_from(args.stream);
   if (stream.has_value() != (format == ExportFormat::samples_csv))
     return fail({.code = Errc::invalid_argument,
                  .where = "--stream",
-                 .what = "a stream goes with --format samples-csv, and that needs one",
+                 .what = "--stream and --format samples-csv need each other",
                  .expected = joined(sample_stream_names()),
                  .got = args.stream});
   const auto made =
@@ -205,11 +203,13 @@ Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console
 CLI::App* add_features_command(const CommandGroup& group, CommandModality modality) {
   FeaturesArgs preset;
   preset.trials.modality = modality;
-  return group.add<FeaturesArgs>("features", run_features, preset);
+  return group.add<FeaturesArgs>("features", "write the features of a data set as CSV",
+                                 run_features, preset);
 }
 
 void add_export_command(const CommandGroup& weft) {
-  weft.add<CampaignExportArgs>("export", run_campaign_export);
+  weft.add<CampaignExportArgs>("export", "write the complete trials of a campaign to one file",
+                               run_campaign_export);
 }
 
 }  // namespace weft::daemon::cli

@@ -69,10 +69,10 @@ Status check_ending(const fs::path& page) {
   if (page.extension() == ".html") return {};
   return fail({.code = Errc::invalid_argument,
                .where = "-o",
-               .what = "the page's name does not say what it is",
+               .what = "name of the page has another ending",
                .expected = "a name that ends in .html",
                .got = page.string(),
-               .hint = "The JSON document goes beside it"});
+               .hint = "Choose a name that ends in .html; the JSON record is written beside it"});
 }
 
 Status check_places(const ReportArgs& args) {
@@ -81,9 +81,9 @@ Status check_places(const ReportArgs& args) {
     if (!fs::exists(args.folder / name, none))
       return fail({.code = Errc::not_found,
                    .where = (args.folder / name).string(),
-                   .what = "nothing to report of",
-                   .expected = "the folder of a campaign that is over",
-                   .hint = "weft dataset export makes a data set of a campaign file"});
+                   .what = "file missing for a report",
+                   .expected = "the folder of an ended campaign",
+                   .hint = "Make a data set of a campaign file with weft dataset export"});
     if (Status ok = refuse_same_file(args.folder / name, args.out); !ok) return ok;
   }
   if (Status ok = check_ending(args.out); !ok) return ok;
@@ -91,27 +91,28 @@ Status check_places(const ReportArgs& args) {
 }
 
 void add_options(CLI::App& command, ReportArgs& args) {
-  command.add_option("FOLDER", args.folder, "folder of a campaign, by weft run or weftd")
+  command.add_option("FOLDER", args.folder, "campaign folder of weft run or weftd")
       ->check(CLI::ExistingDirectory);
   command.add_option("-o,--output", args.out,
-                     "page to write (.html); .json beside it (with --from: the record's name)");
+                     "write the page to this file (.html), and its record beside it (.json)");
   command
       .add_option("--from", args.from,
-                  "draw the page of this JSON file again, in the place of reading FOLDER")
+                  "draw the page again from this JSON record instead of FOLDER")
       ->check(CLI::ExistingFile);
-  command.add_flag("--open", args.open, "show the page with the desktop's program (xdg-open)");
-  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits for the accuracies");
-  add_list(command, "--vary", args.vary, "what speed against accuracy varies, see weft trade")
+  command.add_flag("--open", args.open, "show the page in the browser (xdg-open)");
+  add_count(command, "--repeats", args.repeats, 1, 100000,
+            "evaluate on this number of random splits");
+  add_list(command, "--vary", args.vary,
+           "vary these in speed against accuracy (comma-separated: features, learner, ...)")
       ->capture_default_str();
-  add_count(command, "--trade-splits", args.tradeoff_splits, 1, 100000, "random splits of that");
+  add_count(command, "--trade-splits", args.tradeoff_splits, 1, 100000,
+            "use this number of random splits for speed against accuracy");
   add_beside_option(command, args.beside);
-  command.add_flag("--no-trade", args.no_tradeoff, "leave speed against accuracy out");
-  command.add_flag("--no-audit", args.no_audit,
-                   "leave out how much of the accuracy is not the material (weft audit)");
+  command.add_flag("--no-trade", args.no_tradeoff, "leave out speed against accuracy");
+  command.add_flag("--no-audit", args.no_audit, "leave out the quick audit (see weft audit)");
   command
       .add_option("--fidelity", args.fidelity,
-                  "table of weft trade sim, such as sim/fidelity.json: what the plant's fidelity "
-                  "costs")
+                  "add the cost of fidelity from a table of weft trade sim")
       ->check(CLI::ExistingFile);
 }
 
@@ -122,8 +123,8 @@ std::optional<HandoverResult> usable_handover(const fs::path& folder,
   auto found = read_handover(folder);
   if (found && !*found) return std::nullopt;
   if (found && (*found)->dataset_sha256 == dataset_sha256) return std::move(*found);
-  console.err << "weft: the accuracy of the hand-over is not used: "
-              << (found ? "it is of another data set, " + (*found)->dataset_sha256
+  console.err << "weft: accuracy of the handover not used: "
+              << (found ? "it belongs to another data set, " + (*found)->dataset_sha256
                         : to_string(found.error()))
               << std::endl;
   return std::nullopt;
@@ -152,7 +153,8 @@ Result<int> report_of_folder(const ReportArgs& args, Console& console) {
     if (sections)
       options.tradeoff = std::move(*sections);
     else  // for example too few trials to split
-      console.err << "speed against accuracy is left out: " << to_string(sections.error()) << '\n';
+      console.err << "weft: speed against accuracy left out: " << to_string(sections.error())
+                  << '\n';
   }
   auto fidelity = load_fidelity(args, *summary);
   if (!fidelity) return pass(fidelity.error());
@@ -160,7 +162,7 @@ Result<int> report_of_folder(const ReportArgs& args, Console& console) {
   const auto written = write_report(*summary, *dataset, args.out, options, !args.no_audit, console);
   if (!written) return pass(written.error());
   if (const auto& why = written->report.not_classified)
-    console.err << "not classified: " << to_string(*why) << std::endl;
+    console.err << "weft: campaign not classified: " << to_string(*why) << std::endl;
   nlohmann::json summary_json{{"command", "report"},
                               {"bench", to_string(summary->bench)},
                               {"report_html", written->html.string()},
@@ -181,9 +183,9 @@ Result<int> report_from_record(const ReportArgs& args, Console& console) {
   if (!args.folder.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = "--from",
-                 .what = "a record is drawn again, so no campaign is read",
+                 .what = "option cannot be used with FOLDER",
                  .got = args.folder.string(),
-                 .hint = "Give FOLDER or --from"});
+                 .hint = "Give either FOLDER or --from"});
   if (Status ok = check_ending(html); !ok) return pass(ok.error());
   if (Status ok = check_output(args.from, html); !ok) return pass(ok.error());
   if (Status ok = draw_record(args.from, html); !ok) return pass(ok.error());
@@ -197,9 +199,9 @@ Result<int> report_from_record(const ReportArgs& args, Console& console) {
 Result<int> run_report(const ReportArgs& args, Console& console) {
   if (args.from.empty() && (args.folder.empty() || args.out.empty()))
     return fail({.code = Errc::invalid_argument,
-                 .what = "nothing to report of",
+                 .what = "input or output of the report missing",
                  .expected = "FOLDER and -o PAGE.html, or --from RECORD.json",
-                 .hint = "weft report --help shows both"});
+                 .hint = "Run `weft report --help` for both forms"});
   const auto done =
       args.from.empty() ? report_of_folder(args, console) : report_from_record(args, console);
   if (!done || !args.open) return done;
@@ -210,7 +212,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
 }  // namespace
 
 void add_report_command(const CommandGroup& weft) {
-  weft.add<ReportArgs>("report", run_report);
+  weft.add<ReportArgs>("report", "write an HTML report of a finished campaign", run_report);
 }
 
 }  // namespace weft::daemon::cli

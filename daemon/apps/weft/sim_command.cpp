@@ -37,20 +37,23 @@ struct CalibrateArgs {
 
 void add_options(CLI::App& command, CalibrateArgs& args) {
   command.add_option("recordings", args.recordings, "data sets to fit (HDF5)")->required();
-  command.add_option("-o,--output", args.output, "cloth table to write (JSON)")->required();
+  command.add_option("-o,--output", args.output, "write the fabric table to this file (JSON)")
+      ->required();
   command.add_option("--held-out", args.held_out,
-                     "data set to check the fit with; without it part of the recordings is kept "
-                     "back for that");
-  command.add_option("--page", args.page, "page to write (HTML)");
+                     "check the fit with this data set, not with a held-out part");
+  command.add_option("--page", args.page, "write a page to this file (HTML)");
   command.add_option("--pictures", args.pictures,
-                     "existing folder, for the page's pictures (calibration-NAME.svg)");
-  command.add_option("--fabrics", args.fabrics, "cloth table to begin from")->capture_default_str();
+                     "write the pictures (calibration-NAME.svg) to this existing folder");
+  command.add_option("--fabrics", args.fabrics, "start from this fabric table")
+      ->capture_default_str();
   command.add_option("--name", args.name,
-                     "what the calibrated cloths' names begin with; without it the first file's");
+                     "start the names of the calibrated fabrics with this text");
   add_number(command, "--speed-mm-s", args.speed_mm_s, 0.01, 1000,
-             "speed of the strokes, where the recordings do not say");
-  add_count(command, "--seed", args.seed, 0, 1'000'000'000, "of bootstrap and simulation");
-  add_count(command, "--threads", args.threads, 1, 64, "changes no result");
+             "set the speed of the strokes if the recordings do not state it");
+  add_count(command, "--seed", args.seed, 0, 1'000'000'000,
+            "set the seed of bootstrap and simulation");
+  add_count(command, "--threads", args.threads, 1, 64,
+            "use this number of threads; the result does not depend on it");
 }
 
 Result<std::vector<Dataset>> read_datasets(const std::vector<std::filesystem::path>& files) {
@@ -92,7 +95,7 @@ Status check_distinct(const std::vector<Dataset>& datasets, const CalibrateArgs&
     if (is_new) return {};
     return fail({.code = Errc::invalid_argument,
                  .where = file.string(),
-                 .what = "the same data set as " + at->second,
+                 .what = "same data set as " + at->second,
                  .expected = "each data set once, fitted or held out"});
   };
   for (std::size_t i = 0; i < datasets.size(); ++i)
@@ -178,8 +181,8 @@ std::string held_out_text(const HeldOutCheck& check) {
   if (!check.is_checked()) return "not checked. " + check.why_not + "\n";
   return std::string(check.passes() ? "passes" : "DOES NOT PASS") + ": " +
          std::to_string(check.inside) + " of " + std::to_string(check.statistics.size()) +
-         " statistics of recordings that were not fitted lie where 95 % of the simulated ones do "
-         "(80 % are asked for)\n";
+         " statistics of held-out recordings lie within the central 95 % of the simulated ones (80 "
+         "% required)\n";
 }
 
 /// Labels are any text; in the file name only letters and digits stay.
@@ -207,7 +210,7 @@ Status check_folder(const std::filesystem::path& folder) {
   if (folder.empty() || std::filesystem::is_directory(folder, error)) return {};
   return fail({.code = Errc::not_found,
                .where = "--pictures",
-               .what = "no such folder",
+               .what = "folder not found",
                .got = folder.string()});
 }
 
@@ -252,8 +255,11 @@ Result<int> run_calibrate(const CalibrateArgs& given, Console& console) {
 }  // namespace
 
 void add_sim_commands(const CommandGroup& weft) {
-  const CommandGroup sim = weft.group("sim");
-  sim.add<CalibrateArgs>("calibrate", run_calibrate);
+  const CommandGroup sim = weft.group("sim", "fit the simulated bench to recordings");
+  sim.add<CalibrateArgs>(
+      "calibrate",
+      "fit simulated fabrics and taxels to recordings; list what they do not determine",
+      run_calibrate);
   add_sim_strokes_command(sim);
 }
 

@@ -29,20 +29,20 @@ struct StrokesArgs {
 };
 
 void add_options(CLI::App& command, StrokesArgs& args) {
-  command.add_option("recordings", args.recordings, "data set whose strokes to simulate (HDF5)")
+  command.add_option("recordings", args.recordings, "data set with the strokes to simulate (HDF5)")
       ->required();
-  command.add_option("-o,--output", args.output, "data set of SIMULATED strokes to write (HDF5)")
+  command.add_option("-o,--output", args.output, "write the SIMULATED strokes to this file (HDF5)")
       ->required();
   command.add_option("--beside", args.beside,
-                     "data set to write with the same stretch of the recorded strokes and the "
-                     "SIMULATED ones, in groups recorded-G and simulated-G (HDF5)");
-  command.add_option("--fabrics", args.fabrics, "cloth table")->capture_default_str();
+                     "write recorded and SIMULATED strokes together to this file (HDF5)");
+  command.add_option("--fabrics", args.fabrics, "use this fabric table")->capture_default_str();
   command.add_option("--name", args.name,
-                     "what the calibrated cloths' names begin with; without it the file's name");
+                     "use the calibrated fabrics with names that start with this text");
   add_number(command, "--speed-mm-s", args.speed_mm_s, 0.01, 1000,
-             "speed of the strokes, where the recordings do not say");
-  add_count(command, "--seed", args.seed, 0, 1'000'000'000, "of the simulation");
-  add_count(command, "--threads", args.threads, 1, 64, "changes no result");
+             "set the speed of the strokes if the recordings do not state it");
+  add_count(command, "--seed", args.seed, 0, 1'000'000'000, "set the seed of the simulation");
+  add_count(command, "--threads", args.threads, 1, 64,
+            "use this number of threads; the result does not depend on it");
 }
 
 struct Sides {
@@ -183,7 +183,8 @@ Result<int> run_strokes(const StrokesArgs& given, Console& console) {
 }  // namespace
 
 void add_sim_strokes_command(const CommandGroup& sim) {
-  sim.add<StrokesArgs>("strokes", run_strokes);
+  sim.add<StrokesArgs>("strokes", "simulate the strokes of recordings with a fabric table",
+                       run_strokes);
 }
 
 }  // namespace weft::daemon::cli

@@ -13,6 +13,6 @@ int main(int argc, char** argv) {
   const int status = weft::daemon::cli::run(argc, argv, console);
   std::cout.flush();
   if (std::cout.good() || status != weft::daemon::cli::exit_ok) return status;
-  std::cerr << "weft: the answer could not be written to standard output. Is the disk full?\n";
+  std::cerr << "weft: standard output not written. Check that the disk is not full.\n";
   return weft::daemon::cli::exit_failure;
 }
