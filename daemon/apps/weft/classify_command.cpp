@@ -165,14 +165,14 @@ std::string counts_text(const AnswerCounts& counts, const std::string& things) {
   };
   if (counts.trained_on > 0)
     out += of(counts.trained_on, counts.answers) + " " + things +
-           " were used for training: answers on them say nothing about others.\n";
+           " were used for training; predictions on them do not show the accuracy on new ones.\n";
   if (!counts.other_labels.empty())
-    out += "The model does not know " + joined(counts.other_labels) +
-           ": answers on these are not counted.\n";
+    out +=
+        "Not counted, because the model lacks these labels: " + joined(counts.other_labels) + "\n";
   if (counts.known == 0) return out;
-  out += of(counts.right, counts.known) + " right";
+  out += of(counts.right, counts.known) + " correct";
   if (counts.trained_on > 0 && counts.known_of_new > 0)
-    out += "; " + of(counts.right_of_new, counts.known_of_new) + " of those not trained on";
+    out += "; " + of(counts.right_of_new, counts.known_of_new) + " of those not used for training";
   return out + "\n";
 }
 
@@ -317,7 +317,7 @@ Result<std::string> exploration_for(const classifier::FeatureSetup& setup, const
   if (present.size() == 1 && (present.front().empty() || setup.exploration.empty()))
     return present.front();
   return fail({.code = Errc::invalid_argument,
-               .what = "no trial of the exploration that the model was trained on",
+               .what = "exploration of the model not in the data set",
                .expected = setup.exploration.empty() ? "a single exploration" : setup.exploration,
                .got = joined(present)});
 }
@@ -349,22 +349,19 @@ void add_options(CLI::App& command, ClassifyArgs& args) {
     return !args.modality || *args.modality == modality ? text : "";
   };
   command
-      .add_option(
-          "DATA", args.trials,
-          text_for(classifier::Modality::fabric,
-                   "a trial (.csv), a data set (.h5), or - for either on standard input") +
-              (args.modality ? "" : "; ") +
-              text_for(classifier::Modality::vibro, "recordings of sound and vibration (.h5)") +
-              (args.modality ? "" : "; ") +
-              text_for(classifier::Modality::imprint,
-                       "imprints (.h5), or one (.csv, .txt, .pgm, .npy)"))
+      .add_option("DATA", args.trials,
+                  text_for(classifier::Modality::fabric,
+                           "trial (.csv) or data set (.h5), or - for standard input") +
+                      (args.modality ? "" : "; ") +
+                      text_for(classifier::Modality::vibro, "vibration recordings (.h5)") +
+                      (args.modality ? "" : "; ") +
+                      text_for(classifier::Modality::imprint, "imprints (.h5 or an image)"))
       ->required();
   if (args.modality == classifier::Modality::vibro) return;  // vibro models have no votes of cores
-  add_keyword(
-      command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
-      "majority or soft: all cores; dag: one core less than fabrics; shortlist: the cores of "
-      "the fabrics whose means are nearest");
-  add_count(command, "--shortlist", args.shortlist, 1, 10000, "fabrics on the short-list")
+  add_keyword(command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
+              "choose how the cores vote");
+  add_count(command, "--shortlist", args.shortlist, 1, 10000,
+            "put this number of fabrics on the short-list")
       ->each([&args](const std::string&) { args.shortlist_given = true; });
 }
 
@@ -375,7 +372,7 @@ Result<classifier::ModelKind> kind_of_model(const std::filesystem::path& path) {
   if (!in || std::filesystem::is_directory(path, unseen))
     return fail({.code = Errc::not_found,
                  .where = path.string(),
-                 .what = "cannot read the model",
+                 .what = "model not readable",
                  .expected = "a model file",
                  .got = in ? "a folder" : ""});
   std::string beginning(512, '\0');
@@ -414,7 +411,7 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (args.shortlist_given && args.vote != "shortlist")
     return fail({.code = Errc::invalid_argument,
                  .where = "--shortlist",
-                 .what = "a short-list is of another kind of vote",
+                 .what = "option needs --vote shortlist",
                  .expected = "--vote shortlist",
                  .got = "--vote " + args.vote});
   const auto kind = kind_of_model(args.model);
@@ -422,10 +419,10 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
   if (args.modality && *args.modality != kind->modality)
     return fail({.code = Errc::invalid_argument,
                  .where = args.model.string(),
-                 .what = "this command does not accept such a model",
+                 .what = "model of another kind",
                  .expected = std::string(to_string(*args.modality)),
                  .got = std::string(to_string(kind->modality)),
-                 .hint = "Take weft " + std::string(to_string(kind->modality)) + " classify"});
+                 .hint = "Use weft " + std::string(to_string(kind->modality)) + " classify"});
   switch (kind->modality) {
     case classifier::Modality::vibro:
       return classify_recordings(args, console);
@@ -442,17 +439,20 @@ Result<int> run_classify(const ClassifyArgs& args, Console& console) {
 std::string answer_line(const classifier::TrainedLearner& learner, const PredictedTrial& answered) {
   const classifier::Ballot& ballot = answered.answer.ballot;
   const Labels& labels = learner.labels();
-  std::string out = answered.file + ": " + labels[ballot.winner];
+  std::string named = labels[ballot.winner];
   if (!answered.answer.probability.empty())
-    out += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
-  if (answered.answer.none_of_these) out += ", or none of these";
+    named += " " + percent(answered.answer.probability[ballot.winner], 0) + " %";
+  const std::string out =
+      answered.file + ": " +
+      (answered.answer.none_of_these ? "unknown fabric (nearest: " + named + ")" : named);
   return out + votes_text(labels, ballot) + disagreement_text(labels, answered.answer) + "\n";
 }
 
 CLI::App* add_classify_command(const CommandGroup& group, CommandModality modality) {
   ClassifyArgs preset;
   preset.modality = modality;
-  return group.add<ClassifyArgs>("classify", run_classify, preset);
+  return group.add<ClassifyArgs>("classify", "predict the fabric of trials with a model",
+                                 run_classify, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -21,7 +21,7 @@ using nlohmann::json;
 Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
                     const std::vector<Outcome>& outcomes, std::string& text, json& out) {
   if (args.permute_labels == 0) return {};
-  text += "Labels in random order:\n";
+  text += "Shuffled labels:\n";
   for (const Outcome& outcome : outcomes) {
     const classifier::TrainOptions options = train_options(args.training);
     const LearningTask task = learning_task(chosen, outcome.learner, options.cap);
@@ -34,8 +34,9 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
                                         {"chance", permuted->chance},
                                         {"tested", permuted->trials}};
     text += "  " + name + " " + percent(permuted->mean, 2) + " % of " +
-            thousands(permuted->trials) + " answers over " + std::to_string(args.permute_labels) +
-            " permutations, chance " + percent(permuted->chance, 2) + " %\n";
+            thousands(permuted->trials) + " predictions over " +
+            std::to_string(args.permute_labels) + " permutations, chance " +
+            percent(permuted->chance, 2) + " %\n";
   }
   return {};
 }
@@ -44,7 +45,7 @@ Status add_permuted(const EvaluateArgs& args, const ChosenTrials& chosen,
 Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
                           const Measured& measured, std::string& text, json& out) {
   if (!args.none_of_these) return {};
-  text += "None of these, every fabric left out of the training in turn:\n";
+  text += "Unknown fabrics, each fabric left out of the training once:\n";
   for (const Outcome& outcome : measured.outcomes) {
     const LearningTask task = learning_task(chosen, outcome.learner, args.training.cap);
     const auto found = classifier::check_open_set(
@@ -68,17 +69,18 @@ Status add_unknown_labels(const EvaluateArgs& args, const ChosenTrials& chosen,
                                                        {"false_reject", found->false_reject},
                                                        {"strangers", unknown_labels},
                                                        {"not_measured", found->not_measured}};
-    text += "  " + outcome.name() + " takes " + percent(found->false_accept, 1) + " % (" +
-            percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
-            " strangers for a fabric that it knows" +
-            (answers == trials ? ""
-                               : " (" + thousands(answers) + " answers over " +
-                                     std::to_string(measured.splits.size()) + " splits)") +
-            ", and refuses " + percent(found->false_reject, 1) + " % of the trials that it knows" +
-            (found->not_measured.empty()
-                 ? ""
-                 : "; not measured, for want of trials beside it: " + joined(found->not_measured)) +
-            "\n    interval: " + ci.method + "\n";
+    text +=
+        "  " + outcome.name() + " accepts " + percent(found->false_accept, 1) + " % (" +
+        percent(ci.low, 1) + " to " + percent(ci.high, 1) + ") of " + thousands(trials) +
+        " trials of unknown fabrics" +
+        (answers == trials ? ""
+                           : " (" + thousands(answers) + " predictions over " +
+                                 std::to_string(measured.splits.size()) + " splits)") +
+        ", and rejects " + percent(found->false_reject, 1) + " % of the trials of known fabrics" +
+        (found->not_measured.empty()
+             ? ""
+             : "; not measured, because of too few other trials: " + joined(found->not_measured)) +
+        "\n    interval: " + ci.method + "\n";
   }
   return {};
 }
@@ -131,20 +133,20 @@ namespace {
 void add_measure_options(CLI::App& command, EvaluateArgs& args) {
   command
       .add_option("--permute-labels", args.permute_labels,
-                  "also train and test with labels in random order, so often: must give chance")
+                  "repeat N times with shuffled labels; accuracy should drop to chance")
       ->needs("--train-fraction")
       ->check(CLI::Range(1, 100000));
   add_list(command, "--learning-curve", args.curve,
-           "also with so many training trials of each label: 2,4,8")
+           "also train with these numbers of trials per label (comma-separated)")
       ->check(CLI::Range(2, 1000000));
   command.add_flag("--calibration", args.calibration,
-                   "also compare the probabilities of test answers with what came true");
+                   "also compare predicted probabilities with observed shares");
   command.add_flag("--none-of-these", args.none_of_these,
-                   "also leave every label out of the training in turn: how often is it taken for "
-                   "another (trains as often as there are labels, for every split)");
-  command.add_flag("--answers", args.answers, "with --json: the answer on every test trial");
+                   "also test how often an unknown fabric is predicted as a known one");
+  command.add_flag("--answers", args.answers,
+                   "list the prediction of every test trial in the --json output");
   add_count(command, "--curve-draws", args.curve_draws, 1, 1000,
-            "random draws for each split and number");
+            "draw this number of training sets per split and number of trials");
 }
 
 }  // namespace
@@ -152,18 +154,15 @@ void add_measure_options(CLI::App& command, EvaluateArgs& args) {
 void add_options(CLI::App& command, EvaluateArgs& args) {
   LearningOptions options(command, args.trials.modality, args.trials.given);
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
-  add_split_options(command, args, "share of each label's trials that trains, such as 0.4",
-                    "every group tests once, all others train");
-  add_count(command, "--repeats", args.repeats, 1, 100000, "random splits");
+  add_split_options(command, args, "train on this share of each label's trials, such as 0.4",
+                    "test each group once, with all others as training");
+  add_count(command, "--repeats", args.repeats, 1, 100000, "use this number of random splits");
   add_learners_option(
       options.place_of("--learner"), args.trials.modality ? "--learner" : "--learner,--reduction",
       args.learners,
-      "pvalue, pca, all: cores with these features; lda: shrinkage LDA; svc: one multi-class SVC; "
-      "trees: extremely randomised trees; any other learner; cores-best, best: chosen by "
-      "cross-validation of the whole learner on the training part; every: those named here but "
-      "cores-best")
+      "evaluate these learners (comma-separated: lda, svc, pvalue, best, every, ...)")
       ->capture_default_str();
-  command.add_option("--report", args.report, "also write all of it as a page (HTML)");
+  command.add_option("--report", args.report, "also write the evaluation to this page (HTML)");
   add_measure_options(command, args);
   add_trial_options(command, options, args.trials);
   add_level_option(command, args.trials);
@@ -174,10 +173,10 @@ void add_options(CLI::App& command, EvaluateArgs& args) {
 
 void add_split_options(CLI::App& command, SplitChoice& choice, const std::string& fraction,
                        const std::string& leave_out) {
-  auto* train =
-      add_name_list(command, "--train-groups", choice.train_groups,
-                    "groups that train: A,B; a name with a comma in quotes: '\"A, left\",B'");
-  auto* test = add_name_list(command, "--test-groups", choice.test_groups, "groups that test: C");
+  auto* train = add_name_list(command, "--train-groups", choice.train_groups,
+                              "train on these groups (comma-separated)");
+  auto* test = add_name_list(command, "--test-groups", choice.test_groups,
+                             "test on these groups (comma-separated)");
   train->needs(test);
   test->needs(train);
   auto* random = command.add_option("--train-fraction", choice.train_fraction, fraction);
@@ -205,7 +204,7 @@ Result<std::vector<classifier::Split>> make_splits(const EvaluateArgs& args,
   if (args.trials.window_s != 0.0)
     return fail({.code = Errc::invalid_argument,
                  .where = "--train-fraction",
-                 .what = "a random split would put windows of one recording on both sides",
+                 .what = "windows of one recording in training and test",
                  .hint = "Use --train-groups and --test-groups with --window-s"});
   return classifier::stratified_splits(features.labels, args.train_fraction, args.repeats,
                                        args.training.seed);

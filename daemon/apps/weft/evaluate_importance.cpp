@@ -96,9 +96,8 @@ Result<std::string> compare_selection(const vibro::WindowSet& windows,
       vibro::reach_with(windows, splits, recipe, options, classifier::numbers_below(names.size()));
   if (!all) return pass(all.error());
   add_row("all", "all", *all, names, table, out);
-  return "Selected by permutation within the training windows of each split, " +
-         std::to_string(splits.size()) + " of them: " + format_selected(*selected, names) + "\n" +
-         table.text();
+  return "Selected by permutation of the training windows, in " + std::to_string(splits.size()) +
+         " splits: " + format_selected(*selected, names) + "\n" + table.text();
 }
 
 }  // namespace
@@ -120,7 +119,7 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
       retained.push_back(names[f]);
   const auto grown = named(names, vibro::most_important(by_forest, features_selected));
   Table table;
-  table.row({"feature", "permuted, accuracy lost %", "+-", "share in a forest %"});
+  table.row({"feature", "accuracy lost by permutation %", "+-", "importance in a forest %"});
   json features = json::array();
   for (const std::size_t f : order) {
     const vibro::Importance& lost = weighed->permutation[f];
@@ -136,11 +135,12 @@ Result<std::string> add_importance(const vibro::WindowSet& windows,
          {"most_permutation", retained}, {"most_forest", grown}, {"paper", papers_choice()}};
   const auto compared = compare_selection(windows, splits, recipe, options, repeats, out);
   if (!compared) return pass(compared.error());
-  return "Importance by " + learner + ", values of a feature dealt out at random " +
-         std::to_string(repeats) + " times among the test windows of each split:\n" + table.text() +
-         "  most by permutation " + (retained.empty() ? "none costs accuracy" : joined(retained)) +
-         "\n  most in a forest    " + joined(grown) + "\n  the paper kept      " +
-         joined(papers_choice()) + "\n" + *compared;
+  return "Importance for " + learner + ", each feature permuted " + std::to_string(repeats) +
+         " times among the test windows of each split:\n" + table.text() +
+         "  most important by permutation: " +
+         (retained.empty() ? "none reduces the accuracy" : joined(retained)) +
+         "\n  most important in a forest: " + joined(grown) +
+         "\n  selected in the paper: " + joined(papers_choice()) + "\n" + *compared;
 }
 
 }  // namespace weft::daemon::cli

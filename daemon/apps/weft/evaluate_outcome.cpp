@@ -235,7 +235,9 @@ std::string chosen_text(const Evaluation& e) {
   for (const auto& recipe : e.recipes) ++count[to_string(recipe)];
   std::vector<std::string> out;
   for (const auto& [name, splits] : count)
-    out.push_back(count.size() == 1 ? name : name + " (" + std::to_string(splits) + " splits)");
+    out.push_back(count.size() == 1 ? name
+                                    : name + " (" + std::to_string(splits) +
+                                          (splits == 1 ? " split)" : " splits)"));
   return joined(out);
 }
 
@@ -252,13 +254,20 @@ nlohmann::json candidates_json(const std::vector<classifier::RecipeScore>& score
 }
 
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores) {
-  std::size_t most = 0;
+  std::size_t most = 0, tried = 0;
   for (const auto& score : scores) most = std::max(most, score.tested);
+  const classifier::RecipeScore* best = nullptr;
+  for (const auto& score : scores) {
+    if (score.skipped()) continue;
+    ++tried;
+    if (score.tested == most && (best == nullptr || score.errors < best->errors)) best = &score;
+  }
   std::vector<std::string> out;
-  for (const auto& score : scores)
-    if (!score.skipped())
-      out.push_back(to_string(score.recipe) + " " + std::to_string(score.errors) + "/" +
-                    std::to_string(score.tested) + (score.tested < most ? ", then dropped" : ""));
+  if (best != nullptr)
+    out.push_back(
+        to_string(best->recipe) + " " + std::to_string(best->errors) + " errors of " +
+        std::to_string(best->tested) +
+        (tried > 1 ? ", " + std::to_string(tried - 1) + " others tried (see --json)" : ""));
   if (auto skipped = classifier::format_skipped(scores); !skipped.empty())
     out.push_back(std::move(skipped));
   return joined(out, "; ");

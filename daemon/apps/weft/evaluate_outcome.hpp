@@ -88,10 +88,10 @@ Result<Measured> measure(const EvaluateArgs& args, const ChosenTrials& chosen);
 double seconds_of_features(const TrialChoice& choice, const ChosenTrials& chosen,
                            const classifier::SecondsNow& seconds_now);
 
-/// "lda" or "lda (4 splits), svc (1 splits)": the chosen recipes, and how often.
+/// "lda" or "lda (4 splits), svc (1 split)": the chosen recipes, and how often.
 std::string chosen_text(const classifier::Evaluation& evaluation);
 
-/// Errors of the candidates in cross-validation: "lda 5/644; trees 3/129, then dropped; ...", and
+/// "lda 5 errors of 644, 3 others tried (see --json)": the best candidate in cross-validation, and
 /// the untried ones (format_skipped()).
 std::string tried_text(const std::vector<classifier::RecipeScore>& scores);
 

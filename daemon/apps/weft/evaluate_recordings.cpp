@@ -109,14 +109,14 @@ std::string format_split(const vibro::ProtocolOptions& p) {
   const std::string windows = general(p.window_s) + " s windows";
   if (p.protocol == vibro::Protocol::random)
     return windows + ", " + std::to_string(p.per_recording) + " at random from each recording, " +
-           percent(p.test_share, 0) + " % of them test (the paper's protocol)";
+           percent(p.test_share, 0) + " % of them for testing (the paper's protocol)";
   const std::string every = windows + " every " + general(p.step_s) + " s";
   if (p.protocol == vibro::Protocol::groups && p.test_groups.empty())
-    return every + ", whole recordings: each group of them left out in turn";
+    return every + ", cross-validation over groups of whole recordings";
   if (p.protocol == vibro::Protocol::groups)
-    return every + ", recordings of groups " + joined(p.test_groups, ",") + " test";
+    return every + ", tested on the recordings of groups " + joined(p.test_groups, ",");
   return every + ", " + std::to_string(p.blocks) +
-         " contiguous parts of each recording, each left out in turn";
+         " contiguous parts of each recording, cross-validated";
 }
 
 std::string format_plan(const RecordingsPlan& plan) {
@@ -129,9 +129,9 @@ std::size_t parts_of(const RecordingsPlan& plan) {
 
 std::string format_leak(const vibro::Leak& leak, const classifier::DuplicateRows& duplicates) {
   std::string out;
-  if (leak.largest > 0.0) out += "LEAK: " + leak_sentence(leak) + "; the figures are too good.\n";
+  if (leak.largest > 0.0) out += "LEAK: " + leak_sentence(leak) + "; the accuracy is too high.\n";
   if (duplicates.found > 0) out += "LEAK: " + format_duplicates(duplicates, "windows") + ".\n";
-  return out.empty() ? "No sample of a test window is in a training window.\n" : out;
+  return out.empty() ? "Test windows and training windows share no samples.\n" : out;
 }
 
 json interval_json(const classifier::Interval& interval) {
@@ -202,7 +202,7 @@ Status measure_all(const RecordingsPlan& plan, const std::vector<vibro::Channel>
   for (const Learner learner : plan.learners) {
     const std::string name(classifier::to_string(learner));
     if (!classifier::is_available(learner) && plan.learners.size() > 1) {
-      console.err << name << ": left out, this build of Weft has no library for it" << std::endl;
+      console.err << name << ": left out; this build of Weft lacks its library" << std::endl;
       continue;
     }
     const classifier::Recipe recipe =
@@ -372,8 +372,8 @@ Result<int> run_evaluate_recordings(const EvaluateArgs& args, Console& console) 
   if (!windows) return pass(windows.error(), args.dataset.string());
   const classifier::FeatureMatrix& matrix = windows->set.matrix;
   Table table;
-  table.row(
-      {"learner", "windows %", "95 %", "F-score", "recordings %", "training", "answer", "chosen"});
+  table.row({"learner", "windows %", "95 %", "F-score", "recordings %", "training", "prediction",
+             "chosen"});
   json results = json::object(), importance;
   std::vector<WindowLearner> measured;
   if (auto ok = measure_all(*plan, set->recordings.front().channels, windows->set, windows->splits,

@@ -25,8 +25,8 @@ std::string accuracy_table(const std::vector<Outcome>& outcomes) {
   Table table;
   const bool without_level = std::ranges::any_of(
       outcomes, [](const Outcome& outcome) { return outcome.level_removed.has_value(); });
-  std::vector<std::string> head{"learner",          "accuracy %", "95 % interval",
-                                "of all answers %", "training",   "test, each"};
+  std::vector<std::string> head{"learner",  "accuracy %", "95 % interval",
+                                "pooled %", "training",   "prediction"};
   if (without_level) head.emplace_back("level removed %");
   table.row(std::move(head));
   std::vector<std::pair<std::string, std::string>> methods;
@@ -44,8 +44,7 @@ std::string accuracy_table(const std::vector<Outcome>& outcomes) {
     methods.emplace_back(outcome.name(), e.ci95.method);
     if (is_choice(outcome.learner))
       choices += "  " + outcome.name() + " chose " + chosen_text(e) +
-                 "; errors in cross-validation of the first training part: " + candidates_text(e) +
-                 "\n";
+                 "; cross-validation of the first training part: " + candidates_text(e) + "\n";
   }
   return table.text() + choices + "  interval: " + methods_text(methods) + "\n";
 }
@@ -78,7 +77,7 @@ std::string simple_wins_text(const std::vector<Outcome>& outcomes) {
   if (simple == nullptr || cores == nullptr ||
       simple->evaluation.accuracy < cores->evaluation.accuracy)
     return {};
-  return "  The simple thing is not beaten: " + simple->name() + " " +
+  return "  Cores are not better than simpler learners: " + simple->name() + " " +
          percent(simple->evaluation.accuracy, 2) + " %, cores (" + cores->name() + ") " +
          percent(cores->evaluation.accuracy, 2) + " %.\n";
 }
@@ -90,8 +89,8 @@ std::string calibration_text(const std::vector<Outcome>& outcomes) {
     const classifier::CalibrationCheck& check = *outcome.evaluation.calibration;
     Table table;
     for (const auto& row : reliability_rows(check)) table.row(row);
-    out += "Reliability of " + outcome.name() + ", " + thousands(check.reliability.trials) +
-           " answers on test trials of " + thousands(check.recordings) +
+    out += "Calibration of " + outcome.name() + ", " + thousands(check.reliability.trials) +
+           " predictions on test trials of " + thousands(check.recordings) +
            " recordings: calibration error " + format_calibration(check) + "\n" + table.text() +
            "  interval: " + bin_methods(check) + "\n";
   }
@@ -101,7 +100,7 @@ std::string calibration_text(const std::vector<Outcome>& outcomes) {
 std::string groups_text(const Measured& measured) {
   if (measured.groups.empty()) return {};
   Table table;
-  std::vector<std::string> head{"group left out", "test"};
+  std::vector<std::string> head{"left-out group", "test"};
   for (const Outcome& outcome : measured.outcomes) head.push_back(outcome.name());
   table.row(head);
   for (const GroupLeftOut& group : measured.groups) {
@@ -109,13 +108,13 @@ std::string groups_text(const Measured& measured) {
     for (const double accuracy : group.accuracy) row.push_back(percent(accuracy, 2));
     table.row(row);
   }
-  return "Accuracy % of each group left out:\n" + table.text();
+  return "Accuracy % on each left-out group:\n" + table.text();
 }
 
 std::string curve_text(const std::vector<CurvePoint>& curve) {
   if (curve.empty()) return {};
   Table table;
-  std::vector<std::string> head{"trials of each"};
+  std::vector<std::string> head{"trials per label"};
   for (const CurveValue& value : curve.front().values) head.push_back(value.learner);
   table.row(head);
   for (const CurvePoint& point : curve) {
@@ -135,9 +134,9 @@ std::string format_motion(const MotionLengths& motion) {
   if (static_cast<double>(motion.longest) <= alike * static_cast<double>(motion.shortest))
     return {};
   return std::to_string(motion.shortest) + " to " + std::to_string(motion.longest) +
-         " samples a slide; norm.M (but for --norm rms), Sh.M and Hfrq.M change with their number, "
-         "so that a label may be told by how long its slides last; --window-s makes them equally "
-         "long";
+         " samples per stroke: norm.M (except with --norm rms), Sh.M and Hfrq.M depend on this "
+         "number, so a learner can recognise a label by stroke length alone. Use --window-s for "
+         "equal lengths";
 }
 
 std::string format_groups(const std::vector<std::string>& groups) {
@@ -145,8 +144,8 @@ std::string format_groups(const std::vector<std::string>& groups) {
   const std::span<const std::string> named(groups.data(), std::min(most, groups.size()));
   return joined(named) +
          (groups.size() > most ? " and " + std::to_string(groups.size() - most) + " more" : "") +
-         ": trials of one group train and test, and may be recognised by what they share besides "
-         "their label; compare --leave-one-group-out";
+         ": trials of one group are in training and test, and share more than the label. Compare "
+         "with --leave-one-group-out";
 }
 
 // Description of the split.
@@ -154,12 +153,12 @@ std::string split_text(const EvaluateArgs& args, const std::vector<classifier::S
   const std::string sizes = std::to_string(splits.front().train.size()) + " train, " +
                             std::to_string(splits.front().test.size()) + " test";
   if (args.leave_one_group_out)
-    return "each of " + std::to_string(splits.size()) + " groups left out in turn; first: " + sizes;
+    return "cross-validation over " + std::to_string(splits.size()) + " groups; first: " + sizes;
   if (args.train_fraction == 0.0)
     return "groups " + joined(args.train_groups, ",") + " train, groups " +
            joined(args.test_groups, ",") + " test: " + sizes;
-  return std::to_string(args.repeats) + " random splits of " + percent(args.train_fraction, 0) +
-         " % of each label: " + sizes;
+  return std::to_string(args.repeats) + " random splits, " + percent(args.train_fraction, 0) +
+         " % of each label for training: " + sizes;
 }
 
 std::string count_text(std::size_t count) {
@@ -279,27 +278,26 @@ std::string format_never_tested(const std::vector<classifier::NeverTested>& labe
   for (const classifier::NeverTested& one : labels)
     out.push_back(one.label + " (" + std::to_string(one.recordings) + " " +
                   std::string(recordings) +
-                  (one.group.empty() ? "" : ", in group " + one.group + " alone") + ")");
+                  (one.group.empty() ? "" : ", only in group " + one.group) + ")");
   return joined(out);
 }
 
 std::string format_duplicates(const classifier::DuplicateRows& duplicates, std::string_view rows) {
   const std::string what(rows);
   const std::string found = thousands(duplicates.found) + " of " + thousands(duplicates.tested) +
-                            " tests are of " + what +
-                            " with the same features as a training one (" + duplicates.test +
-                            " as " + duplicates.train + "), as copies of one recording have; ";
-  if (duplicates.contradicting == 0) return found + "the figures are too good";
+                            " tested " + what + " have the same features as a training one (" +
+                            duplicates.test + " as " + duplicates.train +
+                            "), like copies of one recording; ";
+  if (duplicates.contradicting == 0) return found + "the accuracy is too high";
   return found +
          (duplicates.contradicting == duplicates.found ? "all"
                                                        : thousands(duplicates.contradicting)) +
-         " of them have another label there: the labels contradict each other, one of them is "
-         "wrong";
+         " of them have another label there, so one of the labels is wrong";
 }
 
 std::string format_balance(const classifier::Confusion& confusion) {
-  return thousands(confusion.total()) + " test answers; the most frequent label has " +
-         percent(confusion.base_rate(), 1) + " % of them, chance is " +
+  return thousands(confusion.total()) + " test predictions; the most frequent label has " +
+         percent(confusion.base_rate(), 1) + " % of the tests, chance is " +
          percent(1.0 / static_cast<double>(std::max<std::size_t>(1, confusion.classes())), 1) +
          " %";
 }
@@ -343,7 +341,7 @@ std::string report_text(const EvaluateArgs& args, const ChosenTrials& chosen,
                     accuracy_table(measured.outcomes) + folds_text(measured) +
                     simple_wins_text(measured.outcomes);
   for (const Outcome& outcome : measured.outcomes)
-    out += "Confusion, " + outcome.name() + " (row: true label, column: answer):\n" +
+    out += "Confusion matrix, " + outcome.name() + " (rows: true label, columns: prediction):\n" +
            confusion_text(outcome.evaluation.confusion);
   return out + groups_text(measured) + calibration_text(measured.outcomes) +
          curve_text(measured.curve);

@@ -20,7 +20,7 @@ Result<std::vector<double>> scales_from(std::string_view text) {
   if (!list)
     return fail({.code = Errc::parse,
                  .what = "scales are not numbers",
-                 .expected = "such as 1,2,4",
+                 .expected = "numbers such as 1,2,4",
                  .got = std::string(text)});
   return list->data();
 }
@@ -46,9 +46,9 @@ void EdgeChoice::apply_to(ci::ScaleOptions& scales) const {
 
 void add_edge_options(CLI::App& command, EdgeChoice& choice) {
   add_keyword(command, "--noise", choice.noise, strings(ci::noise_names),
-              "imprints: third differences converted to a gradient's noise, or as they are");
+              "convert third differences of imprints to gradient noise, or use them as they are");
   add_keyword(command, "--orientation", choice.orientation, strings(ci::orientation_names),
-              "imprints: spread of orientations modulo pi, or of the angle as a number");
+              "compute the spread of orientations of imprints modulo pi, or of the angle");
 }
 
 Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::string& kinds,
@@ -73,7 +73,7 @@ Result<ci::FeaturePlan> feature_plan_from(const std::string& scales, const std::
       return fail(
           {.code = Errc::parse,
            .where = "features of imprints",
-           .what = "no such features of imprints",
+           .what = "unknown imprint features",
            .expected = "10, 7, steps, extrema, laws3, laws5, maps or a sum such as 10+laws5",
            .got = kinds});
     }

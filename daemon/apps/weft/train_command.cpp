@@ -120,11 +120,11 @@ std::string format_machine(const StoredModel& stored, const classifier::Recipe& 
 std::string format_untested(const Trained& trained) {
   if (!trained.folds.none) return {};
   std::string out = "; not tested";
-  if (!trained.scores.empty()) out += ", the simplest learner taken";
+  if (!trained.scores.empty()) out += ", simplest learner chosen";
   const auto* svc = trained.model.learner.as<classifier::MultiClassSvc>();
   if (svc != nullptr) out += ", C " + general(svc->c()) + ", gamma " + general(svc->gamma());
   if (!trained.model.postprocessing)
-    out += ", not calibrated: no probability, no \"none of these\"";
+    out += ", not calibrated: no probability, no check for unknown fabrics";
   return out;
 }
 
@@ -145,9 +145,8 @@ std::string summary_text(const TrainArgs& args, const Trained& trained) {
       folds_line(trained);
   if (!trained.scores.empty() && !trained.folds.none) {
     const std::size_t rounds = trained.scores.front().rounds;
-    out += "  errors in cross-validation" +
-           (rounds > 1 ? ", " + std::to_string(rounds) + " rounds" : "") + ": " +
-           tried_text(trained.scores) + "\n";
+    out += "  cross-validation" + (rounds > 1 ? ", " + std::to_string(rounds) + " rounds" : "") +
+           ": " + tried_text(trained.scores) + "\n";
   }
   return out;
 }
@@ -158,12 +157,11 @@ std::string stages_text(const TrainArgs& args, const classifier::StagedModel& mo
   for (std::size_t i = 0; i < model.stages.size(); ++i)
     lengths.push_back(general(model.slide_s(i)));
   return args.out.string() + ": " + std::to_string(model.last().learner.labels().size()) +
-         " fabrics, votes after " + joined(lengths) + " s of slide, trained on " +
-         std::to_string(slides) + " slides in " + duration(train_s) + "\n" +
-         (model.last().postprocessing
-              ? ""
-              : "  not calibrated, so never sure: fewer than two labels have three "
-                "slides\n");
+         " fabrics, votes after " + joined(lengths) + " s of stroke, trained on " +
+         std::to_string(slides) + " strokes in " + duration(train_s) + "\n" +
+         (model.last().postprocessing ? ""
+                                      : "  not calibrated, so without probability: fewer than two "
+                                        "labels have three strokes\n");
 }
 
 json stages_json(const TrainArgs& args, const DatasetInfo& info,
@@ -254,26 +252,21 @@ Result<int> run_train(const TrainArgs& args, Console& console) {
 
 void add_options(CLI::App& command, TrainArgs& args) {
   command.add_option("DATASET", args.dataset, "data set (HDF5)")->required();
-  command.add_option("-o,--output", args.out, "model file to write")->required();
+  command.add_option("-o,--output", args.out, "write the model to this file")->required();
   LearningOptions options(command, args.trials.modality, args.trials.given);
   add_trial_options(command, options, args.trials);
   auto* const windows = command.get_option("--window-s");
   add_learner_option(
       options.place_of("--learner"), args.trials.modality ? "--learner" : "--learner,--reduction",
       args.learner,
-      "pvalue, pca, all: cores with these features; lda: shrinkage LDA; svc: one multi-class SVC; "
-      "trees: extremely randomised trees; any other learner; cores-best, best: chosen by "
-      "cross-validation of the whole learner");
+      "train this learner (lda, svc, trees, pvalue, pca, all, cores-best, best, ...)");
   command
-      .add_flag(
-          "--live", args.live,
-          "for votes while a slide goes on: a model for each of 0.5, 1, 2, 3, 4, 6, 8, 12 ... "
-          "s of slide, without phase E")
+      .add_flag("--live", args.live,
+                "train for live votes: one model per stroke time of 0.5, 1, 2, 3, 4, 6 ... s")
       ->excludes(windows);
   add_train_options(command, args.training);
   add_learners_option(command, options.name_of("--method"), args.recordings.methods,
-                      "of sound and vibration: best (where none is named), nb, knn, tree, forest, "
-                      "svm, lg, nn, mlp2, xgb, xgbrf, lda or any other learner")
+                      "train this vibration learner (best, nb, knn, tree, forest, svm, lda, ...)")
       ->expected(1);
   add_recording_feature_options(options, args.recordings);
   add_row_options(options, args.recordings);
@@ -286,7 +279,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
   if (args.live)
     return fail({.code = Errc::unsupported,
                  .where = "--live",
-                 .what = "models for live votes are trained by one machine",
+                 .what = "models for live votes cannot be trained with MPI",
                  .expected = "weft fabric train --live"});
   if (auto ok = check_output(args.dataset, args.out); !ok) return pass(ok.error());
   Result<ChosenTrials> chosen = load_trials(args.dataset, args.trials, true);
@@ -335,7 +328,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
 CLI::App* add_train_command(const CommandGroup& group, CommandModality modality) {
   TrainArgs preset;
   preset.trials.modality = modality;
-  return group.add<TrainArgs>("train", run_train, preset);
+  return group.add<TrainArgs>("train", "train a model on a data set", run_train, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -20,40 +20,30 @@ std::string seed_problem(const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto [read_to, error] = std::from_chars(text.data(), end, seed);
   if (error == std::errc{} && read_to == end) return {};
-  return "a seed is a whole number from 0 to 18446744073709551615, not " + text.substr(0, 40);
+  return "not a seed: " + text.substr(0, 40) + " (expected 0 to 18446744073709551615)";
 }
 
 void add_train_options(CLI::App& command, TrainChoice& choice) {
-  command.add_option("--seed", choice.seed, "of folds, random splits and trees")
+  command.add_option("--seed", choice.seed, "set the seed of folds, random splits and trees")
       ->check(seed_problem)
       ->capture_default_str();
   add_number(command, "--time-budget", choice.time_budget_s, 0.0, 1e6,
-             "limit on the estimated training time of all candidates of best [s on the reference "
-             "machine]; it depends on the size of the data alone, so that every machine chooses "
-             "alike; 0: no limit");
+             "limit the estimated training time of all candidates of best [s]; 0: no limit");
   add_count(command, "--cap", choice.cap, 1, 100000,
-            "most features or components of a core, the paper's N");
-  add_count(command, "--folds", choice.folds, 2, 1000, "of the cross-validation");
+            "use at most N features or components in each core");
+  add_count(command, "--folds", choice.folds, 2, 1000, "cross-validate with this number of folds");
   add_keyword(command, "--fold-unit", choice.fold_unit, {"recording", "group"},
-              "what stays together in a fold");
+              "keep recordings or groups together in a fold");
   command.add_flag("--paper-selection", choice.paper_selection,
-                   "select features once from all training trials, as the paper does, instead of "
-                   "inside each fold");
-  add_keyword(
-      command, "--t-test", choice.t_test, {"pooled", "welch"},
-      "that selects features: pooled, one variance for both fabrics as in the paper; welch, a "
-      "variance for each");
-  add_keyword(
-      command, "--solver", choice.solver, {"own", "libsvm"},
-      "of the support vector machines: own; libsvm, the reference, which solves every point "
-      "of the grid by itself: the same parameters and answers, far slower");
+                   "select features once from all training trials, as in the paper");
+  add_keyword(command, "--t-test", choice.t_test, {"pooled", "welch"},
+              "select features with a common variance (pooled) or one per fabric (welch)");
+  add_keyword(command, "--solver", choice.solver, {"own", "libsvm"},
+              "solve support vector machines with Weft's own solver or with libsvm");
   add_keyword(command, "--tie", choice.tie, {"auto", "loss", "order"},
-              "between parameters with equal errors: loss, the smaller hinge loss; order, the "
-              "smaller C, gamma, delta, which trains in half the time; auto: loss, but order with "
-              "--paper-selection or " +
-                  std::to_string(classifier::many_fabrics) + " fabrics and more");
+              "choose between parameters with equal errors by this rule");
   add_count(command, "--threads", choice.threads, 0, 1024,
-            "0: one per core; results do not depend on it");
+            "use this number of threads; 0: one per processor core");
 }
 
 classifier::TrainOptions train_options(const TrainChoice& choice) {
@@ -77,8 +67,7 @@ std::string unconverged_text(const classifier::TrainOptions& options) {
   const std::size_t count = options.unconverged ? options.unconverged->load() : 0;
   if (count == 0) return {};
   return "  WARNING: " + std::to_string(count) +
-         " support vector machines were not solved to the tolerance: libsvm reached its limit of "
-         "iterations\n";
+         " support vector machines did not converge: libsvm reached its limit of iterations\n";
 }
 
 std::string describe(const TrainChoice& choice, const std::string& folds) {

@@ -35,7 +35,7 @@ Result<RecordingPlan> plan_for(const TrainArgs& args, const RecordingSet& set) {
   if (choice.methods.size() > 1)
     return fail({.code = Errc::invalid_argument,
                  .where = name_in(args.trials.modality, "--method"),
-                 .what = "a model has one learner",
+                 .what = "more than one learner for a model",
                  .expected = "one name",
                  .got = joined(choice.methods, ",")});
   const auto features = parse_feature_choice(choice);
@@ -71,12 +71,12 @@ std::string choice_text(const RecordingPlan& plan) {
   if (plan.scores.empty()) return {};
   const classifier::RecipeScore& first = plan.scores.front();
   if (first.tested == 0 && !first.skipped())
-    return "  one training group: its windows cannot be split, " + to_string(first.recipe) +
-           " taken untested\n";
+    return "  only one training group, so no cross-validation: chose " + to_string(first.recipe) +
+           " untested\n";
   if (first.skipped())
-    return "  " + to_string(first.recipe) + " taken untested; " +
+    return "  chose " + to_string(first.recipe) + " untested; " +
            classifier::format_skipped(plan.scores) + "\n";
-  return "  windows wrong in cross-validation: " + tried_text(plan.scores) + "\n";
+  return "  cross-validation of windows: " + tried_text(plan.scores) + "\n";
 }
 
 std::string format_plan(const RecordingPlan& plan, const std::string& exploration,
@@ -118,33 +118,34 @@ Result<int> run_train_recordings(const TrainArgs& args, Console& console) {
   if (auto ok = classifier::save_model(*model, text); !ok) return pass(ok.error());
   if (auto ok = write_text_file(args.out, text.view()); !ok) return pass(ok.error());
   const std::vector<Warning> warnings = find_data_warnings(*set);
-  print(console,
-        bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
-            std::to_string(model->learner.labels().size()) + " textures, " +
-            model->provenance.training + ", trained on " + std::to_string(trained) +
-            " recordings in " + duration(train_s) + "\n" + choice_text(*plan) +
-            (withheld.empty() ? "" : "  not calibrated, no probability: " + withheld + "\n") +
-            (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
-        {{"command", "train"},
-         {"kind", "recordings"},
-         {"file", args.out.string()},
-         {"bench", to_string(set->kind)},
-         {"dataset_sha256", model->provenance.dataset_sha256},
-         {"training", model->provenance.training},
-         {"learner", classifier::to_string(model->learner.kind())},
-         {"components", plan->recipe.components},
-         {"outliers",
-          {{"deviations", plan->training.outliers}, {"left_out", model->learner.outliers()}}},
-         {"labels", model->learner.labels()},
-         {"candidates", candidates_json(plan->scores)},
-         {"calibrated", model->postprocessing.has_value()},
-         {"not_calibrated", withheld},
-         {"recordings", trained},
-         {"too_short", too_short_json(too_short)},
-         {"warnings", warnings},
-         {"window_s", model->setup.window_s},
-         {"step_s", model->setup.step_s},
-         {"train_s", train_s}});
+  print(
+      console,
+      bench_banner(set->kind) + warnings_text(warnings) + args.out.string() + ": " +
+          std::to_string(model->learner.labels().size()) + " textures, " +
+          model->provenance.training + ", trained on " + std::to_string(trained) +
+          " recordings in " + duration(train_s) + "\n" + choice_text(*plan) +
+          (withheld.empty() ? "" : "  not calibrated, so without probability: " + withheld + "\n") +
+          (too_short.empty() ? "" : "  " + format_too_short(too_short) + "\n"),
+      {{"command", "train"},
+       {"kind", "recordings"},
+       {"file", args.out.string()},
+       {"bench", to_string(set->kind)},
+       {"dataset_sha256", model->provenance.dataset_sha256},
+       {"training", model->provenance.training},
+       {"learner", classifier::to_string(model->learner.kind())},
+       {"components", plan->recipe.components},
+       {"outliers",
+        {{"deviations", plan->training.outliers}, {"left_out", model->learner.outliers()}}},
+       {"labels", model->learner.labels()},
+       {"candidates", candidates_json(plan->scores)},
+       {"calibrated", model->postprocessing.has_value()},
+       {"not_calibrated", withheld},
+       {"recordings", trained},
+       {"too_short", too_short_json(too_short)},
+       {"warnings", warnings},
+       {"window_s", model->setup.window_s},
+       {"step_s", model->setup.step_s},
+       {"train_s", train_s}});
   return exit_ok;
 }
 

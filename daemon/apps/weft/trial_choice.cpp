@@ -42,22 +42,21 @@ Result<std::optional<std::string>> find_exploration(const Dataset& dataset,
     if (present.size() == 1) return present.front();
     if (!one_exploration && has_varied_factors(dataset)) return std::nullopt;
     return fail({.code = Errc::invalid_argument,
-                 .what = "the data set holds several explorations",
+                 .what = "several explorations in the data set",
                  .got = joined(present),
                  .hint = "Choose one with --exploration"});
   }
   if (wanted.find('+') != std::string::npos)
-    return fail(
-        {.code = Errc::unsupported,
-         .where = "--exploration",
-         .what = "a model is of one exploration",
-         .expected = joined(present),
-         .got = wanted,
-         .hint = "weft fabric evaluate and weft fabric features take several, side by side"});
+    return fail({.code = Errc::unsupported,
+                 .where = "--exploration",
+                 .what = "more than one exploration for a model",
+                 .expected = joined(present),
+                 .got = wanted,
+                 .hint = "Use weft fabric evaluate or features for several explorations"});
   if (std::ranges::find(present, wanted) == present.end())
     return fail({.code = Errc::not_found,
                  .where = "--exploration",
-                 .what = "no trial has this exploration",
+                 .what = "exploration not in the data set",
                  .expected = joined(present),
                  .got = wanted});
   return wanted;
@@ -103,38 +102,34 @@ Status set_groups(RecordingSet& set, std::string_view by) {
 
 void add_group_option(CLI::App& command, std::string& group) {
   command
-      .add_option(
-          "--group", group,
-          "what makes a group: recorded (the manifest's groups), repetition, mounting, piece, "
-          "patch or another column of the manifest")
+      .add_option("--group", group,
+                  "group trials by this column (recorded, repetition, mounting, piece, patch, ...)")
       ->capture_default_str();
 }
 
 void add_trial_options(CLI::App& command, const LearningOptions& options, TrialChoice& choice) {
-  command.add_option("--exploration", choice.exploration,
-                     "only this exploration, such as M1; evaluate and features also take M1+M2, "
-                     "the features of both side by side");
+  command.add_option("--exploration", choice.exploration, "use only this exploration, such as M1");
   command
       .add_option("--window-s", choice.window_s,
                   options.modality() == classifier::Modality::vibro
-                      ? "length of a window, by default 2"
-                      : "cut phase M into windows of this many seconds; without it whole strokes")
+                      ? "set the length of a window [s]"
+                      : "cut phase M into windows of this length [s]")
       ->check(number_range(1e-3, 1e6));
   command
       .add_option(options.name_of("--window-step-s"), choice.window_step_s,
-                  "from one window's start to the next")
+                  "set the time from one window to the next [s]")
       ->check(number_range(1e-3, 1e6))
       ->needs("--window-s");
   add_keyword(command, "--norm", choice.norm, {"l2", "rms"},
-              "F_norm: l2 as in the paper, or rms for motions of different lengths");
+              "compute F_norm by l2 as in the paper, or by rms");
   add_group_option(command, choice.group);
-  command.add_option("--scales", choice.scales, "imprints: scales of smoothing [taxels]")
+  command
+      .add_option("--scales", choice.scales,
+                  "smooth imprints at these scales [taxels] (comma-separated)")
       ->capture_default_str();
   command
-      .add_option(
-          options.name_of("--imprint-features"), choice.imprint_features,
-          "imprints: 10, 7, steps or extrema a scale (Ellis 1986), laws3, laws5, maps of the "
-          "contact, or sums such as 10+laws5; where not named, best also tries maps")
+      .add_option(options.name_of("--imprint-features"), choice.imprint_features,
+                  "use these imprint features or their sum (10, 7, steps, extrema, laws3, ...)")
       ->capture_default_str();
   add_edge_options(command, choice.edges);
 }
@@ -142,8 +137,7 @@ void add_trial_options(CLI::App& command, const LearningOptions& options, TrialC
 void add_level_option(CLI::App& command, TrialChoice& choice) {
   command
       .add_option("--remove-level", choice.remove_level,
-                  "subtract each taxel's mean of the motion, or of the rest before it (a whole "
-                  "number where the recording's counts are)")
+                  "subtract each taxel's mean of the motion, or of the rest before it")
       ->check(CLI::IsMember({"motion", "rest"}));
 }
 
@@ -160,10 +154,10 @@ Status check_command(const TrialChoice& choice, DataKind kind) {
                                                         : Modality::vibro;
   if (choice.modality && *choice.modality != of_data)
     return fail({.code = Errc::invalid_argument,
-                 .what = "this command does not accept such data",
+                 .what = "data of another kind",
                  .expected = "data for weft " + std::string(to_string(*choice.modality)),
                  .got = std::string(describe_kind(kind)),
-                 .hint = "Take weft " + std::string(to_string(of_data))});
+                 .hint = "Use weft " + std::string(to_string(of_data))});
   return check_given(choice.given, kind);
 }
 
@@ -206,16 +200,13 @@ Status one_rate(const Dataset& dataset, const std::optional<std::string>& explor
   };
   const std::size_t other =
       std::ranges::max(trials, {}, [&](std::size_t i) { return std::abs(own_s(i) - own_s(*odd)); });
-  return fail(
-      {.code = Errc::invalid_argument,
-       .where = dataset.trials[*odd].file + " and " + dataset.trials[other].file,
-       .what = "the trials have different sampling rates",
-       .expected =
-           "all within " + percent(rate_tolerance, 0) + " % of " + fixed(1 / period_s, 2) + " Hz",
-       .got = fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
-       .hint =
-           "Make a data set of each rate, or bring all to one: features of the spectrum, and of "
-           "the number of samples, mean something else at another"});
+  return fail({.code = Errc::invalid_argument,
+               .where = dataset.trials[*odd].file + " and " + dataset.trials[other].file,
+               .what = "different sampling rates",
+               .expected = "all within " + percent(rate_tolerance, 0) + " % of " +
+                           fixed(1 / period_s, 2) + " Hz",
+               .got = fixed(1 / own_s(*odd), 2) + " Hz and " + fixed(1 / own_s(other), 2) + " Hz",
+               .hint = "Make one data set per rate, or resample to one rate"});
 }
 
 }  // namespace
@@ -228,7 +219,7 @@ Status check_rate(const Dataset& dataset, const std::optional<std::string>& expl
     if (can_have_period(t_ns, period_s)) continue;
     return fail({.code = Errc::invalid_argument,
                  .where = dataset.trials[i].file,
-                 .what = "recorded at another rate than the training trials",
+                 .what = "sampling rate differs from that of the training trials",
                  .expected = format_rate(period_s),
                  .got = format_rate(sampled_time(t_ns).period_s())});
   }
@@ -254,10 +245,9 @@ Result<std::vector<Trial>> in_windows(const Dataset& dataset,
                                       const classifier::WindowOptions& options) {
   if (options.window_s == 0.0) return complete_trials(dataset, exploration);
   if (!(options.sample_period_s > 0.0))
-    return fail(
-        {.code = Errc::invalid_argument,
-         .what = "the sample rate is not known, so no window can be cut",
-         .hint = "State the rate of the sensor when importing: weft dataset import --rate-hz"});
+    return fail({.code = Errc::invalid_argument,
+                 .what = "sampling rate unknown, so no window can be cut",
+                 .hint = "State the rate with weft dataset import --rate-hz"});
   std::vector<Trial> out;
   for (const std::size_t i : select_chosen(dataset, exploration)) {
     auto windows = classifier::cut_windows(dataset.trials[i], options,
@@ -298,7 +288,7 @@ Result<ChosenTrials> load_joined(const Dataset& dataset, const TrialChoice& choi
   if (choice.window_s != 0.0)
     return fail({.code = Errc::invalid_argument,
                  .where = "--window-s",
-                 .what = "windows of two explorations have nothing in common"});
+                 .what = "option not possible with several explorations"});
   std::vector<std::map<TrialKey, std::size_t>> trials;
   const auto sum = explorations_in(choice.exploration);
   if (!sum) return pass(sum.error());
@@ -308,7 +298,7 @@ Result<ChosenTrials> load_joined(const Dataset& dataset, const TrialChoice& choi
     if (trials.back().empty())
       return fail({.code = Errc::not_found,
                    .where = "--exploration",
-                   .what = "no trial has this exploration",
+                   .what = "exploration not in the data set",
                    .expected = joined(list_explorations(dataset)),
                    .got = name});
     if (one_exploration)
@@ -320,7 +310,7 @@ Result<ChosenTrials> load_joined(const Dataset& dataset, const TrialChoice& choi
   if (trials.front().empty())
     return fail({.code = Errc::not_found,
                  .where = "--exploration",
-                 .what = "no repetition has a trial of each exploration",
+                 .what = "no repetition with a trial of each exploration",
                  .got = choice.exploration});
   ChosenTrials out;
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -386,9 +376,9 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
   if (is_sum && choice.group != "recorded")
     return fail({.code = Errc::unsupported,
                  .where = "--group",
-                 .what = "several explorations can only be grouped as recorded",
+                 .what = "option not possible with several explorations",
                  .got = choice.group,
-                 .hint = "Take one exploration"});
+                 .hint = "Choose one exploration"});
   const std::string sha256 = dataset_sha256(*dataset);
   if (auto ok = set_groups(*dataset, choice.group); !ok) return pass(ok.error(), path.string());
   auto out = is_sum                     ? load_joined(*dataset, choice, one_exploration)
@@ -403,9 +393,9 @@ Result<ChosenTrials> load_trials(const std::filesystem::path& path, const TrialC
 std::string bench_banner(BenchKind kind) {
   switch (kind) {
     case BenchKind::simulated:
-      return "SIMULATED data: made by the plant model, no cloth was touched.\n";
+      return "SIMULATED data: computed by the plant model; no real fabric was touched.\n";
     case BenchKind::unknown:
-      return "Data of unknown origin: the file does not say which bench recorded it.\n";
+      return "Data of unknown origin: the file does not name the bench.\n";
     case BenchKind::real:
       return {};
   }
