@@ -120,7 +120,7 @@ AlignRequest request_of(const AlignArgs& args, const StopSignals& signals, Conso
 }
 
 void add_options(CLI::App& command, AlignArgs& args) {
-  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  command.add_option("--rig", args.rig, "use this rig file (JSON)")->required();
   command
       .add_option("--points", args.per_side,
                   "touch this number of points along each side of the grid, 2 to 9")

@@ -31,28 +31,27 @@ struct AuditArgs {
 };
 
 void add_options(CLI::App& command, AuditArgs& args) {
-  command
-      .add_option("DATASET", args.dataset, "data set, or recordings of sound and vibration (HDF5)")
+  command.add_option("DATASET", args.dataset, "data set or vibration recordings (HDF5)")
       ->required();
   command.add_option("--exploration", args.trials.exploration,
-                     "only trials of this exploration, such as M1");
+                     "use only this exploration, such as M1");
   add_group_option(command, args.trials.group);
   command
       .add_option("--groups-are", args.groups_are,
-                  "what the groups of an import stand for, where it has no column of its own")
+                  "treat the groups of an import as mountings or pieces")
       ->check(CLI::IsMember({"mounting", "piece"}));
-  add_split_options(command, args.split,
-                    "share of each label's trials that trains; without any of these, five parts "
-                    "of whole groups or recordings test in turn",
-                    "every group tests once, all others train");
-  add_count(command, "--repeats", args.repeats, 1, 1000, "random splits");
+  add_split_options(command, args.split, "train on this share of each label's trials, such as 0.4",
+                    "test each group once, with all others as training");
+  add_count(command, "--repeats", args.repeats, 1, 1000, "use this number of random splits");
   add_count(command, "--permutations", args.options.permutations, 99, 100000,
-            "of the labels, with LDA; at most half as many with trees");
-  command.add_option("--seed", args.options.seed, "of permutations, random splits and trees")
+            "permute the labels N times with LDA, and fewer times with trees");
+  command
+      .add_option("--seed", args.options.seed,
+                  "set the seed of permutations, random splits and trees")
       ->check(seed_problem)
       ->capture_default_str();
   add_count(command, "--threads", args.options.threads, 0, 1024,
-            "0: one per core; results do not depend on it");
+            "use this number of threads; 0: one per processor core");
 }
 
 bool has_taxels(const Dataset& dataset) {
@@ -82,7 +81,7 @@ Status load_tables(const AuditArgs& args, AuditReport& out) {
   if (holds_imprints(*dataset) && !args.trials.exploration.empty())
     return fail({.code = Errc::invalid_argument,
                  .where = args.dataset.string() + ": --exploration",
-                 .what = "imprints are audited together",
+                 .what = "option not possible for imprints",
                  .got = args.trials.exploration,
                  .hint = "Leave the option out"});
   auto chosen = load_trials(args.dataset, args.trials, true);
@@ -103,7 +102,7 @@ Status name_groups(const AuditArgs& args, AuditTables& tables) {
       tables.columns.end())
     return fail({.code = Errc::invalid_argument,
                  .where = "--groups-are",
-                 .what = "the data set names each " + args.groups_are + " itself",
+                 .what = "data set has its own column " + args.groups_are,
                  .hint = "Use --group " + args.groups_are});
   tables.columns.push_back({args.groups_are, tables.full.groups, false});
   return {};
@@ -131,15 +130,15 @@ Result<std::vector<classifier::Split>> choose_splits(const AuditArgs& args, Audi
     given.training.seed = args.options.seed;
     auto splits = make_splits(given, out.tables.full);
     if (!splits) return pass(splits.error());
-    out.split_text = std::to_string(splits->size()) + " splits as asked for";
+    out.split_text = std::to_string(splits->size()) + " splits as requested";
     return splits;
   }
   const bool by_group = can_leave_groups_out(out.tables.full);
   auto splits = classifier::split_in_parts(out.tables.full, by_group, audit_parts);
   out.split_text = splits.empty()
-                       ? "no split is possible"
-                       : std::to_string(splits.size()) + " parts of whole " +
-                             (by_group ? "groups" : "recordings") + ", each left out in turn";
+                       ? "no split possible"
+                       : std::to_string(splits.size()) + "-fold cross-validation over whole " +
+                             (by_group ? "groups" : "recordings");
   return splits;
 }
 
@@ -237,8 +236,9 @@ std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file,
                                          const Dataset& dataset) {
   std::vector<AuditHeadline> out;
   if (!dataset.info.ended_early.empty() || !dataset.info.factors.empty())
-    return {{"all", "", "",
-             "slides that a live vote ended early, and cells of a sweep, are no one experiment"}};
+    return {
+        {"all", "", "",
+         "trials that a live vote ended early, or cells of a sweep, cannot be audited together"}};
   // Imprints are one exploration: the explorations of their recipe are press forces.
   const std::vector<std::string> explorations =
       holds_imprints(dataset) ? std::vector<std::string>{"imprints"} : list_explorations(dataset);
@@ -253,7 +253,8 @@ std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file,
 }
 
 void add_audit_command(const CommandGroup& weft) {
-  weft.add<AuditArgs>("audit", run_audit);
+  weft.add<AuditArgs>("audit", "find how much of an accuracy does not come from the material",
+                      run_audit);
 }
 
 }  // namespace weft::daemon::cli

@@ -226,7 +226,7 @@ Result<FeatureMatrix> recording_features(std::span<const classifier::vibro::Reco
   if (!windows) return pass(windows.error());
   if (windows->matrix.size() == 0)
     return fail({.code = Errc::invalid_argument,
-                 .what = "every recording is shorter than a window",
+                 .what = "all recordings shorter than a window",
                  .expected = "at least " + std::to_string(window_s) + " s"});
   return mean_of_windows(*windows);
 }
@@ -275,7 +275,7 @@ Result<AuditTables> slide_tables(const ChosenTrials& chosen) {
   add("phase S", [&](std::size_t i) { return rest_figures(dataset.trials[i]); });
   add(
       "pad pattern", [&](std::size_t i) { return pad_pattern(dataset.trials[i]); },
-      "one pad, or pads without a level");
+      "one taxel, or taxels without a level");
   add("durations", [&](std::size_t i) { return durations(dataset.trials[i], dataset.records[i]); });
   add_probe(out, "order and time", order_and_time(dataset, trials));
   add("lost frames", [&](std::size_t i) { return lost_frames(dataset.records[i]); });
@@ -332,15 +332,14 @@ Result<AuditTables> recording_tables(const RecordingSet& set, double window_s) {
 }
 
 void add_group_probe(AuditTables& tables) {
-  add_probe(tables, "group", indicators(tables.full.groups),
-            "nearly every row has a group of its own");
+  add_probe(tables, "group", indicators(tables.full.groups), "almost every row has its own group");
 }
 
 void add_column_probes(AuditTables& tables) {
   for (const AuditColumn& column : tables.columns)
     if (!column.of_cloth && column.of_row != tables.full.groups)
       add_probe(tables, std::string(column_probe) + column.name, indicators(column.of_row),
-                "nearly every row has a value of its own");
+                "almost every row has its own value");
 }
 
 }  // namespace weft::daemon::cli

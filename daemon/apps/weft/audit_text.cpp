@@ -25,27 +25,26 @@ struct Meaning {
 };
 
 constexpr std::array meanings = {
-    Meaning{"phase S", "what the sensor shows at rest, before anything slides",
-            "Lift and place the probe anew for every trial, and mount each label several times, "
-            "the labels in mixed order."},
+    Meaning{"phase S", "sensor reading at rest",
+            "Lift and place the probe again for every trial. Mount each label several times, in "
+            "mixed order."},
     Meaning{"pad pattern", "mounting",
-            "Mount each label at least three times, the labels in mixed order; name the mounting "
-            "(column group of a manifest), and leave whole mountings out: --group mounting, of an "
-            "import --groups-are mounting."},
+            "Mount each label at least three times, in mixed order. Name the mounting (column "
+            "group of a manifest), and leave out whole mountings: --group mounting, or "
+            "--groups-are mounting for an import."},
     Meaning{"durations", "length of the recordings",
             "Record all trials equally long, or evaluate with --window-s."},
-    Meaning{
-        "order and time", "time of recording",
-        "Record the labels in random order (\"order\": {\"kind\": \"randomised\"}), each in every "
-        "session: drift of the sensor would else count as the label."},
+    Meaning{"order and time", "time of recording",
+            "Record the labels in random order (\"order\": {\"kind\": \"randomised\"}), each in "
+            "every session. Otherwise drift of the sensor counts as the label."},
     Meaning{"lost frames", "lost frames",
-            "Mend the transport (weft doctor) and record the trials with lost frames again."},
+            "Repair the connection (weft doctor) and record the trials with lost frames again."},
     Meaning{"force error", "error of the force",
-            "Check the force control at this speed; record some trials of every label at several "
-            "forces, so that force does not go with the label."},
+            "Check the force control at this speed. Record some trials of every label at several "
+            "forces, so that force does not depend on the label."},
     Meaning{"group", "group",
-            "Record every label in every group (session, piece, person), and leave whole groups "
-            "out: --leave-one-group-out."},
+            "Record every label in every group (session, piece, person), and leave out whole "
+            "groups: --leave-one-group-out."},
     Meaning{"level", "level of the signal",
             "Record each label at several forces and gains, and compare \"without level\"."},
 };
@@ -68,8 +67,8 @@ std::string confounded_by(const ProbeFigure& one) {
 std::string next_step(const ProbeFigure& one) {
   const std::string column = column_of(one);
   if (column.empty()) return std::string(meaning_of(one.name).next);
-  return "Record every label with every " + column + ", and leave each " + column +
-         " out in turn: --group " + column + " --leave-one-group-out.";
+  return "Record every label with every " + column + ", and test across them: --group " + column +
+         " --leave-one-group-out.";
 }
 
 bool is_contact(const ProbeFigure& one) {
@@ -116,21 +115,21 @@ struct Obstacle {
 Obstacle obstacle_of(const AuditReport& report) {
   const CannotTell why = report.figures ? report.figures->why : CannotTell::none;
   if (!report.figures)
-    return {"one_recording", "each label has one recording, or one group of its own",
+    return {"one_recording", "each label has only one recording or one group",
             "Record each label at least five times, in mixed order, in at least two groups."};
   if (why == CannotTell::too_few_units)
-    return {"too_few_units",
-            std::to_string(report.figures->units) + " independent units are too few to permute",
-            "Record more groups: at least five, each with every label."};
+    return {
+        "too_few_units",
+        std::to_string(report.figures->units) + " independent units are too few for permutations",
+        "Record more groups: at least five, each with every label."};
   if (why == CannotTell::full_at_chance)
-    return {"full_at_chance",
-            "the full features are not above chance, so there is nothing to explain",
-            "Record more trials, or other features; an audit then has something to explain."};
+    return {"full_at_chance", "the accuracy of the full features does not exceed chance",
+            "Record more trials, or use other features."};
   if (why == CannotTell::no_probe)
-    return {"no_probe", "the data set has nothing that could be confounded with the label",
-            "Record times, force and mounting with the trials (a campaign of weft run does)."};
+    return {"no_probe", "the data set has no quantity that could be confounded with the label",
+            "Record times, force and mounting with the trials, as weft run does."};
   if (verdict_code(report) == "cannot_tell")
-    return {"undecided", "this may be the material itself", ""};
+    return {"undecided", "the material itself may be the cause", ""};
   return {};
 }
 
@@ -139,7 +138,7 @@ std::string share_text(double share) {
 }
 
 std::string had_from(const ProbeFigure& one) {
-  return share_text(one.share) + " of the accuracy above chance can be had from " +
+  return share_text(one.share) + " of the accuracy above chance can be reached with " +
          (one.name == "phase S" ? "phase S alone" : "the " + one.name + " alone");
 }
 
@@ -149,7 +148,7 @@ std::string remaining_text(const AuditReport& report) {
       std::ranges::find(report.beside, "without level and pattern", &BesideFigure::name);
   if (at == report.beside.end()) return {};
   return "Without level and pattern the features reach " + percent(at->reached.accuracy, 1) +
-         " %, by the material or by what else one mounting or piece has in common.";
+         " %, because of the material or other properties of one mounting or piece.";
 }
 
 /// For slides: of mounting and piece, those that the data set does not name.
@@ -164,10 +163,10 @@ std::vector<std::string> unnamed_columns(const AuditReport& report) {
 }
 
 std::string undecided_text(const ProbeFigure& one) {
-  if (one.name == "level") return ": by the material, or by gain, distance and force.";
+  if (one.name == "level") return ", because of the material, or of gain, distance and force.";
   if (one.name == "force error")
-    return ": by the material, which the force loop feels, or by the loop itself.";
-  return ", with whole mountings left out: by the material, or by the one piece of it.";
+    return ", because of the material, which affects the force loop, or of the loop itself.";
+  return ", with whole mountings left out, because of the material or of its single piece.";
 }
 
 std::vector<std::string> verdict_sentences(const AuditReport& report) {
@@ -178,21 +177,20 @@ std::vector<std::string> verdict_sentences(const AuditReport& report) {
     out.push_back(had_from(*one) + ": label and " + confounded_by(*one) + " are confounded.");
   for (const ProbeFigure* one : contact) out.push_back(had_from(*one) + undecided_text(*one));
   for (const ProbeFigure* one : named_probes(report, Carrier::material))
-    out.push_back(had_from(*one) + ", with whole pieces left out: it belongs to the material.");
+    out.push_back(had_from(*one) + ", with whole pieces left out: a property of the material.");
   const std::string code = verdict_code(report);
   if (code == "no_sign")
-    out.emplace_back("No sign of a confound in what was tried.");
+    out.emplace_back("No confound found by these probes.");
   else if (code == "cannot_tell")
-    out.push_back("Cannot be told: " + obstacle_of(report).text + ".");
+    out.push_back("Undecided: " + obstacle_of(report).text + ".");
   if (const std::string text = remaining_text(report);
       !text.empty() && !(confounds.empty() && contact.empty()))
     out.push_back(text);
   for (const std::string& column : report.single_columns)
-    out.push_back("Whether the accuracy carries over to another " + column +
-                  " cannot be told: each label has one.");
+    out.push_back("The accuracy for another " + column + " is unknown: each label has only one.");
   for (const std::string& column : unnamed_columns(report))
-    out.push_back("Whether the accuracy carries over to another " + column +
-                  " cannot be told: the data set does not name it.");
+    out.push_back("The accuracy for another " + column +
+                  " is unknown: the data set does not record it.");
   return out;
 }
 
@@ -205,8 +203,8 @@ std::vector<std::string> next_steps(const AuditReport& report) {
     if (!is_contact(*one)) out.push_back(next_step(*one));
   if (std::ranges::any_of(undecided, [](const ProbeFigure* one) { return is_contact(*one); }))
     out.emplace_back(
-        "Record each label on several pieces (\"piece\": \"each_label_split\"), and leave pieces "
-        "out: weft audit --group piece.");
+        "Record each label on several pieces (\"piece\": \"each_label_split\"), and leave out "
+        "pieces: weft audit --group piece.");
   if (const std::string next = obstacle_of(report).next; !next.empty()) out.push_back(next);
   for (const std::string& column : report.single_columns)
     out.push_back(
@@ -252,11 +250,11 @@ std::string table_text(const AuditReport& report) {
                    "probes: " +
                        std::to_string(figures.permutations) + " permutations with LDA, " +
                        (figures.tree_permutations == 0
-                            ? "none with trees, which could not change a verdict"
+                            ? "none with trees, as they could not change the verdict"
                             : std::to_string(figures.tree_permutations) + " with trees") +
                        "; " + std::to_string(figures.units) + " units (" +
                        (figures.units_of_groups ? "a label in a group" : "recordings") +
-                       ") exchange labels. Accuracy is that of the better of LDA and trees.",
+                       ") exchange labels. Accuracy: the better of LDA and trees.",
                    "  ");
 }
 

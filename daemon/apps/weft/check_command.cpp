@@ -168,7 +168,7 @@ std::string plan_text(const Plan& plan, const SimulationNote& simulation,
 
 void add_options(CLI::App& command, CheckArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
-  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  command.add_option("--rig", args.rig, "use this rig file (JSON)")->required();
   add_options(command, args.parameters);
   add_options(command, args.fidelity);
   add_options(command, args.plugins);

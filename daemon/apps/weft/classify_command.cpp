@@ -345,18 +345,13 @@ Result<std::vector<PredictedTrial>> answers(const StoredModel& stored,
 
 void add_options(CLI::App& command, ClassifyArgs& args) {
   command.add_option("MODEL", args.model, "model file of `weft ... train`")->required();
-  const auto text_for = [&](classifier::Modality modality, const std::string& text) {
-    return !args.modality || *args.modality == modality ? text : "";
-  };
-  command
-      .add_option("DATA", args.trials,
-                  text_for(classifier::Modality::fabric,
-                           "trial (.csv) or data set (.h5), or - for standard input") +
-                      (args.modality ? "" : "; ") +
-                      text_for(classifier::Modality::vibro, "vibration recordings (.h5)") +
-                      (args.modality ? "" : "; ") +
-                      text_for(classifier::Modality::imprint, "imprints (.h5 or an image)"))
-      ->required();
+  std::string text = "trials, recordings or imprints (.h5, .csv, image; -: standard input)";
+  if (args.modality == classifier::Modality::fabric)
+    text = "trial (.csv) or data set (.h5), or - for standard input";
+  if (args.modality == classifier::Modality::vibro) text = "vibration recordings (.h5)";
+  if (args.modality == classifier::Modality::imprint)
+    text = "imprints (.h5), or one imprint (.csv, .txt, .pgm, .npy)";
+  command.add_option("DATA", args.trials, text)->required();
   if (args.modality == classifier::Modality::vibro) return;  // vibro models have no votes of cores
   add_keyword(command, "--vote", args.vote, {"majority", "soft", "dag", "shortlist"},
               "choose how the cores vote");

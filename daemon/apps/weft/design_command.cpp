@@ -42,7 +42,7 @@ struct DesignRepetitionsArgs {
 std::string cells_text(const SweepAnalysis& a) {
   Table table;
   table.row(
-      {"cell", "told right", "95 % interval", "signal/noise", "saturated", "seconds", "chosen in"});
+      {"cell", "accuracy", "95 % interval", "signal/noise", "saturated", "seconds", "chosen in"});
   for (std::size_t i = 0; i < a.cells.size(); ++i) {
     const auto& cell = a.choice.cells[i];
     table.row({(i == a.choice.chosen ? "> " : "") + format_cell(a, i),
@@ -70,7 +70,7 @@ std::string page_line(const std::filesystem::path& out) {
 
 std::string curve_text(const RepetitionStudy& study) {
   Table table;
-  table.row({"repetitions", "told right", "95 % interval"});
+  table.row({"repetitions", "accuracy", "95 % interval"});
   for (const auto& p : study.curve.points)
     table.row({std::to_string(p.repetitions), percent(p.accuracy) + " %",
                percent(p.ci95.low) + " to " + percent(p.ci95.high)});
@@ -78,25 +78,28 @@ std::string curve_text(const RepetitionStudy& study) {
 }
 
 void add_options(CLI::App& command, DesignAnalyseArgs& args) {
-  command.add_option("DATA", args.datasets, "data sets of a sweep, all of one kind of bench")
+  command.add_option("DATA", args.datasets, "data sets of a sweep, all of the same bench kind")
       ->required();
-  command.add_option("-o,--output", args.out, "page to write (HTML)");
-  command.add_option("--learner", args.learner, "that tells the fabrics apart")
+  command.add_option("-o,--output", args.out, "write the page to this file (HTML)");
+  command
+      .add_option("--learner", args.learner,
+                  "use this learner (lda, svc, trees, pvalue, best, ...)")
       ->capture_default_str();
   add_count(command, "--resamples", args.resamples, 100, 1'000'000,
-            "of the trials, for the stability of the choice");
-  command.add_option("--seed", args.seed, "of resamples and learner")->capture_default_str();
+            "resample the trials N times, for the stability of the choice");
+  command.add_option("--seed", args.seed, "set the seed of resamples and learner")
+      ->capture_default_str();
   add_number(command, "--shortest-mm", args.shortest_mm, 0.001, 1000.0,
-             "shortest period of a texture");
+             "set the shortest period of a texture");
   add_number(command, "--longest-mm", args.longest_mm, 0.001, 1000.0,
-             "longest period of a texture");
+             "set the longest period of a texture");
 }
 
 Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) {
   if (args.shortest_mm >= args.longest_mm)
     return fail({.code = Errc::invalid_argument,
                  .where = "--shortest-mm",
-                 .what = "the band of textures is empty",
+                 .what = "shortest period not below the longest",
                  .expected = "less than --longest-mm"});
   const auto learner = classifier::learner_from(args.learner);
   if (!learner) return pass(learner.error(), "--learner");
@@ -137,23 +140,27 @@ Result<int> run_design_analyse(const DesignAnalyseArgs& args, Console& console) 
 
 void add_options(CLI::App& command, DesignRepetitionsArgs& args) {
   command.add_option("DATA", args.dataset, "data set")->required();
-  command.add_option("-o,--output", args.out, "page to write (HTML)");
+  command.add_option("-o,--output", args.out, "write the page to this file (HTML)");
   LearningOptions options(command, {}, args.trials.given);
   add_trial_options(command, options, args.trials);
-  command.add_option("--learner", args.learner, "that tells the fabrics apart")
+  command
+      .add_option("--learner", args.learner,
+                  "use this learner (lda, svc, trees, pvalue, best, ...)")
       ->capture_default_str();
   add_count(command, "--predict", args.predict, 3, 100'000,
-            "repetitions whose accuracy is foretold");
-  add_number(command, "--accuracy", args.accuracy, 0.01, 0.9999, "that is wanted");
-  add_count(command, "--most", args.most, 3, 100'000, "repetitions that are looked for");
-  command.add_option("--first", args.first, "take only the first so many repetitions (all)");
+            "forecast the accuracy for this number of repetitions");
+  add_number(command, "--accuracy", args.accuracy, 0.01, 0.9999,
+             "find the repetitions that reach this accuracy (0 to 1)");
+  add_count(command, "--most", args.most, 3, 100'000, "give up beyond this number of repetitions");
+  command.add_option("--first", args.first, "use only the first N repetitions");
   command.add_flag("--strokes", args.strokes,
-                   "every trial of a label is a repetition, in an order drawn from the seed");
+                   "count every trial of a label as a repetition, in random order");
   add_count(command, "--draws", args.draws, 1, 1000,
-            "trainings for each size and repetition left out");
+            "train N times for each size and each left-out repetition");
   add_count(command, "--resamples", args.resamples, 100, 1'000'000,
-            "of the repetitions, for the intervals");
-  command.add_option("--seed", args.seed, "of draws and resamples")->capture_default_str();
+            "resample the repetitions N times, for the intervals");
+  command.add_option("--seed", args.seed, "set the seed of draws and resamples")
+      ->capture_default_str();
   options.finish();
 }
 
@@ -164,7 +171,7 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
   if (args.trials.window_s != 0)
     return fail({.code = Errc::invalid_argument,
                  .where = "--window-s",
-                 .what = "a window is no repetition"});
+                 .what = "option not possible for repetitions"});
   const auto chosen = load_trials(args.dataset, args.trials, true);
   if (!chosen) return pass(chosen.error());
   const classifier::FeatureMatrix matrix =
@@ -197,9 +204,12 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
 }  // namespace
 
 void add_design_commands(const CommandGroup& weft) {
-  const CommandGroup group = weft.group("design");
-  group.add<DesignAnalyseArgs>("analyse", run_design_analyse);
-  group.add<DesignRepetitionsArgs>("repetitions", run_design_repetitions);
+  const CommandGroup group = weft.group("design", "choose force, speed and number of repetitions");
+  group.add<DesignAnalyseArgs>("analyse", "compare the cells of a sweep and recommend one",
+                               run_design_analyse);
+  group.add<DesignRepetitionsArgs>("repetitions",
+                                   "measure the learning curve and forecast more repetitions",
+                                   run_design_repetitions);
 }
 
 }  // namespace weft::daemon::cli

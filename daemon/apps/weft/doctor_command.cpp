@@ -112,7 +112,7 @@ json json_of(const DoctorReport& report) {
 }
 
 void add_options(CLI::App& command, DoctorArgs& args) {
-  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  command.add_option("--rig", args.rig, "use this rig file (JSON)")->required();
   command
       .add_option("--out", args.out,
                   "check free space in this folder, where campaigns are recorded")

@@ -105,7 +105,7 @@ std::string experiment_text(const ImprintTables& tables, std::size_t experiment,
     table.row(cells);
   }
   return "Experiment " + std::string(to_string(name)) + ", " + std::string(to_string(form)) +
-         " features a scale\n" + table.text() + "\n";
+         " features per scale\n" + table.text() + "\n";
 }
 
 std::string tables_text(const ImprintTables& tables) {
@@ -128,17 +128,19 @@ std::string tables_text(const ImprintTables& tables) {
       cells.emplace_back(to_string(set.separability.verdict));
       table.row(cells);
     }
-  return out + "Trainings of 1/N that converge, and whether any weights would do\n" + table.text();
+  return out + "Convergence of the trainings of 1/N, and linear separability\n" + table.text();
 }
 
 void add_options(CLI::App& command, ImprintSceneArgs& args) {
-  command.add_option("-o,--output", args.out, "data set to write (HDF5)")->required();
+  command.add_option("-o,--output", args.out, "write the data set to this file (HDF5)")->required();
   add_keyword(command, "--level", args.level, {"Z", "Z+"},
-              "Z: springs side by side; Z+: elastic half-space");
+              "simulate independent springs (Z) or an elastic half-space (Z+)");
   add_count(command, "--side", args.side, 1, 128,
-            "taxels of the part of the 128 x 128 array that is read, as many rows as columns");
-  add_count(command, "--presses", args.presses, 1, 1000, "of each object with each force");
-  command.add_option("--seed", args.seed, "of placements, hand and noise")->capture_default_str();
+            "read a square with N taxels per side of the 128 x 128 array");
+  add_count(command, "--presses", args.presses, 1, 1000,
+            "press each object N times with each force");
+  command.add_option("--seed", args.seed, "set the seed of placements, hand and noise")
+      ->capture_default_str();
 }
 
 /// Makes a data set of simulated imprints.
@@ -173,19 +175,18 @@ Result<int> run_imprint_scene(const ImprintSceneArgs& args, Console& console) {
 void add_options(CLI::App& command, ImprintTablesArgs& args) {
   command
       .add_option("DATASET", args.dataset,
-                  "imprints (HDF5): weft dataset import, weft imprint scene")
+                  "imprints (HDF5) of weft dataset import or weft imprint scene")
       ->required();
-  command.add_option("-o,--output", args.out, "also write the tables as a page (HTML)");
-  add_list(command, "--experiments", args.experiments,
-           "what is set aside in turn (all four): " + joined(all_names(ci::all_experiments), ","))
+  command.add_option("-o,--output", args.out, "also write the tables to this page (HTML)");
+  add_list(
+      command, "--experiments", args.experiments,
+      "run these experiments (comma-separated: " + joined(all_names(ci::all_experiments)) + ")")
       ->check(CLI::IsMember(all_names(ci::all_experiments)));
   add_list(command, "--rules", args.rules,
-           "what learns: any learner (" + joined(all_names(ci::table_learners), ",") +
-               ", without pvalue and svc)");
+           "train these learners (comma-separated: perceptron, ridge, lda, ...)");
   command.add_option("--scales", args.scales,
-                     "a set of scales in taxels, such as 1,2,4; may be given again (the paper's "
-                     "seven sets)");
-  command.add_flag("--no-laws", args.no_laws, "without Laws' energies");
+                     "use this set of scales [taxels], such as 1,2,4 (repeatable)");
+  command.add_flag("--no-laws", args.no_laws, "leave out Laws' energies");
   add_edge_options(command, args.edges);
 }
 
@@ -220,7 +221,7 @@ Result<std::vector<ci::Imprint>> imprints_to_search(const ImprintSearchArgs& arg
   if (out.empty())
     return fail({.code = Errc::not_found,
                  .where = "--groups",
-                 .what = "no imprint is of these groups",
+                 .what = "no imprints in these groups",
                  .got = joined(args.groups, ",")});
   return out;
 }
@@ -242,19 +243,18 @@ Result<ci::ScaleSearchOptions> search_options(const ImprintSearchArgs& args) {
 
 void add_options(CLI::App& command, ImprintSearchArgs& args) {
   command.add_option("DATASET", args.dataset, "imprints (HDF5)")->required();
-  add_name_list(
-      command, "--groups", args.groups,
-      "search on these groups alone, those that train: what is found on imprints says nothing "
-      "about the accuracy on the same ones");
-  command.add_option("--scales", args.scales, "scales to choose from [taxels]")
+  add_name_list(command, "--groups", args.groups,
+                "search only on these groups, the training groups (comma-separated)");
+  command
+      .add_option("--scales", args.scales, "choose from these scales [taxels] (comma-separated)")
       ->capture_default_str();
-  add_count(command, "--most-scales", args.most_scales, 1, 5, "largest number of scales in a set");
+  add_count(command, "--most-scales", args.most_scales, 1, 5, "use at most N scales in a set");
   add_keyword(command, "--form", args.form, {ci::form_names.begin(), ci::form_names.end()},
-              "features a scale");
-  command.add_option("--rule", args.rule, "what learns: any learner")->capture_default_str();
+              "use these features per scale");
+  command.add_option("--rule", args.rule, "train this learner")->capture_default_str();
   add_keyword(command, "--judge", args.evaluated_by, all_names(ci::all_experiments),
-              "what is set aside in turn");
-  add_count(command, "--shown", args.shown, 1, 2000, "best sets to show");
+              "hold out this part of the data in each test");
+  add_count(command, "--shown", args.shown, 1, 2000, "show this number of best sets");
 }
 
 /// Finds the sets of scales that separate the classes of a data set best.
@@ -268,7 +268,7 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
   const auto ranked = ci::search_scales(*imprints, *options);
   if (!ranked) return pass(ranked.error(), args.dataset.string());
   Table table;
-  table.row({"scales", "right"});
+  table.row({"scales", "correct"});
   nlohmann::json best = nlohmann::json::array();
   for (std::size_t i = 0; i < std::min(args.shown, ranked->size()); ++i) {
     const ci::ScaleScore& score = (*ranked)[i];
@@ -286,7 +286,7 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
   print(console,
         bench_banner(dataset->info.kind) + "Best of " + std::to_string(ranked->size()) +
             " sets of scales on " + std::to_string(imprints->size()) + " imprints, " + args.rule +
-            ", " + args.evaluated_by + ", " + args.form + " features a scale\n" + table.text(),
+            ", " + args.evaluated_by + ", " + args.form + " features per scale\n" + table.text(),
         {{"command", "imprint search"},
          {"bench", to_string(dataset->info.kind)},
          {"imprints", imprints->size()},
@@ -301,9 +301,12 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
 }  // namespace
 
 void add_imprint_commands(const CommandGroup& imprint) {
-  imprint.add<ImprintSceneArgs>("scene", run_imprint_scene);
-  imprint.add<ImprintTablesArgs>("tables", run_imprint_tables);
-  imprint.add<ImprintSearchArgs>("search", run_imprint_search);
+  imprint.add<ImprintSceneArgs>("scene", "simulate imprints of twelve objects as a data set",
+                                run_imprint_scene);
+  imprint.add<ImprintTablesArgs>(
+      "tables", "repeat the paper's four experiments and compare the results", run_imprint_tables);
+  imprint.add<ImprintSearchArgs>(
+      "search", "find the smoothing scales that separate the classes best", run_imprint_search);
 }
 
 }  // namespace weft::daemon::cli

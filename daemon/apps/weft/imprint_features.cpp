@@ -46,7 +46,7 @@ void EdgeChoice::apply_to(ci::ScaleOptions& scales) const {
 
 void add_edge_options(CLI::App& command, EdgeChoice& choice) {
   add_keyword(command, "--noise", choice.noise, strings(ci::noise_names),
-              "convert third differences of imprints to gradient noise, or use them as they are");
+              "convert third differences of imprints to gradient noise, or leave them as is");
   add_keyword(command, "--orientation", choice.orientation, strings(ci::orientation_names),
               "compute the spread of orientations of imprints modulo pi, or of the angle");
 }

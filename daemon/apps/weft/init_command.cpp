@@ -20,13 +20,6 @@ struct InitArgs {
   std::string answers_json;  ///< content of the file
 };
 
-std::string shape_list() {
-  std::string out;
-  for (const RigShape& shape : rig_shapes())
-    out += (out.empty() ? "" : ", ") + std::string(shape.name);
-  return out;
-}
-
 /// An option that is repeated for each value.
 CLI::Option* add_repeated(CLI::App& command, const std::string& name,
                           std::vector<std::string>& values, const std::string& text,
@@ -36,9 +29,9 @@ CLI::Option* add_repeated(CLI::App& command, const std::string& name,
 
 void add_options(CLI::App& command, InitArgs& args) {
   command.add_option("RIG", args.rig, "rig file to write; it must not exist")->required();
-  CLI::Option* const simulated =
-      command.add_option("--simulated", args.simulated,
-                         "write a simulated rig, without a search (" + shape_list() + ")");
+  CLI::Option* const simulated = command.add_option(
+      "--simulated", args.simulated,
+      "write a simulated rig of this shape (5dof, xyz, xz, digital, taxels32, ...)");
   add_repeated(command, "--port", args.ports, "also query the device at this port (repeatable)",
                "PATH|tcp:HOST:PORT")
       ->excludes(simulated);

@@ -337,7 +337,7 @@ Result<int> conclude(const RunArgs& args, const CampaignSummary& summary, double
 
 void add_options(CLI::App& command, RunArgs& args) {
   command.add_option("RECIPE", args.recipe, "recipe file (JSON)")->required();
-  command.add_option("--rig", args.rig, "rig file (JSON)")->required();
+  command.add_option("--rig", args.rig, "use this rig file (JSON)")->required();
   command.add_option("--out", args.out, "write campaign, data set and report to this folder")
       ->required();
   command.add_option("--seed", args.seed, "override the seed of the recipe")->check(seed_problem);

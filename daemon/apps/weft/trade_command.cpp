@@ -51,10 +51,10 @@ EvaluateArgs split_args(const TradeClassifierArgs& args, const Dataset& dataset)
 
 std::string format_split(const EvaluateArgs& args, std::size_t splits) {
   if (args.leave_one_group_out)
-    return std::to_string(splits) + " groups left out in turn, all others train";
+    return std::to_string(splits) + " groups, each tested once with all others as training";
   if (args.train_fraction > 0)
     return std::to_string(splits) + " random splits, " + percent(args.train_fraction, 0) +
-           " % of each label train";
+           " % of each label for training";
   return "groups " + joined(args.train_groups, ",") + " train, groups " +
          joined(args.test_groups, ",") + " test";
 }
@@ -110,21 +110,19 @@ TradeoffReport empty_report(const TradeClassifierArgs& args) {
   out.command = "trade classifier";
   out.costs = classifier_costs();
   out.notes = {
-      "One setting at a time differs from the default. All choices see the same splits, except "
-      "that "
-      "a choice of speed is tested on that speed's trials alone, and another exploration has "
-      "trials "
-      "of its own.",
-      "Left, the time this machine takes to compute one answer; all features are computed whatever "
-      "the number selected. Right, the seconds of sliding (phase M) that the answer is made of.",
-      "Of the family \"stop\" a slide ends as soon as a live vote, asked after 0.5, 1, 2, 3, 4, 6, "
-      "8, "
-      "12 ... s of it, gives one fabric the probability in its name; a slide of which it is never "
-      "sure is answered by the default, whole. The time of an answer is that of one look, "
-      "probability included."};
-  out.timing = "each trial's median of " + std::to_string(args.timings) +
-               " repetitions, mean over the timed trials; features and vote on one thread, choices "
-               "in turn within each repetition, all trainings over";
+      "Each choice differs from the default in one setting. All choices use the same splits, with "
+      "two exceptions. A choice of speed is tested on the trials of that speed only. Another "
+      "exploration has its own trials.",
+      "Left: the time that this machine needs for one prediction. All features are computed, "
+      "whatever number is selected. Right: the seconds of stroke (phase M) that the prediction "
+      "uses.",
+      "In the family \"stop\" a stroke can end early. A live vote is taken after 0.5, 1, 2, 3, 4, "
+      "6, 8, 12 ... s. The stroke ends when one fabric reaches the probability in the name of the "
+      "choice. If none does, the default predicts from the whole stroke. The prediction time is "
+      "that of one vote, with its probability."};
+  out.timing = "median of " + std::to_string(args.timings) +
+               " repetitions per trial, mean over the timed trials; features and vote on one "
+               "thread, all choices within each repetition, after all trainings";
   out.training = describe(args.training);
   out.machine = machine_text();
   out.software = software_version();
@@ -134,8 +132,8 @@ TradeoffReport empty_report(const TradeClassifierArgs& args) {
 
 Result<std::string> set_text(const TradeoffSet& set, const std::vector<TradeoffCost>& costs) {
   Table table;
-  std::vector<std::string> head{"choice", "accuracy %", "95 % interval",
-                                "answer", "sliding",    "training"};
+  std::vector<std::string> head{"choice",     "accuracy %", "95 % interval",
+                                "prediction", "stroke",     "training"};
   std::vector<std::vector<std::size_t>> fronts;
   for (const TradeoffCost& cost : costs) {
     auto front = find_front(set, cost);
@@ -191,33 +189,30 @@ Result<TradeoffReport> measured_tradeoff(const TradeClassifierArgs& args, Consol
 }
 
 void add_options(CLI::App& command, TradeClassifierArgs& args) {
-  command.add_option("DATASET", args.datasets, "data sets (HDF5); each has a picture of its own")
+  command.add_option("DATASET", args.datasets, "data sets (HDF5), each with its own picture")
       ->required();
   add_options(command, args.files);
   add_list(command, "--vary", args.vary,
-           "some of features,learner,slide,speed,exploration,vote,stop; without it all")
+           "vary these (comma-separated: features, learner, slide, speed, vote, stop, ...)")
       ->check(family_problem);
   add_keyword(command, "--learner", args.learner,
               {"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"},
-              "of the default that the others differ from");
+              "use this learner in the default");
   command.add_option("--exploration", args.exploration,
-                     "of the default, such as M2 or M1+M2; without it the data set's first");
+                     "use this exploration in the default, such as M2 or M1+M2");
   add_keyword(command, "--norm", args.norm, {"l2", "rms"},
-              "F_norm: l2 as in the paper, or rms for motions of different lengths");
-  add_split_options(command, args,
-                    "random splits with this share of each label's trials training; without any of "
-                    "these 0.4 for campaigns, else each group left out in turn",
-                    "every group tests once, all others train");
-  add_count(command, "--splits", args.splits, 1, 100000,
-            "most splits of a kind that gives several");
+              "compute F_norm by l2 as in the paper, or by rms");
+  add_split_options(command, args, "train on this share of each label's trials, such as 0.4",
+                    "test each group once, with all others as training");
+  add_count(command, "--splits", args.splits, 1, 100000, "use at most this number of splits");
   add_count(command, "--timings", args.timings, 5, 10000,
-            "repetitions of which the median is shown");
+            "repeat each timing N times and show the median");
   add_train_options(command, args.training);
 }
 
 void add_options(CLI::App& command, TradeoffFiles& files) {
-  command.add_option("-o,--output", files.page, "page to write (HTML)")->required();
-  command.add_option("--data", files.data, "the figures behind it to write (JSON)");
+  command.add_option("-o,--output", files.page, "write the page to this file (HTML)")->required();
+  command.add_option("--data", files.data, "write the numbers of the page to this file (JSON)");
 }
 
 Status check_page(std::span<const std::filesystem::path> inputs, const TradeoffFiles& files) {
@@ -257,8 +252,10 @@ void print_step(Console& console, std::size_t step, std::size_t steps, const std
 }
 
 void add_trade_commands(const CommandGroup& weft) {
-  const CommandGroup trade = weft.group("trade");
-  trade.add<TradeClassifierArgs>("classifier", run_trade_classifier);
+  const CommandGroup trade = weft.group("trade", "plot accuracy against time");
+  trade.add<TradeClassifierArgs>(
+      "classifier", "compare features, learner, stroke length, speed, exploration and vote",
+      run_trade_classifier);
   add_trade_vibro_command(trade);
   add_trade_sim_command(trade);
 }

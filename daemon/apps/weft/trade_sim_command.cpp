@@ -47,9 +47,9 @@ Result<std::string> read_text(const std::filesystem::path& path) {
   if (!(text << file.rdbuf()))
     return fail({.code = Errc::not_found,
                  .where = path.string(),
-                 .what = "cannot read a file",
+                 .what = "file not readable",
                  .expected = "a file",
-                 .hint = "Run it from the repository's root or name the file"});
+                 .hint = "Run it in the root of the repository, or name the file"});
   return text.str();
 }
 
@@ -75,7 +75,7 @@ Status check_files(const TradeSimArgs& args) {
   if (makes_table_alone(args) && (args.table.empty() || args.downstream))
     return fail({.code = Errc::invalid_argument,
                  .where = "--output",
-                 .what = "no page is named",
+                 .what = "no output file",
                  .expected = "-o PAGE.html, or --table FILE without --downstream"});
   std::vector<std::filesystem::path> inputs{find_installed(args.fabrics)};
   if (!args.reference.empty()) inputs.push_back(args.reference);
@@ -125,7 +125,7 @@ std::string command_text(const TradeSimArgs& args) {
 
 std::string read_text(const SimSceneResult& scene) {
   Table table;
-  table.row({"setting", "force error", "rms", "of the step", "pads LSB rms", "x real time",
+  table.row({"setting", "force error", "rms", "step error", "taxels LSB rms", "x real time",
              "median", "front"});
   const auto newtons = [](double n) { return general(n) + " N"; };
   for (const SimPoint& p : scene.points)
@@ -136,7 +136,7 @@ std::string read_text(const SimSceneResult& scene) {
   std::string out =
       "SIMULATED  " + scene.scene + ": " + scene.words + "\nreference: " + scene.reference + "\n";
   if (scene.agreement_n)
-    out += "finest L2 differs from it by " + newtons(scene.agreement_n->max) + "\n";
+    out += "finest L2 differs from the reference by " + newtons(scene.agreement_n->max) + "\n";
   out += table.text();
   for (const SimRefusal& r : scene.refusals)
     out += "  refused: " + r.setting.name() + ", " + r.why + "\n";
@@ -145,7 +145,7 @@ std::string read_text(const SimSceneResult& scene) {
 
 std::string read_text(const DownstreamResult& result) {
   Table table;
-  std::vector<std::string> head{"channels", "learner", "swatches"};
+  std::vector<std::string> head{"channels", "learner", "pieces"};
   for (const std::string& level : result.levels) head.push_back("trained " + level);
   table.row(head);
   std::vector<std::string> row;
@@ -226,9 +226,9 @@ Status write_table(const TradeSimArgs& args, const Progress& progress) {
 SimTradeoffReport empty_report(const TradeSimArgs& args) {
   SimTradeoffReport out;
   out.command = command_text(args);
-  out.timing = "processor time of this process, best and median of " +
-               std::to_string(args.timings) +
-               " repetitions of the whole scene, one thread; making the models is apart";
+  out.timing =
+      "processor time of this process, best and median of " + std::to_string(args.timings) +
+      " repetitions of the whole scene, one thread; without the construction of the models";
   out.machine = machine_text();
   out.software = software_version();
   out.commit = software_commit();
@@ -236,32 +236,32 @@ SimTradeoffReport empty_report(const TradeSimArgs& args) {
 }
 
 void add_options(CLI::App& command, TradeSimArgs& args) {
-  command.add_option("-o,--output", args.files.page,
-                     "page to write (HTML); with --table it may be left out");
-  command.add_option("--data", args.files.data, "the figures behind it to write (JSON)");
+  command.add_option("-o,--output", args.files.page, "write the page to this file (HTML)");
+  command.add_option("--data", args.files.data,
+                     "write the numbers of the page to this file (JSON)");
   command.add_option("--table", args.table,
-                     "also measure random recipes and write the table from which a run chooses "
-                     "its setting (sim/fidelity.json)");
-  command.add_option("--rig", args.rig, "rig file of --table, of a simulated bench")
+                     "also measure random recipes and write a table of settings to this file");
+  command.add_option("--rig", args.rig, "measure the table on this simulated rig (JSON)")
       ->capture_default_str();
-  add_count(command, "--table-recipes", args.table_recipes, 1, 100000, "random recipes of --table");
-  add_count(command, "--table-seeds", args.table_seeds, 1, 1000, "benches for each of them");
+  add_count(command, "--table-recipes", args.table_recipes, 1, 100000,
+            "measure the table on this number of random recipes");
+  add_count(command, "--table-seeds", args.table_seeds, 1, 1000,
+            "simulate this number of benches for each recipe of the table");
   command.add_option("--reference", args.reference,
-                     "trajectories of another solver (bench_sim_reference); without it the finest "
-                     "run of L2, and of its own step alone, is the reference");
-  command.add_option("--fabrics", args.fabrics, "cloth table")->capture_default_str();
+                     "compare with trajectories of another solver (bench_sim_reference)");
+  command.add_option("--fabrics", args.fabrics, "use this fabric table")->capture_default_str();
   add_list(command, "--scenes", args.scenes,
-           "some of " + joined(sim_scene_names(), ",") + ", or none")
+           "run these scenes (comma-separated: press, slide, stick_slip, ..., none)")
       ->check(CLI::IsMember(sim_scene_names()) | CLI::IsMember({no_scene}));
-  command.add_flag("--quick", args.quick, "few steps and three cloths, to see that it works");
+  command.add_flag("--quick", args.quick, "run few steps and three fabrics, as a functional test");
   command.add_flag("--downstream", args.downstream,
                    "also train classifiers at one level and test them at another");
   add_count(command, "--seeds", args.seeds, 2, 1000,
-            "of --downstream: rigs, swatches and trials anew");
+            "repeat --downstream with N seeds: new rigs, pieces and trials");
   add_count(command, "--trials", args.trials, 4, 1000,
-            "of --downstream: on each swatch of a cloth");
+            "simulate N trials on each piece of a fabric for --downstream");
   add_count(command, "--timings", args.timings, 1, 10000,
-            "repetitions of which best and median are shown");
+            "repeat each timing N times and show best and median");
 }
 
 Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
@@ -300,7 +300,8 @@ Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
 }  // namespace
 
 void add_trade_sim_command(const CommandGroup& trade) {
-  trade.add<TradeSimArgs>("sim", run_trade_sim);
+  trade.add<TradeSimArgs>("sim", "compare levels, integrators and steps of the simulation",
+                          run_trade_sim);
 }
 
 }  // namespace weft::daemon::cli

@@ -90,13 +90,13 @@ TradeoffReport vibro_report(const TradeVibroArgs& args) {
   out.costs.back().title = "window [s]";
   out.costs.back().words = "window";
   out.notes = {
-      "Every mark is a learner with a set of features, a window and a source. Scaling and three "
-      "principal components are learnt from training windows alone.",
-      "Each set of recordings has two sections. Windows at random are the paper's protocol: nearly "
-      "every sample of a test window is in some training window, so its figures are too good. "
-      "Contiguous parts of a recording share no sample; with one recording of each material even "
-      "they do not prove that another recording would be recognised."};
-  out.timing = "an answer: features of one window, median of " + std::to_string(args.timings) +
+      "Each mark is a learner with a set of features, a window and a source. Scaling and three "
+      "principal components are fitted on training windows only.",
+      "Each set of recordings has two sections. Random windows are the paper's protocol: nearly "
+      "every sample of a test window is also in a training window, so the accuracy is too high. "
+      "Contiguous parts of a recording share no samples. With one recording per material, even "
+      "they do not show that another recording would be recognised."};
+  out.timing = "one prediction: features of one window, median of " + std::to_string(args.timings) +
                ", and the learner with scaling and components, median over the test windows; one "
                "thread";
   out.training = "defaults of scikit-learn and XGBoost; seed " + std::to_string(args.seed) +
@@ -110,7 +110,7 @@ TradeoffReport vibro_report(const TradeVibroArgs& args) {
 // The best choice of each learner, with its time, under each protocol.
 std::string vibro_summary(const TradeoffSet& set) {
   Table table;
-  table.row({"best of", "choice", "F-score", "95 % interval", "answer"});
+  table.row({"best of", "choice", "F-score", "95 % interval", "prediction"});
   for (const std::string& learner : list_families(std::span(&set, 1))) {
     const TradeoffPoint* best = nullptr;
     for (const TradeoffPoint& p : set.points)
@@ -143,7 +143,7 @@ std::string format_averages(const VibroTradeoff& tradeoff) {
   std::string out = table.text();
   for (const VibroGain& g : compute_gains(tradeoff, averages))
     out += "  2 s over 1 s, " + g.source + ", " + protocol_name(g.protocol) + ": F-score " +
-           signed_percent(g.f_score) + ", an answer " + signed_percent(g.answer_s) +
+           signed_percent(g.f_score) + ", prediction time " + signed_percent(g.answer_s) +
            (g.is_papers ? " (the paper: " + signed_percent(papers_f_score_gain) + ", " +
                               signed_percent(papers_time_gain) + ")"
                         : "") +
@@ -157,23 +157,28 @@ void add_options(CLI::App& command, TradeVibroArgs& args) {
                   "recordings of `weft dataset import`, or campaigns with a vibration sensor")
       ->required();
   add_options(command, args.files);
-  add_list(
-      command, "--method", args.methods,
-      "some of nb, knn, tree, forest, svm, lg, nn, mlp2, xgb, xgbrf, lda, all, or any learner");
+  add_list(command, "--method", args.methods,
+           "compare these learners (comma-separated: nb, knn, forest, svm, lda, all, ...)");
   add_list(command, "--features", args.families,
-           "some of SMMRP, FFT, SMMRPFFT (these without it), SMMRP10, ALL, BANDS, WIDE");
+           "compare these features (comma-separated: SMMRP, FFT, SMMRPFFT, ALL, ...)");
   command.add_option("--exploration", args.exploration,
-                     "of campaigns: only trials of this exploration, such as V1");
-  add_list(command, "--window-s", args.windows_s, "lengths of windows")
+                     "use only this exploration of campaigns, such as V1");
+  add_list(command, "--window-s", args.windows_s,
+           "compare these window lengths [s] (comma-separated)")
       ->check(number_range(0.01, 1e4))
       ->capture_default_str();
-  add_count(command, "--blocks", args.blocks, 2, 1000, "contiguous parts of every recording");
-  add_number(command, "--step-s", args.step_s, 0.001, 1e6, "from one window of a part to the next");
-  add_count(command, "--per-recording", args.per_recording, 10, 100000, "windows at random");
-  add_count(command, "--repeats", args.repeats, 2, 1000, "splits of windows at random");
-  add_count(command, "--timings", args.timings, 5, 100000, "windows of which the median is shown");
+  add_count(command, "--blocks", args.blocks, 2, 1000,
+            "split every recording into N contiguous parts");
+  add_number(command, "--step-s", args.step_s, 0.001, 1e6,
+             "set the time from one window of a part to the next [s]");
+  add_count(command, "--per-recording", args.per_recording, 10, 100000,
+            "draw this number of random windows per recording");
+  add_count(command, "--repeats", args.repeats, 2, 1000, "use this number of random splits");
+  add_count(command, "--timings", args.timings, 5, 100000,
+            "time this number of windows and show the median");
   add_outliers_option(command, args.outliers);
-  command.add_option("--seed", args.seed, "of windows, splits and learners")->capture_default_str();
+  command.add_option("--seed", args.seed, "set the seed of windows, splits and learners")
+      ->capture_default_str();
 }
 
 Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
@@ -208,7 +213,8 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
 }  // namespace
 
 void add_trade_vibro_command(const CommandGroup& trade) {
-  trade.add<TradeVibroArgs>("vibro", run_trade_vibro);
+  trade.add<TradeVibroArgs>(
+      "vibro", "compare learner, features, window and source of vibration data", run_trade_vibro);
 }
 
 }  // namespace weft::daemon::cli
