@@ -66,7 +66,7 @@ json carry_out(const json& order, sim::Rig& rig, TimePoint now) {
     return outcome(rig.clear_faults(order.value("device", ""), order.value("fault", "")));
   return refused({.code = Errc::invalid_argument,
                   .where = "/order",
-                  .what = "no such order",
+                  .what = "unknown order",
                   .expected = "mount, unmount, truth, fault or clear",
                   .got = what});
 }
@@ -91,9 +91,9 @@ Result<std::unique_ptr<RigServer>> RigServer::create(RealLoop& loop, const RigFi
   if (file.mode != BenchMode::emulated)
     return fail({.code = Errc::wrong_state,
                  .where = "/bench",
-                 .what = "only an emulated bench is served",
+                 .what = "bench is not emulated",
                  .expected = "emulated",
-                 .hint = "Give the devices' links ports, and the bench that name"});
+                 .hint = "Set \"bench\": \"emulated\" and give each device a link with a port"});
   auto rig = sim::Rig::create(file.text, fabrics_json, seed);
   if (!rig) return pass(rig.error());
   std::unique_ptr<RigServer> made(new RigServer(loop, std::move(*rig)));
@@ -148,7 +148,7 @@ Status RigServer::serve_pages(const DeviceEntry& device) {
   if (!device.http) return {};
   if (rig_->page(device.name) == nullptr)
     return fail(
-        {.code = Errc::unsupported, .where = "/http", .what = "this device has no settings page"});
+        {.code = Errc::unsupported, .where = "/http", .what = "device has no settings page"});
   const Status served = serve_clients(
       std::get<TcpPort>(*device.http).end,
       [rig = rig_.get(), name = device.name] { return rig->page(name); },
@@ -161,7 +161,7 @@ Status RigServer::serve_commands(const DeviceEntry& device) {
   if (rig_->command_port(device.name) == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = "/commands",
-                 .what = "this device has no command port",
+                 .what = "device has no command port",
                  .expected = "a Net F/T box"});
   const Status served = serve_clients(
       std::get<TcpPort>(*device.commands).end,
@@ -226,7 +226,7 @@ std::string RigServer::execute_order(std::string_view text) {
   if (!order) return refused(order.error()).dump();
   if (!order->is_object())
     return refused({.code = Errc::parse,
-                    .what = "not an order",
+                    .what = "order not readable",
                     .expected = "a JSON object",
                     .got = std::string(text)})
         .dump();
@@ -234,7 +234,7 @@ std::string RigServer::execute_order(std::string_view text) {
     return carry_out(*order, *rig_, loop_->now()).dump();
   } catch (const json::exception& e) {
     return refused({.code = Errc::invalid_argument,
-                    .what = "an order with a wrong type",
+                    .what = "order with a value of the wrong type",
                     .got = e.what()})
         .dump();
   }

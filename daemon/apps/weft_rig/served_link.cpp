@@ -71,10 +71,10 @@ struct Server {
   WholeMessages whole;
   Result<std::unique_ptr<ServedPlace>> operator()(const MemoryPort&) const {
     return fail({.code = Errc::wrong_state,
-                 .what = "a memory link cannot be served",
+                 .what = "memory link cannot be served",
                  .expected = "serial, tcp or udp",
                  .got = "memory",
-                 .hint = "weft-rig is for rig files whose bench is \"emulated\""});
+                 .hint = "Use a rig file with \"bench\": \"emulated\""});
   }
   Result<std::unique_ptr<ServedPlace>> operator()(const SerialSettings& s) const {
     return plugged_in<ServedTerminal>(*loop, s.path);

@@ -21,8 +21,8 @@ Result<asio::ip::address> parse_address(const Endpoint& at) {
   if (error)
     return fail({.code = Errc::not_found,
                  .where = words(at),
-                 .what = "not an address to serve at",
-                 .expected = "an address of this machine, 127.0.0.1 for instance",
+                 .what = "address not usable",
+                 .expected = "an address of this machine, such as 127.0.0.1",
                  .got = at.host});
   return address;
 }
@@ -30,9 +30,9 @@ Result<asio::ip::address> parse_address(const Endpoint& at) {
 tl::unexpected<Error> cannot_serve(const Endpoint& at, const asio::error_code& error) {
   return fail({.code = Errc::io,
                .where = words(at),
-               .what = "cannot serve there",
+               .what = "port not available",
                .got = error.message(),
-               .hint = "Another program, perhaps another weft-rig, may hold the port"});
+               .hint = "End the program that uses the port, perhaps another weft-rig"});
 }
 
 /// Keeps one link for the device while hosts change.

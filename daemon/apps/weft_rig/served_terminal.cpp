@@ -23,7 +23,7 @@ constexpr Duration poll_period = std::chrono::milliseconds(5);
 tl::unexpected<Error> no_terminal(const char* what) {
   return fail({.code = Errc::io,
                .where = what,
-               .what = "cannot make a pseudo-terminal",
+               .what = "pseudo-terminal not created",
                .got = std::generic_category().message(errno)});
 }
 
@@ -105,8 +105,8 @@ Status ServedTerminal::publish() {
   if (error)
     return fail({.code = Errc::io,
                  .where = path_,
-                 .what = "cannot put the port there",
-                 .expected = "a place for a symbolic link",
+                 .what = "link to the port not created",
+                 .expected = "a path for a symbolic link",
                  .got = error.message()});
   published_ = true;
   return {};

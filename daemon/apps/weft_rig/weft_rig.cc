@@ -48,12 +48,10 @@ Status serve(const Args& args) {
 int main(int argc, char** argv) {
   CLI::App app("Serves the emulated rig of a rig file on real ports, in real time.", "weft-rig");
   Args args;
-  app.add_option("RIG", args.rig, "rig file (JSON) whose bench is \"emulated\"")->required();
-  app.add_option("--seed", args.seed, "of the sensors' noise")->capture_default_str();
-  app.add_option(
-         "--tcp", args.tcp_from,
-         "serve every device on TCP too, on 127.0.0.1 from this port on, and the pages and "
-         "the command port of a Net F/T box, for programs that cannot open a pseudo-terminal")
+  app.add_option("RIG", args.rig, "rig file (JSON) with \"bench\": \"emulated\"")->required();
+  app.add_option("--seed", args.seed, "set the seed of the sensor noise")->capture_default_str();
+  app.add_option("--tcp", args.tcp_from,
+                 "also serve every device on TCP, on 127.0.0.1 from this port on")
       ->check(CLI::Range(1, 65000));
   cli::add_generated_texts(app);
   if (const auto status = cli::parse_command_line(app, argc, argv)) return *status;
