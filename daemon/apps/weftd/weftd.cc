@@ -31,8 +31,9 @@ int rebuild_catalogue(const weft::daemon::runs::CataloguePaths& paths) {
   if (!done->damaged.empty())
     std::cout << "The damaged catalogue is kept as " << done->damaged.string() << "\n";
   if (done->is_latched)
-    std::cout << "The rig has an emergency stop, as a latch or a lock-out may have been lost: an "
-                 "engineer looks at the rig, then resets it\n";
+    std::cout
+        << "The rig is in e-stop, because a latch or lock-out may have been lost. An engineer "
+           "must inspect the rig and reset it.\n";
   std::cout << done->added.size() << " runs added; the next run is "
             << weft::daemon::runs::run_id(done->next_number) << std::endl;
   return 0;
@@ -41,34 +42,35 @@ int rebuild_catalogue(const weft::daemon::runs::CataloguePaths& paths) {
 void add_options(CLI::App& app, weft::daemon::server::DaemonOptions& options) {
   using weft::daemon::server::LogFormat;
   app.set_version_flag("--version", "weftd " + weft::daemon::software_version());
-  app.add_option("--rig", options.rig, "rig file (JSON)")->required()->check(CLI::ExistingFile);
-  app.add_option("--recipes", options.recipes, "folder of recipes")
+  app.add_option("--rig", options.rig, "control the rig of this file (JSON)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("--recipes", options.recipes, "read recipes from this folder")
       ->required()
       ->check(CLI::ExistingDirectory);
-  app.add_option("--data", options.data, "folder for runs and journal")->required();
-  app.add_option("--socket", options.socket, "Unix socket, DATA/weftd.sock");
-  app.add_option("--tokens", options.tokens, "file of tokens, DATA/tokens.json");
-  app.add_option("--port", options.port, "TCP port, for clients with a token");
+  app.add_option("--data", options.data, "write runs and journal to this folder")->required();
+  app.add_option("--socket", options.socket, "serve clients at this Unix socket");
+  app.add_option("--tokens", options.tokens, "read access tokens from this file");
+  app.add_option("--port", options.port, "serve clients with a token at this TCP port");
   app.add_option("--http", options.http_port,
-                 "HTTP port: a page (weft page), and POST /rpc and GET /events, with a token");
+                 "serve the web page and HTTP clients with a token at this port");
   app.add_option("--listen", options.listen,
-                 "address of both ports; one that other machines reach needs TLS")
+                 "bind both ports to this address; other machines need TLS")
       ->capture_default_str();
   app.add_option("--tls-cert", options.tls_certificate,
-                 "certificate and its chain (PEM): both ports speak TLS 1.2 or 1.3");
-  app.add_option("--tls-key", options.tls_key, "its key (PEM), not for everybody to read");
+                 "use TLS on both ports, with this certificate and chain (PEM)");
+  app.add_option("--tls-key", options.tls_key,
+                 "read the private key of the certificate from this file (PEM)");
   app.add_option("--notify", options.notify,
-                 "file (JSON) that says whom to notify by webhook or MQTT, and of which events")
+                 "send events by webhook or MQTT, as configured in this file (JSON)")
       ->check(CLI::ExistingFile);
   app.add_option("--pace", options.pace,
-                 "of a simulated bench: bench seconds per second, so that it can be watched; 0: as "
-                 "fast as it can")
+                 "run a simulated bench at N bench seconds per second; 0: as fast as possible")
       ->capture_default_str();
   const std::map<std::string, LogFormat> formats{
       {"text", LogFormat::text}, {"json", LogFormat::json}, {"journald", LogFormat::journald}};
   app.add_option("--log-format", options.log_format,
-                 "how the journal is written to standard output: text, json (an object a line) or "
-                 "journald (with priorities; the default where systemd's journal reads it)")
+                 "write the journal to standard output in this format")
       ->transform(CLI::CheckedTransformer(formats).description("text|json|journald"));
 }
 
@@ -77,15 +79,19 @@ void add_options(CLI::App& app, weft::daemon::server::DaemonOptions& options) {
 int main(int argc, char** argv) {
   weft::daemon::server::DaemonOptions options;
   options.log_format = weft::daemon::server::default_log_format();
-  CLI::App app("Runs campaigns on one rig; programs talk to it in JSON-RPC, one object a line.",
+  CLI::App app("Runs campaigns on one rig and serves clients by JSON-RPC, one object per line.",
                "weftd");
   add_options(app, options);
   bool rebuilds = false;
-  app.add_flag(
-      "--rebuild-catalogue", rebuilds,
-      "add the runs of DATA that DATA/weftd.sqlite does not list, then end; keep a damaged "
-      "file aside and make a new one");
-  weft::daemon::cli::add_generated_texts(app);
+  app.add_flag("--rebuild-catalogue", rebuilds,
+               "add the runs missing in DATA/weftd.sqlite, or replace it if damaged, then exit");
+  app.add_flag_callback(
+      "--manual",
+      [&app] {
+        std::cout << weft::daemon::cli::manual_page(app);
+        throw CLI::Success();
+      },
+      "print these options as a manual page");
   if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
   // Absolute paths: a daemon started from another folder must find the files kept of a run. The
   // socket path stays as given, because its length is limited.
