@@ -35,8 +35,8 @@ std::string complaint_of(const Error& error) {
 /// MPI's launcher ends all ranks when one dies; its own message names the dead rank.
 extern "C" void on_terminate(int) {
   constexpr std::string_view text =
-      "weft-train-mpi: ended by its launcher, most likely because another rank died; "
-      "no model was written\n";
+      "weft-train-mpi: ended by its launcher, probably because another rank failed; no model was "
+      "written\n";
   const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
   ::_exit(written < 0 ? 2 : 1);
 }
@@ -63,10 +63,10 @@ Status agree(const Ranks& ranks, const std::string& sha256) {
     else if (*theirs != sha256)
       status = fail({.code = Errc::invalid_argument,
                      .where = "rank " + std::to_string(rank),
-                     .what = "another data set than rank 0 reads",
+                     .what = "data set differs from that of rank 0",
                      .expected = sha256,
                      .got = *theirs,
-                     .hint = "Put the data set where all machines see the same file"});
+                     .hint = "Put the data set where all machines read the same file"});
   }
   return status;
 }
@@ -162,10 +162,10 @@ int run(int argc, char** argv) {
   const Ranks ranks;
   if (ranks.root()) std::signal(SIGTERM, on_terminate);
   cli::Console console{std::cout, std::cerr, false, false, nullptr};
-  CLI::App command("weft fabric train, shared among the ranks of an MPI job", "weft-train-mpi");
+  CLI::App command("Runs weft fabric train on the ranks of an MPI job.", "weft-train-mpi");
   cli::TrainArgs args;
   cli::add_options(command, args);
-  command.add_flag("--json", console.json, "one JSON object on standard output");
+  command.add_flag("--json", console.json, "print one JSON object on standard output");
   try {
     command.parse(argc, argv);
     return ranks.root() ? lead(ranks, args, console) : follow(ranks, args);
