@@ -85,7 +85,7 @@ TEST_CASE("a campaign has repetition, start and place; columns that never change
   CHECK(probe(tables, "force error").values(3, 0) == 24.5);
   CHECK(probe(tables, "force error").names.size() == 1);
   for (const char* const name : {"phase S", "durations", "lost frames"})
-    CHECK(why_absent(tables, name) == "the same in all trials");
+    CHECK(why_absent(tables, name).find("same") != std::string::npos);
 }
 
 TEST_CASE("imports have no place, and trials that overlap have no common clock") {
@@ -204,7 +204,7 @@ TEST_CASE(
   CHECK(column["next"][0].get<std::string>().find("--group session") != std::string::npos);
 }
 
-TEST_CASE("without a split nothing can be told") {
+TEST_CASE("without a split there is no verdict") {
   AuditReport report;
   report.tables = slide_tables(four_trials()).value();
   const nlohmann::json out = audit_json(report);

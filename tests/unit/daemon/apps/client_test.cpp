@@ -118,7 +118,7 @@ TEST_CASE("a change is answered by what the daemon did, also where its lease was
   CHECK(received == std::vector<std::string>{"lease.acquire", "run.recover", "lease.release"});
 }
 
-TEST_CASE("a change that was refused is told as refused, and its lease given back") {
+TEST_CASE("a refused change is reported as refused, and its lease is released") {
   const TemporaryFolder folder;
   std::vector<std::string> received;
   RepliedByHand daemon(folder, [&](const std::string& method, const json&) -> json {
@@ -160,7 +160,7 @@ TEST_CASE("a change goes under a lease of one's own that no connection keeps, as
   CHECK(kept_out.error().what == "rig:bench is leased");
 }
 
-TEST_CASE("the last word of a daemon that ends a connection is what a client is told") {
+TEST_CASE("the last message of a daemon that ends a connection is the error of the client") {
   const std::string over = "the time of this token is over, or it was removed";
   json last = refusal("access.token", over);
   last["id"] = nullptr;

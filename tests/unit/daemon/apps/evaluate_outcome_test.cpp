@@ -43,7 +43,7 @@ TEST_CASE("a learning curve rises in trials and has each number once, however it
   CHECK(measured->curve[1].trials == 3);
 }
 
-TEST_CASE("an interval of groups left out says what it is, on the curve as well") {
+TEST_CASE("an interval of left-out groups names its method, on the curve as well") {
   ChosenTrials chosen = chosen_trials();
   EvaluateArgs args = groups_left_out();
   args.curve = {2};
@@ -104,17 +104,18 @@ TEST_CASE("what can be known before a training is refused before it") {
   // training would be refused, so the message shows which check came first
   chosen.features.values.row(0)[0] = std::nan("");
   EvaluateArgs args = groups_left_out();
-  CHECK(measure(args, chosen).error().what.find("not so many") == std::string::npos);
+  CHECK(measure(args, chosen).error().where.find("--learning-curve") == std::string::npos);
   args.curve = {2, 31};
-  CHECK(measure(args, chosen).error().what == "not so many training recordings");
+  CHECK(measure(args, chosen).error().where.find("--learning-curve") == 0);
+  CHECK(measure(args, chosen).error().got == "31");
   args.curve.clear();
   args.none_of_these = true;
   for (std::string& label : chosen.features.labels)
     if (label == "pile") label = "wool";
-  CHECK(measure(args, chosen).error().what == "too few fabrics to leave one out");
+  CHECK(measure(args, chosen).error().expected == "at least 3");
 }
 
-TEST_CASE("a label that is in one group alone is told to be never tested") {
+TEST_CASE("a label that is in one group alone is reported as never tested") {
   ChosenTrials chosen = chosen_trials();
   EvaluateArgs args = groups_left_out();
   const auto all = measure(args, chosen);
@@ -125,8 +126,8 @@ TEST_CASE("a label that is in one group alone is told to be never tested") {
   if (!measured) FAIL(to_string(measured.error()));
   REQUIRE(measured->never_tested.size() == 1);
   CHECK(format_never_tested(measured->never_tested, "trials") ==
-        "silk (3 trials, in group A alone)");
-  CHECK(report_text(args, chosen, *measured).find("silk (3 trials, in group A alone)") !=
+        "silk (3 trials, only in group A)");
+  CHECK(report_text(args, chosen, *measured).find("silk (3 trials, only in group A)") !=
         std::string::npos);
   const nlohmann::json out = report_json(args, chosen, *measured);
   CHECK(out["never_tested"] ==
@@ -158,7 +159,7 @@ TEST_CASE("features are timed at the level that was asked for") {
   CHECK(seconds_of_features(no_rest, chosen, [] { return 0.0; }) == 0);
 }
 
-TEST_CASE("label and mounting are told to be confounded, with what is left without levels") {
+TEST_CASE("label and mounting are reported as confounded, with the accuracy without levels") {
   ChosenTrials chosen = chosen_trials();
   EvaluateArgs args = groups_left_out();
   const auto unknown = measure(args, chosen);

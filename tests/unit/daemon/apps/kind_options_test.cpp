@@ -30,6 +30,21 @@ std::string refusal(std::vector<std::string> arguments) {
   return err.str();
 }
 
+/// The error of a refused command, as --json prints it.
+nlohmann::json error_of(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"weft", "--json"});
+  std::vector<const char*> words;
+  for (const std::string& one : arguments) words.push_back(one.c_str());
+  std::ostringstream out, err;
+  Console console{out, err};
+  CHECK(run(static_cast<int>(words.size()), words.data(), console) == exit_failure);
+  return nlohmann::json::parse(out.str()).at("error");
+}
+
+bool has(const nlohmann::json& text, const std::string& part) {
+  return text.get<std::string>().find(part) != std::string::npos;
+}
+
 std::string recordings_in(const TemporaryFolder& folder) {
   RecordingSet set{"two", "recordings", BenchKind::real, {}};
   for (const char* label : {"felt", "foil"})
@@ -117,20 +132,20 @@ TEST_CASE("a command of one modality refuses the data of another and names its o
   const std::string sound = recordings_in(folder), slides = slides_in(folder);
   const std::string imprints = imprints_in(folder);
   const auto refused = [&](const char* modality, const std::string& file) {
-    return refusal({modality, "evaluate", file, "--leave-one-group-out"});
+    return error_of({modality, "evaluate", file, "--leave-one-group-out"});
   };
-  CHECK(refused("fabric", sound).find("Take weft vibro.") != std::string::npos);
-  CHECK(refused("fabric", imprints).find("Take weft imprint.") != std::string::npos);
-  CHECK(refused("imprint", sound).find("Take weft vibro.") != std::string::npos);
-  CHECK(refused("imprint", slides).find("Take weft fabric.") != std::string::npos);
-  CHECK(refused("vibro", slides).find(slides) != std::string::npos);
-  CHECK(refusal({"vibro", "evaluate", sound, "--protocol", "random", "--parts", "3"})
-            .find(": --parts: not for windows at random") != std::string::npos);
-  CHECK(
-      refusal({"imprint", "features", slides, "-o", folder / "x.csv"}).find("Take weft fabric.") !=
-      std::string::npos);
-  CHECK(refusal({"imprint", "train", slides, "-o", folder / "x.model"}).find("Take weft fabric.") !=
-        std::string::npos);
+  CHECK(has(refused("fabric", sound).at("hint"), "weft vibro"));
+  CHECK(has(refused("fabric", imprints).at("hint"), "weft imprint"));
+  CHECK(has(refused("imprint", sound).at("hint"), "weft vibro"));
+  CHECK(has(refused("imprint", slides).at("hint"), "weft fabric"));
+  CHECK(has(refused("vibro", slides).at("where"), slides));
+  const auto parts = error_of({"vibro", "evaluate", sound, "--protocol", "random", "--parts", "3"});
+  CHECK(parts.at("where") == sound + ": --parts");
+  CHECK(has(parts.at("message"), "random windows"));
+  CHECK(has(error_of({"imprint", "features", slides, "-o", folder / "x.csv"}).at("hint"),
+            "weft fabric"));
+  CHECK(has(error_of({"imprint", "train", slides, "-o", folder / "x.model"}).at("hint"),
+            "weft fabric"));
 }
 
 TEST_CASE("learners after --learner are one list, with commas or blanks") {
@@ -166,18 +181,26 @@ TEST_CASE("help leaves out what is rarely needed, --help-all has it") {
 TEST_CASE("recordings refuse the options of slides in one sentence, with their own beside") {
   const TemporaryFolder folder;
   const std::string file = recordings_in(folder);
-  CHECK(refusal({"evaluate", file, "--window-s", "1", "--window-step-s", "0.5", "--train-fraction",
-                 "0.5", "--permute-labels", "3", "--none-of-these", "--learner", "lda", "--method",
-                 "NB"}) ==
-        "weft: " + file +
-            ": --learner, --none-of-these, --permute-labels, --train-fraction, --window-step-s: "
-            "not for recordings of sound and vibration in contiguous parts. For --learner take "
-            "--method, for --train-fraction take --protocol, for --window-step-s take --step-s.\n");
-  CHECK(refusal({"train", file, "-o", folder / "x.model", "--learner", "svc", "--window-s", "1",
-                 "--window-step-s", ".5"})
-            .find("--learner, --window-step-s: not for whole recordings") != std::string::npos);
-  CHECK(refusal({"train", file, "-o", folder / "x.model", "--live"})
-            .find("--live: not for whole recordings") != std::string::npos);
+  std::vector<std::string> of_slides{"evaluate",         file,  "--window-s",       "1",
+                                     "--window-step-s",  "0.5", "--train-fraction", "0.5",
+                                     "--permute-labels", "3",   "--none-of-these"};
+  of_slides.insert(of_slides.end(), {"--learner", "lda", "--method", "NB"});
+  const auto error = error_of(of_slides);
+  CHECK(error.at("where") == file +
+                                 ": --learner, --none-of-these, --permute-labels, "
+                                 "--train-fraction, --window-step-s");
+  CHECK(has(error.at("message"), "contiguous parts"));
+  for (const char* const pair :
+       {"--method instead of --learner", "--protocol instead of --train-fraction",
+        "--step-s instead of --window-step-s"})
+    CHECK(has(error.at("hint"), pair));
+  CHECK(refusal(of_slides) == "weft: " + error.at("sentence").get<std::string>() + "\n");
+  const auto train = error_of({"train", file, "-o", folder / "x.model", "--learner", "svc",
+                               "--window-s", "1", "--window-step-s", ".5"});
+  CHECK(train.at("where") == file + ": --learner, --window-step-s");
+  CHECK(has(train.at("message"), "whole"));
+  CHECK(error_of({"train", file, "-o", folder / "x.model", "--live"}).at("where") ==
+        file + ": --live");
   CHECK_FALSE(std::filesystem::exists(folder / "x.model"));
   for (const std::vector<std::string>& one : {std::vector<std::string>{"--repeats", "3"},
                                               {"--per-recording", "5"},
@@ -187,39 +210,41 @@ TEST_CASE("recordings refuse the options of slides in one sentence, with their o
                                               {"--leave-one-group-out", "--blocks", "3"}}) {
     std::vector<std::string> arguments{"evaluate", file};
     arguments.insert(arguments.end(), one.begin(), one.end());
-    CHECK(refusal(arguments).find(": not for ") != std::string::npos);
+    CHECK(has(error_of(arguments).at("where"), file + ": --"));
   }
 }
 
 TEST_CASE("slides refuse the options of recordings and of imprints") {
   const TemporaryFolder folder;
   const std::string file = slides_in(folder);
-  CHECK(refusal({"evaluate", file, "--train-fraction", "0.5", "--learner", "lda", "--features",
-                 "WIDE", "--step-s", "1"}) ==
-        "weft: " + file +
-            ": --features, --step-s: not for slides over a tactile array. For --features take "
-            "--method with it, for --step-s take --window-step-s.\n");
+  const auto error = error_of({"evaluate", file, "--train-fraction", "0.5", "--learner", "lda",
+                               "--features", "WIDE", "--step-s", "1"});
+  CHECK(error.at("where") == file + ": --features, --step-s");
+  CHECK(has(error.at("message"), "strokes"));
+  CHECK(has(error.at("hint"), "--method with --features"));
+  CHECK(has(error.at("hint"), "--window-step-s instead of --step-s"));
   for (const char* command : {"train", "features"}) {
-    const std::string reply = refusal({command, file, "-o", folder / "x", "--scales", "1,2"});
-    CHECK(reply.find("--scales: not for slides") != std::string::npos);
+    const auto reply = error_of({command, file, "-o", folder / "x", "--scales", "1,2"});
+    CHECK(reply.at("where") == file + ": --scales");
+    CHECK(has(reply.at("message"), "strokes"));
   }
 }
 
 TEST_CASE("imprints refuse the options of what moves") {
   const TemporaryFolder folder;
   const std::string file = imprints_in(folder);
-  CHECK(refusal({"evaluate", file, "--train-fraction", "0.5", "--features", "WIDE", "--protocol",
-                 "random", "--exploration", "M1", "--norm", "rms"}) ==
-        "weft: " + file +
-            ": --exploration, --features, --norm, --protocol: not for imprints, which stand still. "
-            "For --features take --imprint-features.\n");
-  CHECK(refusal({"features", file, "-o", folder / "x.csv", "--window-s", "1"})
-            .find("--window-s: not for imprints") != std::string::npos);
-  CHECK(refusal({"train", file, "-o", folder / "x.model", "--live"})
-            .find("--live: not for imprints") != std::string::npos);
-  CHECK(
-      refusal({"design", "repetitions", file, "--norm", "rms"}).find("--norm: not for imprints") !=
-      std::string::npos);
+  const auto error = error_of({"evaluate", file, "--train-fraction", "0.5", "--features", "WIDE",
+                               "--protocol", "random", "--exploration", "M1", "--norm", "rms"});
+  CHECK(error.at("where") == file + ": --exploration, --features, --norm, --protocol");
+  CHECK(has(error.at("hint"), "--imprint-features instead of --features"));
+  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& option) {
+    const auto one = error_of(arguments);
+    CHECK(one.at("where") == file + ": " + option);
+    CHECK(has(one.at("message"), "imprints"));
+  };
+  refused({"features", file, "-o", folder / "x.csv", "--window-s", "1"}, "--window-s");
+  refused({"train", file, "-o", folder / "x.model", "--live"}, "--live");
+  refused({"design", "repetitions", file, "--norm", "rms"}, "--norm");
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST_CASE("what a live vote left out is counted in the data set, its certificate
   }
 }
 
-TEST_CASE("a campaign whose slides all came to their end is no selection and is classified") {
+TEST_CASE("a campaign with only complete strokes is no selection and is classified") {
   const TemporaryFolder folder;
   const auto request = request_in(folder, recipe_of(3).dump());
   const std::string out = (folder / "out").string();

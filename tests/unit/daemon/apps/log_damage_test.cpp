@@ -103,7 +103,7 @@ TEST_CASE("a flipped bit in the log of a killed campaign is found, and a resume 
   CHECK(killed.verified().certified);
 }
 
-TEST_CASE("a campaign goes on with what lies before the damage once its log is folded in") {
+TEST_CASE("a campaign resumes with the data before the damage once its log is checkpointed") {
   KilledCampaign killed;
   std::string bent = test::read_file(killed.log);
   bent[bent.size() / 2] = static_cast<char>(bent[bent.size() / 2] ^ 1);
@@ -133,7 +133,7 @@ TEST_CASE("a killed campaign without its log is one that has lost it") {
   killed.check_refused("campaign.sqlite-wal");
 }
 
-TEST_CASE("no data set is made of a campaign that has lost some of its log without being told to") {
+TEST_CASE("a campaign that has lost some of its log is exported only on request") {
   KilledCampaign killed;
   const std::size_t complete = cli::open_campaign(killed.file)->dataset.trials.size();
   REQUIRE(complete == killed.verified().complete);
@@ -152,6 +152,7 @@ TEST_CASE("no data set is made of a campaign that has lost some of its log witho
   CHECK(refused.error().where.find("campaign.sqlite-wal") != std::string::npos);
   const auto exported = export_campaign(killed.request.out, {});
   REQUIRE_FALSE(exported);
+  CHECK(exported.error().code == refused.error().code);
   CHECK(exported.error().what == refused.error().what);
   const auto rest = cli::open_campaign(killed.file, cli::CampaignLog::as_far_as_it_goes);
   CHECK((!rest || rest->dataset.trials.size() < complete));
@@ -165,7 +166,7 @@ TEST_CASE("a log without its campaign file is no empty folder") {
   killed.check_refused("campaign.sqlite");
 }
 
-TEST_CASE("what a resume does not go on with is set aside and not removed") {
+TEST_CASE("what a resume does not continue is set aside and not removed") {
   bool seen_blank = false, seen_begun = false;
   for (std::uint64_t write = 1; !seen_begun; ++write) {
     KilledCampaign killed(write);
@@ -176,7 +177,7 @@ TEST_CASE("what a resume does not go on with is set aside and not removed") {
     killed.request.resume = true;
     const auto preview = preview_resume(killed.request);
     REQUIRE(preview);
-    CHECK(preview->will.front() == "set the empty campaign file aside, as campaign.aside-1.sqlite");
+    CHECK(preview->will.front().find("campaign.aside-1.sqlite") != std::string::npos);
     const auto summary = run_campaign(killed.request, {});
     REQUIRE(summary);
     CHECK(summary->trials_complete == 4);

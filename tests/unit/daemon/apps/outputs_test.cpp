@@ -115,7 +115,7 @@ TEST_CASE("a report's JSON document replaces an older one, and no other file") {
   refuses({"report", out}, "-o PAGE.html");
 }
 
-TEST_CASE("a page is shown by xdg-open, and an error says that there is none") {
+TEST_CASE("xdg-open shows a page, and its absence is an error") {
   const TemporaryFolder folder;
   Document document{"test", "title"};
   REQUIRE(write_page(folder / "page.html", nlohmann::ordered_json::object(), document));

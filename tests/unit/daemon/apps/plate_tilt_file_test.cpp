@@ -40,10 +40,10 @@ Result<std::string> merged(const json& level, std::int64_t age_s = 60,
                     oldest);
 }
 
-std::string refused(const json& level, std::int64_t age_s = 60) {
+Error refused(const json& level, std::int64_t age_s = 60) {
   const auto text = merged(level, age_s);
   REQUIRE_FALSE(text);
-  return text.error().what + " " + text.error().where;
+  return text.error();
 }
 
 /// The largest distance of a rotary axis from `angle_rad` in recorded phases [rad].
@@ -91,21 +91,25 @@ TEST_CASE("a level that was found goes into the rig file, with when and how well
 }
 
 TEST_CASE("a level of another rig, of another bench, of long ago or of no success is refused") {
-  CHECK(refused(json::array()) == "not what weft align says ");
-  CHECK(refused({{"command", "align"}}).find("not what weft align says") == 0);
-  CHECK(refused(changed("/after", nullptr)) == "no tilt was found /after");
-  CHECK(refused(changed("/after/rx_rad", "0.1")).find("not what weft align says") == 0);
-  CHECK(refused(changed("/rig", "bench18")) == "the level is another rig's /rig");
-  CHECK(refused(changed("/bench", "real")) == "the level is of another kind of bench /bench");
-  CHECK(refused(changed("/outcome", "failed")) == "the plate was not levelled /outcome");
-  CHECK(refused(changed("/after/lean_rad", 1)) == "the plate was not levelled /outcome");
-  CHECK(refused(found_level(), 25 * 3600) == "the level is too old /measured_unix_s");
-  CHECK(refused(found_level(), -3600) == "the level was found in the future /measured_unix_s");
+  CHECK(refused(json::array()).code == Errc::parse);
+  CHECK(refused({{"command", "align"}}).code == Errc::parse);
+  CHECK(refused(changed("/after/rx_rad", "0.1")).code == Errc::parse);
+  CHECK(refused(changed("/after", nullptr)).where == "/after");
+  CHECK(refused(changed("/rig", "bench18")).where == "/rig");
+  CHECK(refused(changed("/rig", "bench18")).got == "bench18");
+  CHECK(refused(changed("/bench", "real")).where == "/bench");
+  CHECK(refused(changed("/bench", "real")).got == "real");
+  CHECK(refused(changed("/outcome", "failed")).where == "/outcome");
+  CHECK(refused(changed("/after/lean_rad", 1)).where == "/outcome");
+  const auto check_time = [](const Error& error, const std::string& limit) {
+    CHECK(error.where == "/measured_unix_s");
+    CHECK(error.expected.starts_with(limit));  // at least: too old; at most: in the future
+  };
+  check_time(refused(found_level(), 25 * 3600), "at least");
+  check_time(refused(found_level(), -3600), "at most");
   using Limit = std::numeric_limits<std::int64_t>;
-  CHECK(refused(changed("/measured_unix_s", Limit::min())) ==
-        "the level is too old /measured_unix_s");
-  CHECK(refused(changed("/measured_unix_s", Limit::max())) ==
-        "the level was found in the future /measured_unix_s");
+  check_time(refused(changed("/measured_unix_s", Limit::min())), "at least");
+  check_time(refused(changed("/measured_unix_s", Limit::max())), "at most");
   const auto twice = with_level(*merged(found_level()), found_level().dump(),
                                 std::chrono::seconds(measured_s), 24h);
   CHECK(twice.error().where == "/plate/level");
