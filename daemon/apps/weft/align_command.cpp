@@ -165,7 +165,7 @@ Result<int> run_align(const AlignArgs& args, Console& console) {
 }  // namespace
 
 void add_align_command(const CommandGroup& weft) {
-  weft.add<AlignArgs>("align", "measure the tilt of the plate by touch and level it", run_align);
+  weft.add<AlignArgs>("align", run_align);
 }
 
 }  // namespace weft::daemon::cli

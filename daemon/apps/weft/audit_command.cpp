@@ -253,8 +253,7 @@ std::vector<AuditHeadline> audit_quickly(const std::filesystem::path& file,
 }
 
 void add_audit_command(const CommandGroup& weft) {
-  weft.add<AuditArgs>("audit", "find how much of an accuracy does not come from the material",
-                      run_audit);
+  weft.add<AuditArgs>("audit", run_audit);
 }
 
 }  // namespace weft::daemon::cli

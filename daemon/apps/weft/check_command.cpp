@@ -191,7 +191,7 @@ Result<int> run_check(const CheckArgs& args, Console& console) {
 }  // namespace
 
 void add_check_command(const CommandGroup& weft) {
-  weft.add<CheckArgs>("check", "check a recipe against a rig; nothing moves", run_check);
+  weft.add<CheckArgs>("check", run_check);
 }
 
 }  // namespace weft::daemon::cli

@@ -446,8 +446,7 @@ std::string answer_line(const classifier::TrainedLearner& learner, const Predict
 CLI::App* add_classify_command(const CommandGroup& group, CommandModality modality) {
   ClassifyArgs preset;
   preset.modality = modality;
-  return group.add<ClassifyArgs>("classify", "predict the fabric of trials with a model",
-                                 run_classify, preset);
+  return group.add<ClassifyArgs>("classify", run_classify, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -412,31 +412,24 @@ Result<int> run_call(const CallArgs& args, Console& console) {
 }  // namespace
 
 void add_daemon_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "status", "show the rig, the current run and the queue", run_status);
-  add_daemon_command(weft, "start", "queue a recipe and run it when the rig is free", run_start);
-  add_daemon_command(weft, "watch", "follow a run until it ends", run_watch);
-  add_daemon_command<PauseArgs>(
-      weft, "pause", "hold a run before its next trial",
-      [](auto& daemon, auto& args, auto& console) {
-        return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
-      });
-  add_daemon_command(weft, "resume", "continue a held or interrupted run", run_resume);
-  add_daemon_command(weft, "recover", "resume, discard or conclude an interrupted run",
-                     run_recover);
-  add_daemon_command(weft, "confirm", "confirm that the requested operator step is done",
-                     run_confirm);
-  add_daemon_command<RunOrderArgs>(weft, "stop", "end a run after the current trial",
-                                   [](auto& daemon, auto& args, auto& console) {
-                                     return order(daemon, args, "run.stop", {}, console);
-                                   });
-  add_daemon_command<BreakArgs>(weft, "abort", "end a run now and lift the probe",
-                                [](auto& daemon, auto& args, auto& console) {
-                                  return order(daemon, args, "run.abort", break_params(args),
-                                               console);
-                                });
-  add_daemon_command(weft, "annotate", "set the tags or the note of a run", run_annotate);
-  add_daemon_command(weft, "log", "show the daemon's journal", run_log);
-  weft.add<CallArgs>("call", "call any API method", run_call);
+  add_daemon_command(weft, "status", run_status);
+  add_daemon_command(weft, "start", run_start);
+  add_daemon_command(weft, "watch", run_watch);
+  add_daemon_command<PauseArgs>(weft, "pause", [](auto& daemon, auto& args, auto& console) {
+    return order(daemon, args, "run.pause", {{"at", args.now ? "now" : "boundary"}}, console);
+  });
+  add_daemon_command(weft, "resume", run_resume);
+  add_daemon_command(weft, "recover", run_recover);
+  add_daemon_command(weft, "confirm", run_confirm);
+  add_daemon_command<RunOrderArgs>(weft, "stop", [](auto& daemon, auto& args, auto& console) {
+    return order(daemon, args, "run.stop", {}, console);
+  });
+  add_daemon_command<BreakArgs>(weft, "abort", [](auto& daemon, auto& args, auto& console) {
+    return order(daemon, args, "run.abort", break_params(args), console);
+  });
+  add_daemon_command(weft, "annotate", run_annotate);
+  add_daemon_command(weft, "log", run_log);
+  weft.add<CallArgs>("call", run_call);
 }
 
 }  // namespace weft::daemon::cli

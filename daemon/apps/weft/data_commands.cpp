@@ -25,9 +25,8 @@ Result<int> run_data_import(client::Client& daemon, const DataImportArgs& args, 
 }  // namespace
 
 void add_data_commands(const CommandGroup& weft) {
-  const CommandGroup data = weft.group("data", "manage the campaigns that the daemon lists");
-  add_daemon_command(data, "import", "add a folder made by `weft run` to the daemon's runs",
-                     run_data_import);
+  const CommandGroup data = weft.group("data");
+  add_daemon_command(data, "import", run_data_import);
 }
 
 }  // namespace weft::daemon::cli

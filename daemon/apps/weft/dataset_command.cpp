@@ -425,11 +425,10 @@ Result<int> run_info(const InfoArgs& args, Console& console) {
 }  // namespace
 
 void add_dataset_commands(const CommandGroup& weft) {
-  const CommandGroup dataset = weft.group("dataset", "import, export and describe data sets");
-  dataset.add<ImportArgs>("import", "import recordings of other programs into a data set",
-                          run_import);
-  dataset.add<ExportArgs>("export", "export the complete trials of a campaign file", run_export);
-  dataset.add<InfoArgs>("info", "describe the contents of a data set", run_info);
+  const CommandGroup dataset = weft.group("dataset");
+  dataset.add<ImportArgs>("import", run_import);
+  dataset.add<ExportArgs>("export", run_export);
+  dataset.add<InfoArgs>("info", run_info);
 }
 
 }  // namespace weft::daemon::cli

@@ -204,12 +204,9 @@ Result<int> run_design_repetitions(const DesignRepetitionsArgs& args, Console& c
 }  // namespace
 
 void add_design_commands(const CommandGroup& weft) {
-  const CommandGroup group = weft.group("design", "choose force, speed and number of repetitions");
-  group.add<DesignAnalyseArgs>("analyse", "compare the cells of a sweep and recommend one",
-                               run_design_analyse);
-  group.add<DesignRepetitionsArgs>("repetitions",
-                                   "measure the learning curve and forecast more repetitions",
-                                   run_design_repetitions);
+  const CommandGroup group = weft.group("design");
+  group.add<DesignAnalyseArgs>("analyse", run_design_analyse);
+  group.add<DesignRepetitionsArgs>("repetitions", run_design_repetitions);
 }
 
 }  // namespace weft::daemon::cli

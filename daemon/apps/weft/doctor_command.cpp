@@ -134,7 +134,7 @@ Result<int> run_doctor(const DoctorArgs& args, Console& console) {
 }  // namespace
 
 void add_doctor_command(const CommandGroup& weft) {
-  weft.add<DoctorArgs>("doctor", "check devices, ports and machine; list what to fix", run_doctor);
+  weft.add<DoctorArgs>("doctor", run_doctor);
 }
 
 }  // namespace weft::daemon::cli

@@ -203,13 +203,11 @@ Result<int> run_campaign_export(const CampaignExportArgs& args, Console& console
 CLI::App* add_features_command(const CommandGroup& group, CommandModality modality) {
   FeaturesArgs preset;
   preset.trials.modality = modality;
-  return group.add<FeaturesArgs>("features", "write the features of a data set as CSV",
-                                 run_features, preset);
+  return group.add<FeaturesArgs>("features", run_features, preset);
 }
 
 void add_export_command(const CommandGroup& weft) {
-  weft.add<CampaignExportArgs>("export", "write the complete trials of a campaign to one file",
-                               run_campaign_export);
+  weft.add<CampaignExportArgs>("export", run_campaign_export);
 }
 
 }  // namespace weft::daemon::cli

@@ -301,12 +301,9 @@ Result<int> run_imprint_search(const ImprintSearchArgs& args, Console& console) 
 }  // namespace
 
 void add_imprint_commands(const CommandGroup& imprint) {
-  imprint.add<ImprintSceneArgs>("scene", "simulate imprints of twelve objects as a data set",
-                                run_imprint_scene);
-  imprint.add<ImprintTablesArgs>(
-      "tables", "repeat the paper's four experiments and compare the results", run_imprint_tables);
-  imprint.add<ImprintSearchArgs>(
-      "search", "find the smoothing scales that separate the classes best", run_imprint_search);
+  imprint.add<ImprintSceneArgs>("scene", run_imprint_scene);
+  imprint.add<ImprintTablesArgs>("tables", run_imprint_tables);
+  imprint.add<ImprintSearchArgs>("search", run_imprint_search);
 }
 
 }  // namespace weft::daemon::cli

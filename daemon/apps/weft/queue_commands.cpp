@@ -124,44 +124,35 @@ Result<int> run_queue_add(client::Client& daemon, const QueueAddArgs& args, Cons
 }  // namespace
 
 void add_queue_commands(const CommandGroup& weft) {
-  const CommandGroup queue =
-      weft.group("queue", "list, add, remove, move, pause or start queued runs");
+  const CommandGroup queue = weft.group("queue");
   queue.by_default<SocketArgs>([](const SocketArgs& args, Console& console) -> Result<int> {
     auto found = reached(args);
     if (!found) return pass(found.error());
     return print_queue(call(found->client, "queue.list"), console);
   });
-  add_daemon_command<SocketArgs>(queue, "list", "list the queued runs, the next one first",
-                                 [](auto& daemon, auto&, auto& console) {
-                                   return print_queue(call(daemon, "queue.list"), console);
-                                 });
-  add_daemon_command(queue, "add", "add a recipe to the daemon's queue", run_queue_add);
-  add_daemon_command<QueuedRunArgs>(
-      queue, "remove", "remove a run from the queue", [](auto& daemon, auto& args, auto& console) {
-        return print_queue(call(daemon, "queue.remove", {{"run", args.run}}), console);
-      });
-  add_daemon_command<QueueMoveArgs>(queue, "move", "move a run to another place in the queue",
-                                    [](auto& daemon, auto& args, auto& console) {
-                                      const json params{{"run", args.run}, {"place", args.place}};
-                                      return print_queue(call(daemon, "queue.move", params),
-                                                         console);
-                                    });
-  add_daemon_command(queue, "edit", "change a queued run", run_queue_edit);
-  add_daemon_command<SocketArgs>(queue, "clear", "remove all runs from the queue",
-                                 [](auto& daemon, auto&, auto& console) {
-                                   return print_queue(call(daemon, "queue.clear"), console);
-                                 });
-  add_daemon_command(queue, "history", "list the changes of the queue", run_queue_history);
-  add_daemon_command<SocketArgs>(queue, "pause", "pause the queue; no further run starts",
-                                 [](auto& daemon, auto&, auto& console) {
-                                   return print_queue(call(daemon, "queue.pause"), console);
-                                 });
-  add_daemon_command<SocketArgs>(
-      queue, "start", "start the queue; the next run starts when the rig is free",
-      [](auto& daemon, auto&, auto& console) {
-        const LeaseRequest lease{"weft queue start"};
-        return print_queue(under_lease(daemon, lease, "queue.start", json::object()), console);
-      });
+  add_daemon_command<SocketArgs>(queue, "list", [](auto& daemon, auto&, auto& console) {
+    return print_queue(call(daemon, "queue.list"), console);
+  });
+  add_daemon_command(queue, "add", run_queue_add);
+  add_daemon_command<QueuedRunArgs>(queue, "remove", [](auto& daemon, auto& args, auto& console) {
+    return print_queue(call(daemon, "queue.remove", {{"run", args.run}}), console);
+  });
+  add_daemon_command<QueueMoveArgs>(queue, "move", [](auto& daemon, auto& args, auto& console) {
+    const json params{{"run", args.run}, {"place", args.place}};
+    return print_queue(call(daemon, "queue.move", params), console);
+  });
+  add_daemon_command(queue, "edit", run_queue_edit);
+  add_daemon_command<SocketArgs>(queue, "clear", [](auto& daemon, auto&, auto& console) {
+    return print_queue(call(daemon, "queue.clear"), console);
+  });
+  add_daemon_command(queue, "history", run_queue_history);
+  add_daemon_command<SocketArgs>(queue, "pause", [](auto& daemon, auto&, auto& console) {
+    return print_queue(call(daemon, "queue.pause"), console);
+  });
+  add_daemon_command<SocketArgs>(queue, "start", [](auto& daemon, auto&, auto& console) {
+    const LeaseRequest lease{"weft queue start"};
+    return print_queue(under_lease(daemon, lease, "queue.start", json::object()), console);
+  });
 }
 
 }  // namespace weft::daemon::cli

@@ -212,7 +212,7 @@ Result<int> run_report(const ReportArgs& args, Console& console) {
 }  // namespace
 
 void add_report_command(const CommandGroup& weft) {
-  weft.add<ReportArgs>("report", "write an HTML report of a finished campaign", run_report);
+  weft.add<ReportArgs>("report", run_report);
 }
 
 }  // namespace weft::daemon::cli

@@ -112,25 +112,20 @@ Result<int> run_unlock(client::Client& daemon, const UnlockArgs& args, Console& 
 }  // namespace
 
 void add_rig_commands(const CommandGroup& weft) {
-  add_daemon_command(weft, "reset", "clear the latch after inspecting the rig", run_reset);
-  add_daemon_command(weft, "lock", "lock out the rig in your name; nothing moves", run_lock);
-  add_daemon_command(weft, "unlock", "remove a lock-out of the rig", run_unlock);
-  add_daemon_command<SocketArgs>(
-      weft, "retract", "lift the probe to the clear height, outside a run",
-      [](auto& daemon, auto&, auto& console) {
-        return move_rig(
-            daemon, "retract", json::object(),
-            "z moves up to the clear height; if z is not homed, up by at most the clearance.",
-            console);
-      });
-  add_daemon_command<SocketArgs>(
-      weft, "park", "lift the probe, then move to the rig file's park position",
-      [](auto& daemon, auto&, auto& console) {
-        return move_rig(
-            daemon, "park", json::object(),
-            "z moves up to the clear height, then x, y, rx and ry to the park position.", console);
-      });
-  add_daemon_command(weft, "jog", "move one axis a short distance, outside a run", run_jog);
+  add_daemon_command(weft, "reset", run_reset);
+  add_daemon_command(weft, "lock", run_lock);
+  add_daemon_command(weft, "unlock", run_unlock);
+  add_daemon_command<SocketArgs>(weft, "retract", [](auto& daemon, auto&, auto& console) {
+    return move_rig(
+        daemon, "retract", json::object(),
+        "z moves up to the clear height; if z is not homed, up by at most the clearance.", console);
+  });
+  add_daemon_command<SocketArgs>(weft, "park", [](auto& daemon, auto&, auto& console) {
+    return move_rig(daemon, "park", json::object(),
+                    "z moves up to the clear height, then x, y, rx and ry to the park position.",
+                    console);
+  });
+  add_daemon_command(weft, "jog", run_jog);
 }
 
 }  // namespace weft::daemon::cli

@@ -423,7 +423,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
 }  // namespace
 
 void add_run_command(const CommandGroup& weft) {
-  weft.add<RunArgs>("run", "run a campaign: record, evaluate, report", run_run);
+  weft.add<RunArgs>("run", run_run);
 }
 
 }  // namespace weft::daemon::cli

@@ -255,11 +255,8 @@ Result<int> run_calibrate(const CalibrateArgs& given, Console& console) {
 }  // namespace
 
 void add_sim_commands(const CommandGroup& weft) {
-  const CommandGroup sim = weft.group("sim", "fit the simulated bench to recordings");
-  sim.add<CalibrateArgs>(
-      "calibrate",
-      "fit simulated fabrics and taxels to recordings; list what they do not determine",
-      run_calibrate);
+  const CommandGroup sim = weft.group("sim");
+  sim.add<CalibrateArgs>("calibrate", run_calibrate);
   add_sim_strokes_command(sim);
 }
 

@@ -183,8 +183,7 @@ Result<int> run_strokes(const StrokesArgs& given, Console& console) {
 }  // namespace
 
 void add_sim_strokes_command(const CommandGroup& sim) {
-  sim.add<StrokesArgs>("strokes", "simulate the strokes of recordings with a fabric table",
-                       run_strokes);
+  sim.add<StrokesArgs>("strokes", run_strokes);
 }
 
 }  // namespace weft::daemon::cli

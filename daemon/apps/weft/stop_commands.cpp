@@ -219,9 +219,9 @@ std::vector<std::string> stop_arguments(std::vector<std::string> words) {
 }
 
 void add_stop_commands(const CommandGroup& weft) {
-  weft.add<StopArgs>("halt", "stop all motion and latch the rig until reset",
+  weft.add<StopArgs>("halt",
                      [](auto& args, auto& console) { return stop_all(args, false, console); });
-  weft.add<StopArgs>("estop", "halt; only an engineer can reset",
+  weft.add<StopArgs>("estop",
                      [](auto& args, auto& console) { return stop_all(args, true, console); });
 }
 

@@ -164,14 +164,14 @@ Result<int> run_page(client::Client& daemon, const PageArgs& args, Console& cons
 }  // namespace
 
 void add_page_command(const CommandGroup& weft) {
-  add_daemon_command(weft, "page", "print a link to the web page, valid for one day", run_page);
+  add_daemon_command(weft, "page", run_page);
 }
 
 void add_token_commands(const CommandGroup& weft) {
-  const CommandGroup token = weft.group("token", "add, list or remove access tokens");
-  token.add<TokenAddArgs>("add", "add a token and print it, once", run_token_add);
-  token.add<TokenListArgs>("list", "list tokens: user, role, expiry", run_token_list);
-  token.add<TokenRemoveArgs>("remove", "remove a token", run_token_remove);
+  const CommandGroup token = weft.group("token");
+  token.add<TokenAddArgs>("add", run_token_add);
+  token.add<TokenListArgs>("list", run_token_list);
+  token.add<TokenRemoveArgs>("remove", run_token_remove);
 }
 
 }  // namespace weft::daemon::cli

@@ -252,10 +252,8 @@ void print_step(Console& console, std::size_t step, std::size_t steps, const std
 }
 
 void add_trade_commands(const CommandGroup& weft) {
-  const CommandGroup trade = weft.group("trade", "plot accuracy against time");
-  trade.add<TradeClassifierArgs>(
-      "classifier", "compare features, learner, stroke length, speed, exploration and vote",
-      run_trade_classifier);
+  const CommandGroup trade = weft.group("trade");
+  trade.add<TradeClassifierArgs>("classifier", run_trade_classifier);
   add_trade_vibro_command(trade);
   add_trade_sim_command(trade);
 }

@@ -300,8 +300,7 @@ Result<int> run_trade_sim(const TradeSimArgs& args, Console& console) {
 }  // namespace
 
 void add_trade_sim_command(const CommandGroup& trade) {
-  trade.add<TradeSimArgs>("sim", "compare levels, integrators and steps of the simulation",
-                          run_trade_sim);
+  trade.add<TradeSimArgs>("sim", run_trade_sim);
 }
 
 }  // namespace weft::daemon::cli

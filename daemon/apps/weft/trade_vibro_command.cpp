@@ -213,8 +213,7 @@ Result<int> run_trade_vibro(const TradeVibroArgs& args, Console& console) {
 }  // namespace
 
 void add_trade_vibro_command(const CommandGroup& trade) {
-  trade.add<TradeVibroArgs>(
-      "vibro", "compare learner, features, window and source of vibration data", run_trade_vibro);
+  trade.add<TradeVibroArgs>("vibro", run_trade_vibro);
 }
 
 }  // namespace weft::daemon::cli

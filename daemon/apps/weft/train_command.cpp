@@ -328,7 +328,7 @@ Result<int> run_train_with(const Trainer& trainer, const TrainArgs& args, Consol
 CLI::App* add_train_command(const CommandGroup& group, CommandModality modality) {
   TrainArgs preset;
   preset.trials.modality = modality;
-  return group.add<TrainArgs>("train", "train a model on a data set", run_train, preset);
+  return group.add<TrainArgs>("train", run_train, preset);
 }
 
 }  // namespace weft::daemon::cli

@@ -96,7 +96,7 @@ Result<int> run_verify(const VerifyArgs& args, Console& console) {
 }  // namespace
 
 void add_verify_command(const CommandGroup& weft) {
-  weft.add<VerifyArgs>("verify", "compare a campaign or data set with its certificate", run_verify);
+  weft.add<VerifyArgs>("verify", run_verify);
 }
 
 }  // namespace weft::daemon::cli

@@ -85,13 +85,7 @@ int main(int argc, char** argv) {
   bool rebuilds = false;
   app.add_flag("--rebuild-catalogue", rebuilds,
                "add the runs missing in DATA/weftd.sqlite, or replace it if damaged, then exit");
-  app.add_flag_callback(
-      "--manual",
-      [&app] {
-        std::cout << weft::daemon::cli::manual_page(app);
-        throw CLI::Success();
-      },
-      "print these options as a manual page");
+  weft::daemon::cli::add_generated_texts(app);
   if (const auto status = weft::daemon::cli::parse_command_line(app, argc, argv)) return *status;
   // Absolute paths: a daemon started from another folder must find the files kept of a run. The
   // socket path stays as given, because its length is limited.
