@@ -19,8 +19,17 @@ def run(*command, **more):
 def completed(script, *words):
     """Completions of bash after these words; the last word is unfinished."""
     quoted = " ".join(f"'{w}'" for w in words)
-    said = run("bash", "-euc", f"source {script}; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _weft; printf '%s\\n' \"${{COMPREPLY[@]}}\"")
+    function = "_" + words[0]
+    said = run("bash", "-euc", f"source {script}; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; {function}; printf '%s\\n' \"${{COMPREPLY[@]}}\"")
     return set(said.stdout.split())
+
+
+def completed_by_zsh(script, *words):
+    """Words that zsh offers with their meanings after these words; the last word is unfinished. _describe is a stand-in that prints them."""
+    quoted = " ".join(f"'{w}'" for w in words)
+    said = run("zsh", "-f", "-c", f"compdef() {{ :; }}; _files() {{ :; }}; _describe() {{ print -rl -- ${{(P)2}}; }}; source {script}; "
+                                  f"words=({quoted}); CURRENT={len(words)}; _{words[0]}")
+    return dict(line.split(":", 1) for line in said.stdout.splitlines())
 
 
 def manual(page, *mentioned):
@@ -64,6 +73,17 @@ def main():
         assert {"import", "export", "info"} <= completed(script, "weft", "dataset", "")
         assert completed(script, "weft", "dataset", "import", "--form") == {"--format"}
         assert completed(script, "weft", "--json", "run", "a.json", "--ri") == {"--rig"}
+        assert "--rig" in completed(root / "share/bash-completion/completions/weftd", "weftd", "--r")
+        for program in ("weft", "weftd", "weft-rig"):
+            page = root / f"share/zsh/vendor-completions/_{program}"
+            assert page.read_text().startswith(f"#compdef {program}\n")
+            if shutil.which("zsh"):
+                assert completed_by_zsh(page, program, "")["--help"]
+        if shutil.which("zsh"):
+            offered = completed_by_zsh(root / "share/zsh/vendor-completions/_weft", "weft", "--json", "dataset", "")
+            assert {"import", "export", "info", "--json"} <= set(offered) and all(offered.values()), offered
+        else:
+            print("zsh is not installed: its completion was not run")
         share = root / "share/weft"
         run(root / "bin/weft", "check", share / "recipes/m1.json", "--rig", share / "sim/rigs/bench17.json", cwd="/")
         # The fabric table is found without naming it, outside the source tree.
