@@ -38,7 +38,7 @@ constexpr std::array<CommandSpec, 84> command_rows{{
     {"Daemon", "queue edit", "change seed, name or place of a queued run", "R-000007 --seed 5"},
     {"Daemon", "queue clear", "remove all runs from the queue", ""},
     {"Daemon", "queue history", "list the changes of the queue", ""},
-    {"Daemon", "queue pause", "start no more queued runs", ""},
+    {"Daemon", "queue pause", "stop starting queued runs", ""},
     {"Daemon", "queue start", "start queued runs again when the rig is free", ""},
     {"Daemon", "status", "show the rig, the current run and the queue", ""},
     {"Daemon", "watch", "follow a run until it ends", "R-000007"},
