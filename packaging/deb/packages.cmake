@@ -16,7 +16,7 @@ install(FILES ${deb}/weftd/limits.conf DESTINATION /etc/security/limits.d RENAME
 install(FILES ${deb}/weftd/60-weft.rules DESTINATION /usr/lib/udev/rules.d COMPONENT system EXCLUDE_FROM_ALL)
 
 install(DIRECTORY docs/sample_driver DESTINATION share/doc/weft-dev/examples COMPONENT sdk EXCLUDE_FROM_ALL)
-install(FILES docs/add-a-device.md DESTINATION share/doc/weft-dev COMPONENT sdk EXCLUDE_FROM_ALL)
+install(FILES docs/howto/own-device.md DESTINATION share/doc/weft-dev COMPONENT sdk EXCLUDE_FROM_ALL)
 
 file(STRINGS clients/python/pyproject.toml WEFT_CLIENT_VERSION REGEX "^version = ")
 string(REGEX REPLACE ".*\"(.*)\"" "\\1" WEFT_CLIENT_VERSION "${WEFT_CLIENT_VERSION}")

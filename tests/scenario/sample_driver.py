@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests the checklist of docs/add-a-device.md: installs the SDK, builds the sample driver against it out of tree (with another compiler if there is
+"""Tests the checklist of docs/howto/own-device.md: installs the SDK, builds the sample driver against it out of tree (with another compiler if there is
 one), and finds a device of its protocol on an emulated rig.
 
     sample_driver.py WEFT WEFT_RIG SOURCE_ROOT BUILD
