@@ -123,10 +123,9 @@ Result<LoadedPlugin> load_plugin(const std::filesystem::path& file) {
   if (plugin.table == nullptr)
     return fail({.code = Errc::unsupported,
                  .where = path,
-                 .what = "the shared object has no driver in it",
-                 .expected = "the symbol " + std::string(symbol),
-                 .got = "no such symbol",
-                 .hint = "Its source needs WEFT_EXPORT_DRIVER (docs/howto/own-device.md)"});
+                 .what = "plugin exports no driver",
+                 .expected = "symbol " + std::string(symbol),
+                 .hint = "Add WEFT_EXPORT_DRIVER to its source (docs/howto/own-device.md)"});
   if (Status ok = check_table(*plugin.table); !ok) return pass(ok.error(), path);
   if (plugin.table->name != load_driver(path))
     return fail({.code = Errc::unsupported,
