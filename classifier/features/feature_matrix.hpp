@@ -19,7 +19,8 @@ namespace weft::classifier {
 
 // Turns a trial into its feature vector: Table I of Khan et al. 2016, section III-C.
 //
-// Where the paper leaves a choice, classifier/README.md has it (AMB-1 to AMB-11).
+// Where the paper leaves a choice, docs/reference/machine-learning.md has it (AMB-1 to
+// AMB-11).
 
 /// Extracts one trial after another. Keeps memory and the tables that depend on the length of the
 /// motion. After a trial of the same size it does not allocate. One object per thread.
