@@ -2,7 +2,7 @@
 // A model for live votes, its file, the voter that evaluates it as frames arrive, and the rule that
 // ends the voting. The model has one trained learner for each of several lengths of stroke. The
 // value of a feature changes with the length of its motion, so one learner for all lengths is less
-// accurate at each (classifier/README.md, "While the slide goes on").
+// accurate at each (docs/explanation/learning.md, "Live votes").
 
 #include <cstddef>
 #include <iosfwd>

@@ -16,7 +16,7 @@ namespace weft::classifier::vibro {
 /// Share of the windows per label, to the power `sharpness`; at least one window in all. One more
 /// window is added, divided equally among the labels. Positive, sum 1. More windows give a larger
 /// probability, so the most frequent label is the likeliest. Mean and product of the windows' own
-/// probabilities are worse calibrated (classifier/vibro/README.md).
+/// probabilities are worse calibrated (classifier/MEASURED.md).
 std::vector<double> share_of_windows(std::span<const std::size_t> windows, double sharpness = 1.0);
 
 /// Reason why such recordings get no probability: fewer than two labels have enough recordings to

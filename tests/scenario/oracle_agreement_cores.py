@@ -16,7 +16,7 @@ point and must decide as we do. A held-out row with a decision of 0 up to roundi
 kernel. No prediction may differ, with one exception: our exp is 0 below 2^-1021, numpy's goes down to 5e-324. For a trial that far from every support
 vector a core has the decision 0 here and for example 8e-320 there, which is a vote of the other sign. Reference decisions below FLUSHED count as 0,
 and their number is printed. At most OTHER_POINTS of all compared cores may have another grid point (2 of 2 415 have with --full, see
-classifier/README.md): a wrong search must not pass as many small differences.
+docs/explanation/learning.md): a wrong search must not pass as many small differences.
 """
 import csv
 import fnmatch
