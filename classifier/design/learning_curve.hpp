@@ -1,6 +1,6 @@
 #pragma once
 // How accuracy grows with the repetitions of a campaign, and the forecast for more repetitions.
-// docs/explanation/campaign-design.md, "How many repetitions are enough".
+// docs/explanation/campaign-design.md, "Forecast".
 
 #include <cstddef>
 #include <cstdint>

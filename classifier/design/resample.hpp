@@ -12,7 +12,7 @@
 namespace weft::classifier::design {
 
 // Shares of answers in clusters. One training predicts all trials of one replicate, so they may be
-// right or wrong together. docs/explanation/campaign-design.md, "Intervals of a share".
+// right or wrong together. docs/explanation/statistics.md, "Intervals".
 
 /// A share of right answers, by cluster.
 struct ClusteredShare {

@@ -1,6 +1,6 @@
 #pragma once
 // Response of a taxel array to a stroke: texture signal against noise, and the share of saturated
-// values. docs/explanation/campaign-design.md, "Dynamic response".
+// values. docs/explanation/campaign-design.md, "Response".
 
 #include "classifier/features/trial.hpp"
 #include "protocols/base/result.hpp"

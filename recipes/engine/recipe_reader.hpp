@@ -89,8 +89,8 @@ void read_sweep(ObjectReader& recipe, const RigLimits& limits, StatedRecipe& sta
 
 // Sweeps that can be carried out but not analysed.
 
-/// Requirements of `weft design analyse` for every cell (docs/explanation/campaign-design.md, "What
-/// is compared"). Its learner holds out each of three replicates, its spectrum needs 8 samples of
+/// Requirements of `weft design analyse` for every cell (docs/explanation/campaign-design.md,
+/// "Which cell"). Its learner holds out each of three replicates, its spectrum needs 8 samples of
 /// phase M, its noise needs 3 of P.
 inline constexpr std::size_t least_swept_fabrics = 2, least_swept_replicates = 3,
                              least_motion_samples = 8, least_press_samples = 3;
