@@ -98,7 +98,7 @@ struct TradeoffReport {
   std::string commit;    ///< empty if not known
 };
 
-/// Schema 1; keys in daemon/analysis/tradeoff/README.md. Refuses what find_front() refuses.
+/// Schema 1; keys in docs/reference/reports.md. Refuses what find_front() refuses.
 Result<nlohmann::ordered_json> tradeoff_json(const TradeoffReport& report);
 
 /// The sections of the sets and `tables`, for use in another page. Refuses what find_front()

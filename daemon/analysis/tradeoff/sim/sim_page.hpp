@@ -38,7 +38,7 @@ struct SimTradeoffReport {
 
 Document sim_document(const SimTradeoffReport& report);
 
-/// Schema 1; keys in daemon/analysis/tradeoff/README.md.
+/// Schema 1; keys in docs/reference/reports.md.
 nlohmann::ordered_json sim_tradeoff_json(const SimTradeoffReport& report);
 
 }  // namespace weft::daemon
