@@ -1,5 +1,6 @@
-// Every verb in every state of a run, tried on a run manager: docs/reference/run-states.md has the
-// results. With WEFT_WRITE_DOCS in the environment the page is written again. SIMULATED.
+// Every verb in every state of a run, tried on a run manager: the table at the end of
+// docs/reference/run-states.md has the results. With WEFT_WRITE_DOCS in the environment it is
+// written again. SIMULATED.
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -189,7 +190,7 @@ std::string verb_row(VerbRow row) {
   return out + "\n";
 }
 
-std::string whole_verbs_page() {
+std::string verb_table() {
   std::string head = "| state | deadline |", rule = "|---|---|", rows;
   for (const Verb& verb : all_verbs) {
     head += " " + std::string(verb.name) + " |";
@@ -197,20 +198,21 @@ std::string whole_verbs_page() {
   }
   for (const RunState state : all_run_states) rows += verb_row({state});
   rows += verb_row({RunState::ended, true});
-  return "# Every verb in every state of a run\n\n"
-         "Written and checked by `tests/unit/daemon/service/verb_table_test.cpp`. A cell is the "
-         "state\nright after the verb, `-`: refused with `wrong_state` and the orders that the "
-         "state accepts. When a deadline passes,\nthe ladder pause, stop, abort, halt is climbed; "
-         "a state without one waits for a person.\n\n" +
-         head + "\n" + rule + "\n" + rows;
+  return head + "\n" + rule + "\n" + rows;
 }
 
 }  // namespace
 
 TEST_CASE("Every verb in every state does what its page lists") {
-  const std::string reported = whole_verbs_page();
-  if (std::getenv("WEFT_WRITE_DOCS") != nullptr) test::write_file(verbs_page, reported);
-  CHECK(test::read_file(verbs_page) == reported);
+  const std::string table = verb_table();
+  std::string page = test::read_file(verbs_page);
+  const std::size_t begin = page.find("| state | deadline |");
+  REQUIRE(begin != std::string::npos);
+  if (std::getenv("WEFT_WRITE_DOCS") != nullptr) {
+    page = page.substr(0, begin) + table;
+    test::write_file(verbs_page, page);
+  }
+  CHECK(page.substr(begin) == table);
 }
 
 }  // namespace verb_table_test
