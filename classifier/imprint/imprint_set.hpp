@@ -46,7 +46,7 @@ std::vector<std::string> map_names(std::size_t rows, std::size_t cols);
 Result<std::vector<double>> contact_maps(const Image& image);
 
 /// The default separated classes best on the training parts of the available data
-/// (daemon/storage/imprints/README.md). It has more than the paper's scales 1, 2 and 4.
+/// (classifier/imprint/MEASURED.md). It has more than the paper's scales 1, 2 and 4.
 struct FeaturePlan {
   /// Features of Ellis 1986; empty: none.
   std::optional<ScaleOptions> scales = ScaleOptions{.sigmas = {0.0, 1.0, 2.0, 3.0, 4.0}};

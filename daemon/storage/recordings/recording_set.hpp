@@ -45,7 +45,7 @@ Copies copies_in(const RecordingSet& set);
 /// Warnings about every channel and about the names.
 std::vector<Warning> find_data_warnings(const RecordingSet& set);
 
-/// HDF5, layout "weft-recordings" (daemon/storage/recordings/README.md). Written to a temporary
+/// HDF5, layout "weft-recordings" (docs/reference/dataset.md, "Recordings"). Written to a temporary
 /// file beside `path`, then renamed. Returns the digest. Errors: check()'s, io.
 Result<std::string> write_recordings(const RecordingSet& set, const std::filesystem::path& path);
 
