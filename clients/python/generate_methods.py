@@ -12,7 +12,7 @@ import textwrap
 
 HEAD = '''"""Every method of the daemon's API, version {version}. Made by generate_methods.py from `rpc.discover`; do not edit.
 
-Each answers the result as it came, a dict; what it has is said in its documentation. Fields that are not known here are of a later version.
+Each method returns the result of the daemon as a dict; its docstring lists the fields. Other fields come from a later version of the daemon.
 """
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def source_of(document):
     for noun, verbs in nouns.items():
         out.append(f'\nclass {noun.title()}Methods:\n    """Methods {noun}.*"""\n\n    def __init__(self, call: Call) -> None:\n        self._call = call\n')
         out += [definition(verb, method) for verb, method in verbs]
-    out.append('\nclass Api:\n    """All of them, by noun: api.run.start(recipe="m1", lease="L-1")."""\n\n    def __init__(self, call: Call) -> None:')
+    out.append('\nclass Api:\n    """All methods by noun: api.run.start(recipe="m1", lease="L-1")."""\n\n    def __init__(self, call: Call) -> None:')
     out.append("\n".join(f"        self.{python_name(noun)} = {noun.title()}Methods(call)" for noun in nouns) + "\n")
     return "\n".join(out[:-2]) + "\n" + "\n".join(out[-2:])
 

@@ -1,6 +1,6 @@
 """Runs a notebook's code cells in order, with top-level await, without Jupyter.
 
-    run_notebook.py NOTEBOOK.ipynb      skips cells with a message if their metadata names a package that is not installed
+    run_notebook.py NOTEBOOK.ipynb      skips cells that need a missing package (named in their metadata), with a message
 """
 import ast
 import asyncio
@@ -17,17 +17,17 @@ def main():
     for cell in notebook["cells"]:
         if cell["cell_type"] != "code":
             continue
-        assert cell["outputs"] == [] and cell["execution_count"] is None, f"{cell['id']}: outputs do not belong into the repository"
+        assert cell["outputs"] == [] and cell["execution_count"] is None, f"{cell['id']}: cell has outputs (expected none). Clear them before the commit"
         needs = cell["metadata"].get("weft", {}).get("needs")
         if needs and importlib.util.find_spec(needs) is None:
-            left_out.append(f"{cell['id']} ({needs} is not installed)")
+            left_out.append(f"{cell['id']} ({needs} not installed)")
             continue
         code = compile("".join(cell["source"]), cell["id"], "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
         ended = eval(code, names)
         if inspect.iscoroutine(ended):
             asyncio.run(ended)
         ran += 1
-    print(f"{ran} cells run, left out: {', '.join(left_out) or 'none'}")
+    print(f"{ran} cells run, skipped: {', '.join(left_out) or 'none'}")
 
 
 main()

@@ -30,7 +30,7 @@ class Answers(unittest.TestCase):
         error = refused.exception
         self.assertEqual((error.code, error.kind, error.where, error.got, error.expected, error.hint, error.retryable),
                          (1012, "param.range", "/bind/force_n", 50, {"max": 10}, "ft.max_contact", False))
-        for word in "force above", "/bind/force_n", "got 50", "ft.max_contact", "param.range":
+        for word in "/bind/force_n", "50", "10", "ft.max_contact", "param.range":
             self.assertIn(word, str(error))
         connection.close()
 
@@ -42,7 +42,7 @@ class Answers(unittest.TestCase):
         waits.cancel()
         self.assertTrue(taken_back.wait(PATIENCE_S))
         self.assertIn(("$/cancel", {"id": 1}), daemon.heard)
-        daemon.say({"jsonrpc": "2.0", "id": 1, "error": {"code": 1031, "message": "the caller waits no more", "data": {"kind": "request.cancelled"}}})
+        daemon.say({"jsonrpc": "2.0", "id": 1, "error": {"code": 1031, "message": "call cancelled by the client", "data": {"kind": "request.cancelled"}}})
         daemon.say({"jsonrpc": "2.0", "id": 2, "result": {}})
         self.assertEqual(other.result(PATIENCE_S), {})
         connection.close()
@@ -98,6 +98,11 @@ class Answers(unittest.TestCase):
 
 
 class Errors(unittest.TestCase):
+    def test_the_text_has_the_form_of_the_daemon(self):
+        whole = WeftError("what", 1012, {"kind": "kind", "where": "where", "got": 0, "expected": "1 to 2", "hint": "Hint"})
+        self.assertEqual(str(whole), "where: what: 0 (expected 1 to 2). Hint. [kind]")
+        self.assertEqual((str(WeftError("what")), str(WeftError("what", 0, {"hint": "Hint?"}))), ("what.", "what. Hint?"))
+
     def test_a_class_for_each_block_of_codes(self):
         for code, kind in {-32601: RequestError, 1004: RequestError, 2001: AccessError, 3040: StateError}.items():
             self.assertIs(type(error_of({"code": code, "message": "x"})), kind)
@@ -141,7 +146,8 @@ class Addresses(unittest.TestCase):
         for wrong in "http://127.0.0.1:1", "tcp://127.0.0.1", "tls://:7", "tcp://127.0.0.1:port":
             with self.subTest(wrong=wrong), self.assertRaises(RequestError) as refused:
                 address_of(wrong)
-            self.assertIn("tls://HOST:PORT", str(refused.exception))
+            self.assertEqual((refused.exception.kind, refused.exception.got), ("request.invalid", wrong))
+            self.assertIn("tls://HOST:PORT", refused.exception.expected)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ class Server(http.server.BaseHTTPRequestHandler):
         server = self.server
         server.asked.append((self.path, self.headers.get("Range")))
         if self.headers["Authorization"] != "Bearer wft_good":
-            return self.answer(401, b'{"error":{"code":2001,"message":"no such token","data":{"kind":"access.token"}}}')
+            return self.answer(401, b'{"error":{"code":2001,"message":"token invalid or expired","data":{"kind":"access.token"}}}')
         if server.altered:
             return self.answer(409, b'{"error":{"code":6003,"message":"altered","data":{"kind":"data.altered"}}}')
         first = int(self.headers["Range"][6:-1]) if self.headers.get("Range") else 0
@@ -76,7 +76,7 @@ class Files(unittest.TestCase):
         (self.to / "M1.model.part").write_bytes(b"another")
         with self.assertRaises(DataAltered) as refused:
             fetch(self.source, FILE, self.to)
-        self.assertEqual(refused.exception.expected, DIGEST)
+        self.assertEqual((refused.exception.kind, refused.exception.where, refused.exception.expected), ("data.altered", FILE.name, DIGEST))
         self.assertEqual(list(self.to.iterdir()), [])
         fetch(self.source, FILE, self.to)
 

@@ -6,7 +6,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from generate_methods import source_of  # noqa: E402
 
 
-def method(name, *params, summary="says something", **more):
+def method(name, *params, summary="a summary", **more):
     return {"name": name, "summary": summary, "params": [dict(zip(("name", "required", "description", "schema"), p)) for p in params],
             "result": {"description": "the run"}, "x-role": "operator", "x-changes": False, **more}
 
@@ -29,9 +29,11 @@ class Generated(unittest.TestCase):
         self.assertIn("from_: this sequence number on", names["LogMethods"].query.__doc__)
 
     def test_units_and_roles_are_in_the_documentation(self):
-        names, _, _ = made(method("lease.renew", ("ttl_ms", True, "how long it lasts [ms]", {"type": "integer"}), **{"x-changes": True}))
-        for word in "[ms]", "Least role: operator", "Changes something":
+        params = ("ttl_ms", True, "duration [ms]", {"type": "integer"})
+        names, _, _ = made(method("lease.renew", params, **{"x-changes": True}), method("lease.list", params))
+        for word in "ttl_ms: duration [ms]", "operator":
             self.assertIn(word, names["LeaseMethods"].renew.__doc__)
+        self.assertGreater(len(names["LeaseMethods"].renew.__doc__), len(names["LeaseMethods"].list.__doc__))
 
     def test_long_lines_are_broken_where_python_allows(self):
         params = [(f"parameter_of_some_length_{i}", i == 0, "x", {"type": "array"}) for i in range(9)]

@@ -40,7 +40,7 @@ class Leases(unittest.TestCase):
         return told[0]
 
     def test_one_that_was_broken_is_told(self):
-        problem = self.lost(lambda params: {"error": {"code": 2003, "message": "no such lease of yours", "data": {"kind": "access.lease"}}})
+        problem = self.lost(lambda params: {"error": {"code": 2003, "message": "lease not found", "data": {"kind": "access.lease"}}})
         self.assertIsInstance(problem, AccessError)
 
     def test_a_daemon_that_does_not_answer_is_told_when_the_lease_is_over(self):
@@ -54,7 +54,7 @@ class Leases(unittest.TestCase):
         def dial():
             hangs.wait(PATIENCE_S)
             over.append(True)
-            raise ConnectionLost("the host drops what is sent to it")
+            raise ConnectionLost("host drops all packets")
 
         with client_over(Link((first.connect(), OPENED), dial, 8)) as client:
             with client.lease(ttl_ms=600, on_lost=lambda problem: told.append(problem) or gone.set()) as lease:

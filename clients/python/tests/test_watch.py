@@ -32,7 +32,7 @@ class Watching(unittest.TestCase):
         self.assertTrue(first.snapshot)
         self.assertEqual((second.delta, second.state["at"]), ({"at": {"step": "P"}}, {"trial": 1, "step": "P"}))
         self.assertEqual(third.state, {"state": "ended"})
-        self.assertEqual(first.state["at"], {"trial": 1, "step": "S"}, "a state that was handed out does not change")
+        self.assertEqual(first.state["at"], {"trial": 1, "step": "S"}, "a returned state must not change")
         connection.close()
 
     def test_events_that_came_before_the_answer_was_looked_at_are_not_lost(self):

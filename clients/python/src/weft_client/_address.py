@@ -29,8 +29,9 @@ def address_of(where: "Optional[Union[str, os.PathLike[str]]]") -> Address:
     if where is None:
         named = [os.environ[name] for name in ("WEFT_SOCKET", "WEFT_DAEMON") if os.environ.get(name)]
         if len(named) > 1:
-            raise RequestError("the environment names two daemons", 1000,
-                               {"kind": "request.invalid", "expected": "a place, or one of WEFT_SOCKET and WEFT_DAEMON"})
+            raise RequestError("two daemon addresses in the environment", 1000, {
+                "kind": "request.invalid", "got": "WEFT_SOCKET and WEFT_DAEMON", "expected": "one of them",
+                "hint": "Unset one, or pass the address to connect()"})
         where = named[0] if named else UNIT_SOCKET
     text = os.fspath(where)
     if "://" not in text:
@@ -41,8 +42,8 @@ def address_of(where: "Optional[Union[str, os.PathLike[str]]]") -> Address:
     except ValueError:
         port = None
     if parts.scheme not in ("tcp", "tls") or not parts.hostname or port is None:
-        raise RequestError("no such place", 1000, {"kind": "request.invalid", "got": text,
-                                                   "expected": "a path, tcp://HOST:PORT or tls://HOST:PORT"})
+        raise RequestError("invalid daemon address", 1000, {"kind": "request.invalid", "got": text,
+                                                            "expected": "a path, tcp://HOST:PORT or tls://HOST:PORT"})
     return Address(parts.scheme, host=parts.hostname, port=port)
 
 
@@ -51,7 +52,7 @@ def trust(tls_ca: Optional[str]) -> ssl.SSLContext:
     try:
         context = ssl.create_default_context(cafile=tls_ca)
     except OSError as problem:
-        raise RequestError(f"no certificates there: {problem}", 1000, {"kind": "request.invalid", "where": tls_ca or ""}) from problem
+        raise RequestError(f"CA certificates not readable: {problem}", 1000, {"kind": "request.invalid", "where": tls_ca or ""}) from problem
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     return context
 
@@ -73,4 +74,4 @@ def wire_to(address: Address, tls_ca: Optional[str], timeout_s: float) -> socket
     except OSError as problem:  # includes ssl.SSLError
         if wire is not None:
             wire.close()
-        raise ConnectionLost(f"no daemon answers: {problem}", 0, {"where": place, "hint": "Is weftd running there?"}) from problem
+        raise ConnectionLost(f"daemon not reachable: {problem}", 0, {"where": place, "hint": "Start weftd there, or correct the address"}) from problem

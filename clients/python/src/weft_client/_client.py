@@ -82,7 +82,7 @@ class Client:
     # --- before a run ---
 
     def ready(self) -> List[Dict[str, Any]]:
-        """All reasons why no run can start; empty if one can."""
+        """All reasons why no run can start; empty if none."""
         blockers: List[Dict[str, Any]] = self.api.system.ready()["blockers"]
         return blockers
 
@@ -158,7 +158,7 @@ def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_c
     tls_ca     PEM file of the certificates to trust; None: WEFT_TLS_CA, else those of the system
     http       address for downloads, "http://127.0.0.1:8080"
     program    name of this client in the daemon's journal
-    timeout_s  longest wait for an answer [s]; Run.wait() has its own
+    timeout_s  longest wait for an answer [s]; Run.wait() has its own limit
     tries      attempts to reconnect after a lost connection (8 take about 9 s); 0: none
     Errors: ConnectionLost, AccessError (token), RequestError (invalid address).
     """
@@ -175,7 +175,7 @@ def connect(where: Optional[Place] = None, *, token: Optional[str] = None, tls_c
             return connection, connection.request("session.open", introduction).result(timeout_s)
         except concurrent.futures.TimeoutError as late:
             connection.close()
-            raise ConnectionLost(f"no session within {timeout_s} s") from late
+            raise ConnectionLost(f"session not opened within {timeout_s} s") from late
         except BaseException:
             connection.close()
             raise
@@ -197,5 +197,5 @@ def halt(where: Optional[Place] = None, timeout_s: float = 10) -> JsonObject:
                     delta: JsonObject = message["params"]["delta"]
                     return delta
         except (OSError, ValueError) as problem:
-            raise ConnectionLost(f"the connection to the daemon broke: {problem}") from problem
-    raise ConnectionLost("the daemon closed the connection")
+            raise ConnectionLost(f"connection to the daemon broken: {problem}") from problem
+    raise ConnectionLost("connection closed by the daemon")

@@ -1,4 +1,4 @@
-"""Client side of the daemon's socket: matches answers to requests by number, and events to subscriptions. One JSON object a line in both directions."""
+"""Client side of the daemon's socket: matches answers to requests by number, and events to subscriptions. One JSON object per line in both directions."""
 from __future__ import annotations
 
 import contextlib
@@ -17,7 +17,7 @@ _PIECE_BYTES = 1 << 16
 
 
 class Connection:
-    """Any thread may use it. A thread of its own reads until the connection ends."""
+    """Any thread may use it. A separate thread reads until the connection ends."""
 
     def __init__(self, wire: socket.socket, timeout_s: float) -> None:
         """Waits for the daemon's hello. Errors: ConnectionLost."""
@@ -40,7 +40,7 @@ class Connection:
             raise
         except Exception as late:  # before Python 3.11 concurrent.futures.TimeoutError is not TimeoutError
             self.close()
-            raise ConnectionLost("the daemon does not greet") from late
+            raise ConnectionLost(f"no hello from the daemon within {timeout_s} s") from late
 
     @property
     def end(self) -> Optional[WeftError]:
@@ -84,7 +84,7 @@ class Connection:
                 except (ssl.SSLWantWriteError, BlockingIOError):
                     select.select([], [self._wire], [])
                 except (OSError, ValueError) as problem:
-                    raise self._ended(ConnectionLost(f"the connection to the daemon broke: {problem}")) from problem
+                    raise self._ended(ConnectionLost(f"connection to the daemon broken: {problem}")) from problem
 
     def mailbox(self, sub: str) -> Mailbox:
         """Mailbox of a subscription; includes events that arrived before this call."""
@@ -103,7 +103,7 @@ class Connection:
             self._mailboxes.pop(sub, None)
 
     def close(self) -> None:
-        self._ended(ConnectionLost("the connection was closed here"))
+        self._ended(ConnectionLost("connection closed by this client"))
         if threading.current_thread() is not self._reader:
             self._reader.join()
 
@@ -111,7 +111,7 @@ class Connection:
 
     def _read_all(self) -> None:
         rest = b""
-        end = ConnectionLost("the daemon closed the connection")
+        end = ConnectionLost("connection closed by the daemon")
         try:
             while True:
                 piece = self._receive()
@@ -121,7 +121,7 @@ class Connection:
                 for line in lines:
                     self._take(json.loads(line))
         except Exception as problem:  # any exception: callers must not wait for a thread that has ended
-            end = ConnectionLost(f"the connection to the daemon broke: {problem!r}")
+            end = ConnectionLost(f"connection to the daemon broken: {problem!r}")
         self._ended(end)
         self._wire.close()
 

@@ -31,10 +31,16 @@ class WeftError(Exception):
         super().__init__(self._sentence())
 
     def _sentence(self) -> str:
-        parts = [f"{self.where}: {self.message}" if self.where else self.message]
-        parts += [f"{word} {value}" for word, value in (("expected", self.expected), ("got", self.got)) if value != ""]
-        sentence = "; ".join(parts) + (f". {self.hint}" if self.hint else "")
-        return f"{sentence} [{self.kind}]" if self.kind else sentence
+        """`WHERE: WHAT: GOT (expected EXPECTED). HINT. [KIND]`, as the daemon prints its errors."""
+        problem = f"{self.where}: {self.message}" if self.where else self.message
+        if self.got != "":
+            problem += f": {self.got}"
+        if self.expected != "":
+            problem += f" (expected {self.expected})"
+        parts = [text if text.endswith((".", "?")) else text + "." for text in (problem, self.hint) if text]
+        if self.kind:
+            parts.append(f"[{self.kind}]")
+        return " ".join(parts)
 
 
 class RequestError(WeftError):

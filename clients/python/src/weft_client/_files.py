@@ -40,8 +40,9 @@ class Http:
     def get(self, path: str, headers: Mapping[str, str]) -> http.client.HTTPResponse:
         """Errors: RequestError if the client has no address or token for HTTP, ConnectionLost."""
         if not self._url or not self._token:
-            raise RequestError("files come over HTTP", 1000, {"kind": "request.invalid", "expected": "http and token",
-                                                              "hint": 'connect(..., http="http://127.0.0.1:8080", token="wft_...")'})
+            raise RequestError("no HTTP address or no token for downloads", 1000, {
+                "kind": "request.invalid", "expected": "http and token",
+                "hint": 'Use connect(..., http="http://127.0.0.1:8080", token="wft_...")'})
         parts = urlsplit(self._url)
         host = parts.hostname or ""
         wire: http.client.HTTPConnection
@@ -53,7 +54,7 @@ class Http:
             wire.request("GET", path, headers={"Authorization": f"Bearer {self._token}", **headers})
             return wire.getresponse()
         except (OSError, http.client.HTTPException) as problem:
-            raise ConnectionLost(f"no daemon answers: {problem}", 0, {"where": self._url}) from problem
+            raise ConnectionLost(f"daemon not reachable: {problem}", 0, {"where": self._url}) from problem
 
 
 def fetch(source: Http, file: DataFile, to: pathlib.Path) -> pathlib.Path:
@@ -74,8 +75,8 @@ def fetch(source: Http, file: DataFile, to: pathlib.Path) -> pathlib.Path:
     got = _digest(part)
     if got != file.sha256:
         part.unlink()
-        raise DataAltered("these bytes are not what the run's list says", 0, {"kind": "data.altered", "where": file.name,
-                                                                             "expected": file.sha256, "got": got})
+        raise DataAltered("digest of the download differs from the list of files", 0, {
+            "kind": "data.altered", "where": file.name, "expected": file.sha256, "got": got, "hint": "Read files() again, then repeat the download"})
     os.replace(part, target)
     return target
 
@@ -92,16 +93,16 @@ def _go_on(source: Http, file: DataFile, part: pathlib.Path) -> None:
             raise _refused(response, file)
         with part.open("ab" if response.status == 206 else "wb") as out:
             while piece := _read(response, file):
-                out.write(piece)  # outside _read(): a full disk must not count as a lost connection, since a retry does not help
+                out.write(piece)  # outside _read(): a full disk must not count as a lost connection, because a retry does not help
     if _size(part) < file.bytes:
-        raise ConnectionLost("the file was cut off", 0, {"where": file.name})
+        raise ConnectionLost("download incomplete", 0, {"where": file.name, "got": f"{_size(part)} bytes", "expected": f"{file.bytes} bytes"})
 
 
 def _read(response: http.client.HTTPResponse, file: DataFile) -> bytes:
     try:
         return response.read(_PIECE_BYTES)
     except (OSError, http.client.HTTPException) as problem:
-        raise ConnectionLost(f"the file was cut off: {problem}", 0, {"where": file.name}) from problem
+        raise ConnectionLost(f"download interrupted: {problem}", 0, {"where": file.name}) from problem
 
 
 def _refused(response: http.client.HTTPResponse, file: DataFile) -> WeftError:
@@ -109,7 +110,7 @@ def _refused(response: http.client.HTTPResponse, file: DataFile) -> WeftError:
     try:
         said = error_of(json.loads(body)["error"])
     except (ValueError, KeyError, TypeError):
-        said = WeftError(f"HTTP {response.status}", response.status, {"where": file.name})
+        said = WeftError(f"HTTP status {response.status}", response.status, {"where": file.name})
     if response.status in (409, 412):
         return DataAltered(said.message, said.code, {"kind": said.kind or "data.altered", "where": said.where or file.name, "hint": said.hint})
     if response.status in (401, 403):

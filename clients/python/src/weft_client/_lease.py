@@ -48,13 +48,13 @@ class Lease:
     def _renewed(self) -> Optional[WeftError]:
         """Renews once. Returns the reason if the lease is lost."""
         asked_s, renewed = time.monotonic(), concurrent.futures.Future[int]()
-        # A thread of its own: reconnecting may take longer than the lease lasts.
+        # In a separate thread, because reconnecting may take longer than the lease lasts.
         threading.Thread(target=self._ask, args=(renewed, self._left_s()), name=f"weft-client renews {self.name}", daemon=True).start()
         while not concurrent.futures.wait([renewed], _LOOK_S).done:
             if self._over.is_set():
                 return None
             if self._left_s() == 0:
-                return ConnectionLost("the lease was not renewed while it lasted: nobody answered")
+                return ConnectionLost("lease expired: no answer to its renewal")
         problem = renewed.exception()
         if isinstance(problem, ConnectionLost):
             return problem if self._left_s() == 0 or self._client.closed else None
@@ -71,7 +71,7 @@ class Lease:
         except WeftError as problem:
             renewed.set_exception(problem)
         except TimeoutError as late:
-            renewed.set_exception(ConnectionLost(f"the lease was not renewed while it lasted: {late}"))
+            renewed.set_exception(ConnectionLost(f"lease expired: {late}"))
 
     def _gone(self, problem: WeftError) -> None:
         self.lost = problem
@@ -83,7 +83,7 @@ class Lease:
         if self._over.is_set():
             return
         self._over.set()
-        if threading.current_thread() is not self._renewing:  # it is when `on_lost` calls close()
+        if threading.current_thread() is not self._renewing:  # true when `on_lost` calls close()
             self._renewing.join()
         if self.lost is None:
             with contextlib.suppress(WeftError, TimeoutError):

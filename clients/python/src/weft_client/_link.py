@@ -41,14 +41,14 @@ class Link:
         if lost.end is None and not self.closed:
             return lost  # still open: the failure had another cause
         if self._tries == 0 or self.closed:
-            raise lost.end or ConnectionLost("the connection was closed here")
+            raise lost.end or ConnectionLost("connection closed by this client")
         with self._one_at_a_time:
             if self._connection is lost:
                 self._connection, self.opened = self._again()
             made = self._connection
         if self.closed:  # closed by another thread meanwhile
             made.close()
-            raise ConnectionLost("the connection was closed here")
+            raise ConnectionLost("connection closed by this client")
         return made
 
     def _again(self) -> Opened:
@@ -56,7 +56,7 @@ class Link:
         why: Optional[WeftError] = None
         for _ in range(self._tries):
             if self.closed:
-                raise ConnectionLost("the connection was closed here")
+                raise ConnectionLost("connection closed by this client")
             try:
                 return self._dial()
             except (AccessError, RequestError):
@@ -66,7 +66,7 @@ class Link:
             self._closed.wait(pause_s)
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
         took_s = time.monotonic() - began_s
-        raise ConnectionLost(f"the daemon was not reached again in {self._tries} tries, {took_s:.1f} s: {why}") from why
+        raise ConnectionLost(f"daemon not reachable in {self._tries} attempts, {took_s:.1f} s: {why}") from why
 
     def close(self) -> None:
         self._closed.set()

@@ -67,11 +67,11 @@ class Run:
         return end_of(self._client.answer(self._client.request("run.wait", params), timeout_s))
 
     def watch(self, mode: str = "latest", max_hz: float = 20) -> Watch:
-        """Its events from now on; the last one is its end."""
+        """Watches the events of the run from now on, until its end."""
         topic = f"run:{self.name}"
         watch = self._client.watch(topic, mode=mode, max_hz=max_hz)
         now = self.state()
-        # An earlier start of the daemon may have run it; this one has no events of it.
+        # A run of an earlier start of the daemon has no events in this one.
         over = Event(topic, now, now, 0, snapshot=True) if now.get("state") in _OVER else None
         return watch.ending_with(lambda event: event.state.get("state") in _OVER, over)
 
@@ -96,15 +96,15 @@ class Run:
         if step is None:
             asked = self.state().get("attention") or {}
             if not asked.get("step"):
-                raise RequestError("nothing is asked now", 1000, {"kind": "request.invalid", "where": self.name,
-                                                                  "hint": "state()['attention'] is the next human action"})
+                raise RequestError("no operator step pending", 1000, {"kind": "request.invalid", "where": self.name,
+                                                                      "hint": "Read the next operator step in state()['attention']"})
             step = str(asked["step"])
         return self._client.api.run.confirm(run=self.name, step=step)
 
     # --- data ---
 
     def files(self) -> List[DataFile]:
-        """Files to download, with sizes and digests. Only after the run has ended."""
+        """Files to download, with sizes and digests; only after the end of the run."""
         return [DataFile.of(told) for told in self._client.api.data.get(run=self.name)["files"]]
 
     def file(self, name: str) -> DataFile:
@@ -113,8 +113,8 @@ class Run:
         for found in files:
             if found.name == name:
                 return found
-        raise RequestError("no such file of this run", 1004, {"kind": "not_found", "where": self.name, "got": name,
-                                                              "expected": ", ".join(f.name for f in files)})
+        raise RequestError("file not found in the run", 1004, {"kind": "not_found", "where": self.name, "got": name,
+                                                               "expected": ", ".join(f.name for f in files)})
 
     def download(self, name: str, to: "Union[str, os.PathLike[str]]") -> pathlib.Path:
         """Downloads one of files() over HTTP and checks its digest. `to` is an existing folder, a name that ends in "/", or a file. A partial file of
@@ -126,11 +126,11 @@ class Run:
         return fetch(self._client.http, self.file(name), place)
 
     def folder(self) -> pathlib.Path:
-        """Its folder on the daemon's machine."""
+        """Folder of the run on the daemon's machine."""
         return pathlib.Path(self.state()["folder"])
 
     def verify(self) -> JsonObject:
-        """Checks every byte of its files against the certificate."""
+        """Checks every byte of the files against the certificate."""
         return self._client.api.data.verify(run=self.name)
 
 

@@ -121,7 +121,7 @@ class Watch:
         """Ends the watch and every wait for an event. Any thread or task may call it."""
         self._closed = True
         self._leave()
-        self._mailbox.close(ConnectionLost("the watch was closed here"))
+        self._mailbox.close(ConnectionLost("watch closed by this client"))
 
     def __enter__(self) -> "Watch":
         return self

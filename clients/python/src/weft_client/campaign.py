@@ -32,14 +32,14 @@ class Campaign:
         if self._path.is_dir():
             self._path /= "campaign.sqlite"
         if not self._path.is_file():
-            raise RequestError("no such file", 1004, {"kind": "not_found", "where": str(self._path)})
+            raise RequestError("campaign file not found", 1004, {"kind": "not_found", "where": str(self._path)})
         self._data = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro", uri=True)
         try:
             self.bench_kind, self.name, self._taxels = self._data.execute("SELECT bench_kind, name, taxels FROM campaign").fetchone()
             axes = self._data.execute("SELECT name, rotary FROM axis ORDER BY position").fetchall()
         except (sqlite3.DatabaseError, TypeError) as problem:
             self._data.close()
-            raise RequestError(f"no campaign file: {problem}", 1001, {"kind": "request.unreadable", "where": str(self._path)}) from problem
+            raise RequestError(f"not a campaign file: {problem}", 1001, {"kind": "request.unreadable", "where": str(self._path)}) from problem
         self.axes: Tuple[str, ...] = tuple(name for name, _ in axes)
         self._stage_per_unit = numpy.array([1e8 if rotary else 1e9 for _, rotary in axes])
 
@@ -76,8 +76,8 @@ class Campaign:
         chunks = self._data.execute("SELECT number, rows, crc32, data FROM chunk WHERE trial = ? AND stream = ? ORDER BY number", (trial, stream))
         for number, rows, crc32, data in chunks:
             if zlib.crc32(data) != crc32 or len(data) != rows * row.itemsize:
-                raise DataAltered("a chunk is not what was recorded", 0, {
+                raise DataAltered("chunk differs from its recorded length or CRC-32", 0, {
                     "kind": "data.altered", "where": f"{self._path}: trial {trial}, stream {stream}, chunk {number}",
-                    "hint": "weft verify says what is damaged"})
+                    "hint": "Run `weft verify` to list the damaged files"})
             pieces.append(data)
         return numpy.frombuffer(b"".join(pieces), dtype=row)

@@ -29,7 +29,7 @@ class DataSet:
         self.h5 = h5py.File(file, "r")
         if _text(self.h5.attrs.get("format", b"")) != "weft-dataset":
             self.h5.close()
-            raise RequestError("no data set of Weft's", 1001, {"kind": "request.unreadable", "where": os.fspath(file)})
+            raise RequestError("not a data set of Weft", 1001, {"kind": "request.unreadable", "where": os.fspath(file)})
         self.bench_kind, self.name, self.dataset_sha256 = (_text(self.h5.attrs[k]) for k in ("bench_kind", "name", "dataset_sha256"))
         self.axes: Tuple[str, ...] = tuple(_text(name) for name in self.h5["stages/axis"][:])
 
@@ -51,7 +51,7 @@ class DataSet:
     def __getitem__(self, i: int) -> Trial:
         """The trial of row `i` of /trials. Errors: IndexError."""
         if not -len(self) <= i < len(self):
-            raise IndexError(f"trial {i} of {len(self)}")
+            raise IndexError(f"trial index out of range: {i} (expected {-len(self)} to {len(self) - 1})")
         i %= len(self)
         file, label, group, exploration, outcome = (_text(self.h5[f"trials/{k}"][i])
                                                     for k in ("file", "label", "group", "exploration", "outcome"))
