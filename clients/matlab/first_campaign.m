@@ -1,5 +1,5 @@
-% A campaign on the bench of the daemon that WEFT_HTTP names, and the mean count of each of its fabrics. On the simulated bench the figures
-% are simulated and say nothing about real fabrics. For MATLAB and GNU Octave; see README.md.
+% Runs a campaign on the daemon at WEFT_HTTP and prints the mean count of each fabric. On a simulated bench the results are simulated and do
+% not describe real fabrics. For MATLAB and GNU Octave; see README.md.
 addpath(fileparts(mfilename('fullpath')));
 recipe = getenv('WEFT_RECIPE');
 if isempty(recipe)
@@ -7,8 +7,8 @@ if isempty(recipe)
 end
 
 check = weft_rpc('recipe.check', struct('recipe', recipe));
-assert(check.ok, 'the rig cannot run it');
-fprintf('%d trials, %.0f minutes of the bench\n', check.plan.trials, check.plan.eta_s / 60);
+assert(check.ok, 'recipe %s cannot run on this rig', recipe);
+fprintf('%d trials, %.0f minutes of bench time\n', check.plan.trials, check.plan.eta_s / 60);
 
 ttl_ms = 60000;
 if ~isempty(getenv('WEFT_LEASE_MS'))
@@ -20,7 +20,7 @@ ended = weft_wait(run.run, lease.lease, ttl_ms);
 fprintf('%s: outcome %s, cleanup %s, rig %s\n', run.run, ended.outcome, ended.cleanup, ended.rig);
 
 told = weft_rpc('data.get', struct('run', run.run));
-data = weft_dataset(told.folder);  % on the daemon's machine; from elsewhere GET told.files(k).path
+data = weft_dataset(told.folder);  % on the daemon's machine; on another one GET told.files(k).path
 names = unique(data.label);
 for k = 1:numel(names)
   total = 0;

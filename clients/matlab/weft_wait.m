@@ -1,6 +1,6 @@
 function ended = weft_wait(run, lease, ttl_ms)
-% WEFT_WAIT  A run's last state, once it is over; the lease is renewed at a third of its time until then.
-%   A lease that is lost is a warning: what runs goes on. Each wait for an answer is a short one, so that a campaign may last as long as it likes.
+% WEFT_WAIT  Waits for the end of a run and returns its last state. Renews the lease after a third of its time, and releases it at the end.
+%   Warns (weft:lease) if the lease is lost; the run continues. Each request is short, so that no timeout limits the duration of the run.
   kept = true;
   while true
     begun = tic();
@@ -9,7 +9,7 @@ function ended = weft_wait(run, lease, ttl_ms)
         weft_rpc('lease.renew', struct('lease', lease, 'ttl_ms', ttl_ms));
       catch refused
         kept = false;
-        warning('weft:lease', 'the lease is lost, what runs goes on: %s', refused.message);
+        warning('weft:lease', 'lease lost, the run continues: %s', refused.message);
       end
     end
     ended = weft_rpc('run.get', struct('run', run));
@@ -22,7 +22,7 @@ function ended = weft_wait(run, lease, ttl_ms)
     try
       weft_rpc('lease.release', struct('lease', lease));
     catch refused
-      warning('weft:lease', 'the lease was lost: %s', refused.message);
+      warning('weft:lease', 'lease not released: %s', refused.message);
     end
   end
 end
