@@ -2,13 +2,13 @@
 set(deb ${PROJECT_SOURCE_DIR}/packaging/deb)
 set(deb_made ${CMAKE_BINARY_DIR}/deb)
 
-# /etc of weftd, and its sample rig: a separate component, left out by cmake --install, which must not write there.
+# Files of weftd in /etc, and its sample rig: a separate component, because cmake --install must not write there.
 set(WEFT_INSTALLED_SIM /usr/share/weft/sim)
 file(READ sim/rigs/bench17.json rig)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS sim/rigs/bench17.json)
 string(REPLACE "\"../" "\"${WEFT_INSTALLED_SIM}/" rig "${rig}")
 file(CONFIGURE OUTPUT ${deb_made}/rig.json CONTENT "@rig@" @ONLY)
-# Not a conffile: every laboratory has its own rig file, and an upgrade must not ask about ours. postinst copies it once.
+# Not a conffile: every laboratory has its own rig file, and an upgrade must not ask about the sample. postinst copies it once.
 install(FILES ${deb_made}/rig.json DESTINATION /usr/share/weft RENAME sample-rig.json COMPONENT system EXCLUDE_FROM_ALL)
 install(FILES ${deb}/weftd/weftd.conf DESTINATION /etc/weft COMPONENT system EXCLUDE_FROM_ALL)
 install(FILES recipes/library/first.json DESTINATION /etc/weft/recipes COMPONENT system EXCLUDE_FROM_ALL)
@@ -38,7 +38,7 @@ set(CPACK_PACKAGE_VENDOR Weft)
 set(CPACK_PACKAGE_CONTACT "Weft <weft@localhost>")
 set(CPACK_DEBIAN_PACKAGE_MAINTAINER "${CPACK_PACKAGE_CONTACT}")
 set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)
-set(CPACK_SET_DESTDIR ON)  # absolute destinations, and the unit's path
+set(CPACK_SET_DESTDIR ON)  # for absolute destinations and the path of the unit
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
