@@ -1,7 +1,7 @@
-// A linear stage of another maker that takes lines of text: "*IDN?", "EN 1", "ACC mm/s2",
-// "VEL mm/s", "HOME", "MOV mm", "STOP" (along its ramp), "ABORT" (at once). "STAT?" is answered by
-// "STAT mm MOVING HOMED LIMIT ERROR", "*IDN?" by "MAKER,MODEL,SERIAL,FIRMWARE", the others by
-// nothing.
+// Driver of a linear stage that accepts lines of text: "*IDN?", "EN 1", "ACC mm/s2", "VEL mm/s",
+// "HOME", "MOV mm", "STOP" (with its ramp), "ABORT" (at once). The reply to "STAT?" is
+// "STAT mm MOVING HOMED LIMIT ERROR", to "*IDN?" "MAKER,MODEL,SERIAL,FIRMWARE". Other lines have
+// no reply.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -31,9 +31,9 @@ class LineStage final : public DriverBase {
       : DriverBase(driver_host),
         settings_(settings),
         poll_(driver_host.loop(), [this] { ask(), poll_.start(poll_period); }),
-        limit_(driver_host.loop(), [this] { fail_motion("the motion took too long"); }),
+        limit_(driver_host.loop(), [this] { fail_motion("motion timed out"); }),
         silence_(driver_host.loop(), [this] {
-          raise({.code = Errc::timeout, .what = "the stage is silent", .hint = "Is it on?"});
+          raise({.code = Errc::timeout, .what = "stage silent", .hint = "Check power and cable"});
         }) {}
 
   Status open() override {
@@ -43,12 +43,12 @@ class LineStage final : public DriverBase {
   }
   Status arm() override {
     if (Status allowed = require(DriverState::open, "arm"); !allowed) return allowed;
-    put("EN 1\nABORT\n");  // whatever a dead host has left it doing
+    put("EN 1\nABORT\n");  // ends a motion that an earlier host started
     put("ACC ", settings_.acceleration * 1e3);
     return ask();
   }
   Result<std::uint32_t> command(const Command& command) override {
-    if (Status allowed = require(DriverState::armed, "the command"); !allowed)
+    if (Status allowed = require(DriverState::armed, "command"); !allowed)
       return pass(std::move(allowed.error()));
     return std::visit([this](const auto& c) { return run(c); }, command);
   }
@@ -76,7 +76,7 @@ class LineStage final : public DriverBase {
     go(move.target, move.speed);
     return last_id_;
   }
-  // A velocity is a bounded move: if the host dies, the stage stops by itself.
+  // A velocity command is a bounded move, so that the stage stops by itself if the host dies.
   Result<std::uint32_t> run(const ServoCommand& servo) {
     end_motion();
     if (servo.velocity == 0) return put("STOP\n"), 0;
@@ -88,15 +88,23 @@ class LineStage final : public DriverBase {
   }
   Result<std::uint32_t> run(const PollCommand&) { return ask(), 0; }
   Result<std::uint32_t> run(const BiasCommand&) {
-    return fail({.code = Errc::unsupported, .what = "a stage has no bias"});
+    return fail({.code = Errc::unsupported, .what = "bias not supported by a stage"});
   }
 
   Status check(double target, double speed) const {
-    if (!homed_) return fail({.code = Errc::wrong_state, .what = "the stage has not been homed"});
+    if (!homed_)
+      return fail(
+          {.code = Errc::wrong_state, .what = "stage not homed", .hint = "Home the stage first"});
     if (target >= settings_.low && target <= settings_.high && speed > 0 &&
         speed <= settings_.max_speed)
       return {};
-    return fail({.code = Errc::range, .what = "the target or the speed is outside the limits"});
+    return fail(
+        {.code = Errc::range,
+         .what = "target or speed outside the limits",
+         .expected = std::to_string(settings_.low * 1e3) + " to " +
+                     std::to_string(settings_.high * 1e3) + " mm, at most " +
+                     std::to_string(settings_.max_speed * 1e3) + " mm/s",
+         .got = std::to_string(target * 1e3) + " mm, " + std::to_string(speed * 1e3) + " mm/s"});
   }
   void begin(std::optional<double> target, Duration limit) {
     ++last_id_, target_ = target, under_way_ = true;
@@ -122,14 +130,14 @@ class LineStage final : public DriverBase {
     for (double& field : fields) {
       const auto read =
           std::from_chars(at + (*at == ' ' ? 1 : 0), line.data() + line.size(), field);
-      if (read.ec != std::errc{}) return host().log(LogLevel::warning, "unreadable: " + line);
+      if (read.ec != std::errc{}) return host().log(LogLevel::warning, "invalid line: " + line);
       at = read.ptr;
     }
-    if (state() == DriverState::closed) return;  // of an earlier host
+    if (state() == DriverState::closed) return;  // reply to an earlier host
     ++answered_;
     asked_ == answered_ ? silence_.stop() : silence_.expect_within(reply_limit);
     if (fields[4] != 0)
-      return raise({.code = Errc::device, .what = "the stage reports an error", .got = line});
+      return raise({.code = Errc::device, .what = "error reported by the stage", .got = line});
     position_ = fields[0] * 1e-3, homed_ = fields[2] != 0;
     const bool moving = fields[1] != 0;
     if (under_way_ && !moving && answered_ > begun_at_ask_) arrived();
@@ -138,10 +146,10 @@ class LineStage final : public DriverBase {
     host().publish({arrival, sequence_++, 0,
                     StageSample{position_, moving, homed_, fields[3] != 0, confirmed_id_}});
   }
-  // At rest, by an answer that was asked for after the motion had begun.
+  // Called at rest, by a reply to a request that was sent after the start of the motion.
   void arrived() {
     if (target_ ? std::abs(position_ - *target_) > in_position : !homed_)
-      return fail_motion("the stage stopped short");
+      return fail_motion("stage stopped before its target");
     confirmed_id_ = last_id_, end_motion();
   }
   void fail_motion(const char* what) {
@@ -163,7 +171,7 @@ class LineStage final : public DriverBase {
   }
   Status put(std::string_view text) {
     if (send({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()})) return {};
-    return fail({.code = Errc::io, .what = "the port does not take the command"});
+    return fail({.code = Errc::io, .what = "command not sent: the link did not accept it"});
   }
   Status put(const char* verb, double value) {
     std::array<char, 64> text{};
@@ -175,14 +183,14 @@ class LineStage final : public DriverBase {
   std::string line_;
   double position_ = 0;
   bool homed_ = false, under_way_ = false;
-  std::optional<double> target_;  ///< none: homing
+  std::optional<double> target_;  ///< position [m]; none while homing
   std::uint32_t last_id_ = 0, confirmed_id_ = 0, sequence_ = 0;
   std::uint64_t asked_ = 0, answered_ = 0, begun_at_ask_ = 0;
   Timer poll_, limit_;
   Watchdog silence_;
 };
 
-// "acceleration_mm_s2" by this name: Weft hands the rig's limit on.
+// Weft passes the limit of the rig file under the name "acceleration_mm_s2".
 constexpr const char* schema = R"({"type": "object", "additionalProperties": false, "properties": {
   "travel_mm": {"type": "array"}, "max_speed_mm_s": {"type": "number"},
   "acceleration_mm_s2": {"type": "number"}}})";
@@ -199,5 +207,6 @@ Result<std::unique_ptr<Driver>> create(std::string_view json, DriverHost& host) 
 }  // namespace
 
 extern const DriverEntry line_stage;
-constinit const DriverEntry line_stage{"line_stage", "Linear stage, lines of text", schema, create};
+constinit const DriverEntry line_stage{"line_stage", "Linear stage with a text protocol", schema,
+                                       create};
 WEFT_EXPORT_DRIVER(line_stage);

@@ -1,5 +1,5 @@
-// A tactile array on a microcontroller that prints lines: "taxels SERIAL" when asked "?", and one
-// line a frame, "NUMBER,C0,...,C15".
+// Driver of a tactile array on a microcontroller that prints lines: "taxels SERIAL" as the reply to
+// "?", and one line per frame, "NUMBER,C0,...,C15" (counts 0 to 65535).
 #include <array>
 #include <charconv>
 
@@ -16,7 +16,7 @@ class LineTaxels final : public DriverBase {
  public:
   LineTaxels(Duration stale_after, DriverHost& driver_host)
       : DriverBase(driver_host), stale_after_(stale_after), silence_(driver_host.loop(), [this] {
-          raise({.code = Errc::timeout, .what = "the array is silent", .hint = "Is it on?"});
+          raise({.code = Errc::timeout, .what = "array silent", .hint = "Check power and cable"});
         }) {}
 
   Status open() override {
@@ -24,7 +24,7 @@ class LineTaxels final : public DriverBase {
     silence_.expect_within(stale_after_);
     constexpr std::array<std::uint8_t, 2> who_are_you{'?', '\n'};
     if (!send(who_are_you))
-      return fail({.code = Errc::io, .what = "the port does not take the question"});
+      return fail({.code = Errc::io, .what = "query not sent: the link did not accept it"});
     return {};
   }
   Status arm() override {
@@ -34,7 +34,7 @@ class LineTaxels final : public DriverBase {
     return {};
   }
   Result<std::uint32_t> command(const Command&) override {
-    return fail({.code = Errc::unsupported, .what = "a tactile array takes no commands"});
+    return fail({.code = Errc::unsupported, .what = "commands not supported by a tactile array"});
   }
   void stop() override { make_safe(), enter(LifecycleEvent::disarmed); }
   void close() override { make_safe(), detach(), enter(LifecycleEvent::close); }
@@ -51,7 +51,7 @@ class LineTaxels final : public DriverBase {
   void on_line(const std::string& line, TimePoint arrival) {
     if (state() == DriverState::closed) return greet(line);
     std::array<std::uint32_t, 17> numbers{};
-    if (!read_numbers(line, numbers)) return host().log(LogLevel::warning, "unreadable: " + line);
+    if (!read_numbers(line, numbers)) return host().log(LogLevel::warning, "invalid line: " + line);
     if (std::exchange(arming_, false)) enter(LifecycleEvent::armed);
     if (state() != DriverState::armed) return;
     silence_.expect_within(stale_after_);
@@ -60,7 +60,7 @@ class LineTaxels final : public DriverBase {
     host().publish({arrival, numbers[0], lost, TaxelSample{counts_, 0, 0, 0}});
   }
   void greet(const std::string& line) {
-    if (line.rfind("taxels ", 0) != 0) return;  // frames that were under way
+    if (line.rfind("taxels ", 0) != 0) return;  // frames of an earlier session
     silence_.stop();
     host().identified({{{"serial", line.substr(7)}}, {}});
     enter(LifecycleEvent::opened);
@@ -94,5 +94,5 @@ Result<std::unique_ptr<Driver>> create(std::string_view json, DriverHost& host) 
 }  // namespace
 
 extern const DriverEntry line_taxels;
-constinit const DriverEntry line_taxels{"line_taxels", "Counts as lines of text", "{}", create};
+constinit const DriverEntry line_taxels{"line_taxels", "Tactile array, text lines", "{}", create};
 WEFT_EXPORT_DRIVER(line_taxels);
