@@ -17,15 +17,15 @@ set(WEFT_CLASSIFIER_MODULES base features selection learn fabric learners vote e
 add_library(weft_classifier INTERFACE)  # all of it
 foreach(module ${WEFT_CLASSIFIER_MODULES})
   target_link_libraries(weft_classifier INTERFACE weft_classifier_${module})
-  target_compile_options(weft_classifier_${module} PRIVATE -Wno-psabi)  # lanes never cross a call, so their ABI is no concern
+  target_compile_options(weft_classifier_${module} PRIVATE -Wno-psabi)  # the ABI of lanes is irrelevant, because no call passes them
 endforeach()
 
-# Without errno the compiler vectorises square roots over all lanes.
+# Without errno the compiler can vectorise square roots.
 set_source_files_properties(classifier/features/spectrum.cpp classifier/features/taxel_block.cpp classifier/imprint/step_edges.cpp
                             classifier/vibro/short_time.cpp classifier/learners/network.cpp classifier/vibro/level_features.cpp
                             classifier/vibro/real_transform.cpp PROPERTIES COMPILE_OPTIONS -fno-math-errno)
 if(WEFT_XGBOOST)
-  # Loaded on first use by the name that programs use at run time: the target of the link for linking.
+  # Loaded on first use by its run-time name, which is the target of the symbolic link used for linking.
   set(xgboost_library "${XGBOOST_LIBRARY}")
   if(IS_SYMLINK "${XGBOOST_LIBRARY}")
     file(READ_SYMLINK "${XGBOOST_LIBRARY}" xgboost_library)

@@ -66,7 +66,7 @@ set(WEFT_DAEMON_MODULES
     service/handover service/methods service/notify service/daemon
     apps/weft apps/weft_rig)
 list(TRANSFORM WEFT_DAEMON_MODULES REPLACE "/" "_")
-add_library(weft_daemon INTERFACE)  # all below apps
+add_library(weft_daemon INTERFACE)  # all modules below apps
 foreach(module ${WEFT_DAEMON_MODULES})
   get_target_property(kind weft_daemon_${module} TYPE)
   if(NOT kind STREQUAL INTERFACE_LIBRARY)
@@ -79,13 +79,13 @@ endforeach()
 
 target_include_directories(weft_daemon_service_transport SYSTEM PRIVATE ${BOOST_HEADERS})
 
-# Sources that clash with their neighbours in a unity build.
+# Not joined: their names or macros conflict with other sources in a unity build.
 set_source_files_properties(daemon/hardware/link/serial_speed.cpp daemon/service/transport/http_request.cpp
                             daemon/service/transport/wire.cpp
                             daemon/base/version/software_version.cpp
                             PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
-# Version and commit: a new commit changes only one source.
+# Version and commit are in one source, so that a new commit recompiles only that one.
 target_compile_definitions(weft_daemon_base_version PRIVATE WEFT_VERSION="${PROJECT_VERSION}")
 target_include_directories(weft_daemon_base_version PRIVATE ${CMAKE_BINARY_DIR}/generated)
 add_custom_target(weft_build_stamp BYPRODUCTS ${CMAKE_BINARY_DIR}/generated/weft_build_stamp.hpp
@@ -115,7 +115,7 @@ file(READ recipes/schema/recipe.schema.json WEFT_RECIPE_SCHEMA)
 configure_file(daemon/service/methods/recipe_schema.cpp.in ${CMAKE_BINARY_DIR}/recipe_schema.cpp @ONLY)
 target_sources(weft_daemon_service_methods PRIVATE ${CMAKE_BINARY_DIR}/recipe_schema.cpp)
 
-# The page is built in as well, with Debian's libraries for charts and text (docs/adr/0003).
+# The page is built in too, with Debian's libraries for charts and text (docs/adr/0003).
 find_path(DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs NO_DEFAULT_PATH REQUIRED DOC "libjs-dygraphs: run script/bootstrap")
 find_path(CODEMIRROR lib/codemirror.js PATHS /usr/share/javascript/codemirror NO_DEFAULT_PATH REQUIRED DOC "libjs-codemirror: run script/bootstrap")
 file(GLOB_RECURSE web_page CONFIGURE_DEPENDS daemon/service/web/page/*)

@@ -1,4 +1,4 @@
-# Tests that run one of our programs against another program or in a whole scene. Exit status 77 means skipped.
+# Tests that run Weft's programs against other programs or in complete scenarios. Exit status 77 means skipped.
 
 add_executable(oracle_agreement ${CMAKE_CURRENT_SOURCE_DIR}/scenario/oracle_agreement.cc)
 target_link_libraries(oracle_agreement PRIVATE weft_classifier)
@@ -192,12 +192,12 @@ set_tests_properties(scenario_real_time nightly_emulated_kill
 add_test(NAME scenario_init_simulated COMMAND ${WEFT_PYTHON} ${cli_tests}/init.py ${on_ports} simulated)
 set_tests_properties(scenario_init_simulated PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Every device on TCP too, and hosts that leave in the middle of a message.
+# Every device on TCP too; hosts that disconnect in the middle of a message.
 add_test(NAME scenario_rig_tcp
          COMMAND ${WEFT_PYTHON} ${cli_tests}/rig_tcp.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_rig_tcp PROPERTIES TIMEOUT 120 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
-# Only one program at a time has a device, and the doctor checks the same things as a run.
+# Only one program at a time may use a device; the doctor makes the same checks as a run.
 add_test(NAME scenario_device_locks
          COMMAND ${WEFT_PYTHON} ${cli_tests}/device_locks.py $<TARGET_FILE:weft> $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_device_locks PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

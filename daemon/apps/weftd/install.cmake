@@ -20,7 +20,7 @@ add_custom_target(weft_texts ALL DEPENDS ${weft_texts}/weft.1)
 set(weft_share ${CMAKE_INSTALL_DATADIR}/weft)
 install(TARGETS weft COMPONENT weft)
 install(FILES ${weft_texts}/weft.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT weft)
-# Installs the completion of a program for bash and, where Debian's zsh looks for that of packages, for zsh.
+# Installs the completion of a program for bash, and for zsh in the folder that Debian's zsh searches.
 function(weft_install_completion program component)
   install(FILES ${weft_texts}/bash/${program} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT ${component})
   install(FILES ${weft_texts}/zsh/_${program} DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT ${component})
@@ -34,7 +34,7 @@ file(GLOB weft_tables sim/*.json)
 install(FILES ${weft_tables} DESTINATION ${weft_share}/sim COMPONENT weft)
 install(DIRECTORY sim/rigs/ DESTINATION ${weft_share}/sim/rigs COMPONENT weft FILES_MATCHING PATTERN *.json)
 
-# Configured at install time: only then is the prefix known (--prefix), under which the unit names the programs.
+# Configured at install time, because the unit contains the prefix, which is known only then (--prefix).
 install(CODE "set(programs \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
   configure_file(\"${PROJECT_SOURCE_DIR}/daemon/apps/weftd/weftd.service.in\" \"${weft_texts}/weftd.service\" @ONLY)" COMPONENT weftd)
 install(TARGETS weftd COMPONENT weftd)

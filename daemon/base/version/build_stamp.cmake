@@ -1,4 +1,4 @@
-# Writes OUT, a header with the commit of the build (empty without git). The header is only touched when the commit changes.
+# Writes OUT, a header with the commit of the build (empty without git). The header changes only with the commit, so that nothing is rebuilt without need.
 cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)

@@ -1,5 +1,5 @@
 # Writes the page's files into one C++ source: cmake -DPAGE=FOLDER -DDYGRAPHS=FOLDER -DCODEMIRROR=FOLDER -DOUT=FILE -P embed.cmake
-# Each file is an array of bytes; "/" is index.html, all others have the name that they have in FOLDER.
+# Each file becomes an array of bytes. index.html is served as "/", other files by their path in FOLDER.
 file(GLOB_RECURSE names RELATIVE ${PAGE} ${PAGE}/*)
 list(SORT names)
 set(type_html "text/html; charset=utf-8")
@@ -17,7 +17,7 @@ function(embed file path)
     set(path "")
   endif()
   if(NOT DEFINED type_${ending})
-    message(FATAL_ERROR "embed.cmake: no content type for ${file}")
+    message(FATAL_ERROR "embed.cmake: ${file}: no content type for files .${ending} (expected html, css, js or svg). Add a type_ variable")
   endif()
   file(READ ${file} bytes HEX)
   file(SHA256 ${file} digest)

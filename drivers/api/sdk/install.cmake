@@ -1,5 +1,4 @@
-# cmake --install BUILD --component sdk --prefix DIR: installs the files to build a driver outside
-# this tree.
+# Installs the files needed to build a driver outside this tree: cmake --install BUILD --component sdk --prefix DIR
 include(CMakePackageConfigHelpers)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/weftConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 foreach(folder drivers/api protocols/base)

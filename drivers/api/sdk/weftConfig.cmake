@@ -1,11 +1,11 @@
-# For drivers outside Weft's tree: find_package(weft), then weft_add_driver(NAME SOURCE...). The SDK
-# is source: the project's compiler builds its few files with the project's options.
+# For drivers outside the tree of Weft: find_package(weft), then weft_add_driver(NAME SOURCE...). The SDK consists
+# of sources, which are compiled with the compiler and options of the driver.
 include(CMakeFindDependencyMacro)
 find_dependency(nlohmann_json)
 find_path(WEFT_TL_EXPECTED tl/expected.hpp)
 if(NOT WEFT_TL_EXPECTED)
   set(weft_FOUND FALSE)
-  set(weft_NOT_FOUND_MESSAGE "tl/expected.hpp is missing (Debian: libexpected-dev)")
+  set(weft_NOT_FOUND_MESSAGE "tl/expected.hpp not found. Install libexpected-dev (Debian)")
   return()
 endif()
 
@@ -20,7 +20,7 @@ if(NOT TARGET weft::driver_sdk)
   set_target_properties(weft_driver_sdk PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden)
 endif()
 
-# Builds weft-driver-NAME.so from the sources; all but its one symbol stays hidden.
+# Builds weft-driver-NAME.so from the sources; it exports only one symbol.
 function(weft_add_driver name)
   add_library(weft-driver-${name} MODULE ${ARGN})
   target_link_libraries(weft-driver-${name} PRIVATE weft::driver_sdk)
