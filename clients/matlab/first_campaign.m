@@ -20,7 +20,7 @@ ended = weft_wait(run.run, lease.lease, ttl_ms);
 fprintf('%s: outcome %s, cleanup %s, rig %s\n', run.run, ended.outcome, ended.cleanup, ended.rig);
 
 told = weft_rpc('data.get', struct('run', run.run));
-data = weft_dataset(told.folder);  % on the daemon's machine; on another one GET told.files(k).path
+data = weft_dataset(told.folder);  % on the daemon's machine; on another one GET `told.files(k).path`
 names = unique(data.label);
 for k = 1:numel(names)
   total = 0;

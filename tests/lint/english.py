@@ -7,9 +7,10 @@
     english.py --selftest         checks that the checker refuses what it must refuse
 
 Retired are the phrases of PHRASES, two openings of a sentence, and each phrase of several words in the third column of the glossary
-that has no bracket. Code, file keys in backquotes and quotations in double quotes do not count. A text for people is a string of C++ or
-of the page, and the text of an HTML file, with three words or more.
+that has no bracket. Code, file keys in backquotes and quotations in double quotes do not count. A text for people is a string of C++, Python or
+the page, and the text of an HTML file, with three words or more. A docstring counts as a comment.
 """
+import ast
 import io
 import pathlib
 import re
@@ -19,13 +20,14 @@ import sys
 import tokenize
 
 # The clean parts, which stay clean. Both lists grow until they hold everything.
-COMMENTS = ("classifier", "daemon", "drivers", "packaging", "protocols", "recipes", "script", "sim", "tests")
+COMMENTS = ("CMakeLists.txt", "classifier", "clients", "daemon", "docs/sample_driver", "drivers", "packaging", "protocols", "recipes", "script", "sim", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "docs/howto/technician-card.md")  # documentation
 MOST_WORDS = 20  # mean of a page's sentences
 MOST_HELP = 80  # characters
 NO_PHRASE = re.compile(r"(?:of|what|whose|which|who|where|when|how|also|not|in|as|by|too|its)\b", re.I)
-TEXTS = ("classifier", "daemon", "drivers", "protocols", "recipes", "sim")  # strings of these folders
-CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell"}
+TEXTS = ("classifier", "clients/python/src", "daemon", "docs/sample_driver", "drivers", "protocols", "recipes", "script", "sim")  # strings of these folders
+CODE = {".hpp": "c", ".cpp": "c", ".cc": "c", ".js": "c", ".mjs": "c", ".py": "python", ".sh": "shell", ".cmake": "shell", ".service": "shell",
+        ".m": "matlab", ".css": "css"}
 PHRASES = {  # pattern -> what is used instead
     r"befall(?:s|en)?|befell": "happens to, is injected", r"suffer(?:s|ed|ing)?": "has, is exposed to",
     r"hear(?:s|d|ing)?": "receives, is notified", r"foretold|foretells?": "forecast",
@@ -40,6 +42,10 @@ OPENINGS = {r"Of\s": "name the thing", r"(?:What|Whatever|Who|Whoever|Whom)\s[^?
 PLAIN = {"guard trips on", "by then", "of the whole", "room's driver", "come down", "asked about", "good for"}
 COMMENT = re.compile(r'(?P<comment>//[^\n]*|/\*.*?\*/)|(?:u8|[uUL])?R"([^()\\\s]{0,16})\(.*?\)\2"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|`(?:\\.|[^`\\])*`',
                      re.S)
+CSS_COMMENT = re.compile(r'(?P<comment>/\*.*?\*/)|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
+# After a name or a bracket a quotation mark transposes.
+MATLAB_COMMENT = re.compile(r'"(?:""|[^"\n])*"|(?<![\w)\]}\'.])\'(?:\'\'|[^\'\n])*\'|%(?P<comment>.*)')
+SHELL_COMMENT = re.compile(r'\\.|"(?:\\.|[^"\\])*"|\'[^\']*\'|(?<!\S)#(?!!)\s?(?P<comment>.*)')
 QUOTED = re.compile(r'`[^`\n]*`|"[^"\n]*"|\u201c[^\u201d]*\u201d|https?://\S+')
 SENTENCE_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z\"(\[`*\u201c])")
 
@@ -66,9 +72,20 @@ def join_comments(pieces):
     return blocks
 
 
-def c_comments(text):
+def kind_of(path, text):
+    """The kind of comments: by the name, else by the first line of a script; None if unknown."""
+    name = path.with_suffix("") if path.suffix == ".in" else path
+    if name.suffix in CODE or name.name == "CMakeLists.txt":
+        return CODE.get(name.suffix, "shell")
+    first = text.split("\n", 1)[0] if path.suffix == "" else ""
+    if not first.startswith("#!"):
+        return None
+    return "python" if "python" in first else "shell" if "sh" in first else None
+
+
+def c_comments(text, pattern=COMMENT):
     out = []
-    for found in COMMENT.finditer(text):
+    for found in pattern.finditer(text):
         if not found["comment"]:
             continue
         line = text.count("\n", 0, found.start()) + 1
@@ -88,7 +105,9 @@ def strings_of(path, text):
         text = re.sub(r"<(script|style)\b.*?</\1>", lambda m: "\n" * m[0].count("\n"), text, flags=re.S)
         found = [(text.count("\n", 0, m.start(1)) + 1, " ".join(m[1].split())) for m in re.finditer(r">([^<>]+)<", text)]
         found += [(text.count("\n", 0, m.start()) + 1, m[1]) for m in re.finditer(r'\b(?:title|placeholder|aria-label)="([^"]*)"', text)]
-    elif CODE.get(path.suffix) == "c":
+    elif kind_of(path, text) == "python":
+        found = python_strings(text)
+    elif kind_of(path, text) == "c":
         found, end = [], None
         for m in STRING.finditer(text):
             value = next((m[name] for name in ("raw", "plain", "single", "template") if m[name] is not None), None)
@@ -123,8 +142,33 @@ def python_comments(text):
     return out
 
 
-def shell_comments(text):
-    return [(at, found[1]) for at, line in enumerate(text.split("\n"), 1) if (found := re.match(r"\s*#(?!!)\s?(.*)", line))]
+def python_strings(text):
+    """[(line, text)] without docstrings; an expression in an f-string is one word."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return []
+    out, parts = [], set()
+    parts.update(id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            parts.update(id(part) for part in node.values)
+            parts.update(id(part.format_spec) for part in node.values if isinstance(part, ast.FormattedValue))
+            if id(node) not in parts:
+                out.append((node.lineno, "".join(part.value if isinstance(part, ast.Constant) else "x" for part in node.values)))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in parts:
+            out.append((node.lineno, node.value))
+    return sorted((line, " ".join(value.split())) for line, value in out)
+
+
+def line_comments(text, pattern):
+    """A comment behind code is a text of its own."""
+    out = []
+    for found in pattern.finditer(text):
+        if found["comment"] is not None:
+            alone = text[text.rfind("\n", 0, found.start()) + 1:found.start()].strip() == ""
+            out.append((text.count("\n", 0, found.start()) + 1, ("" if alone else "\0") + found["comment"].lstrip("#% ").rstrip()))
+    return out
 
 
 def prose_of_page(text):
@@ -139,17 +183,19 @@ def prose_of_page(text):
     return out
 
 
+COMMENTS_OF = {"c": c_comments, "css": lambda text: c_comments(text, CSS_COMMENT), "python": python_comments,
+               "shell": lambda text: line_comments(text, SHELL_COMMENT), "matlab": lambda text: line_comments(text, MATLAB_COMMENT)}
+
+
 def texts_of(path, text):
     """Blocks of prose of a file: lists of (line, text)."""
     if path.suffix == ".md":
         pieces = prose_of_page(text)
     else:
-        kind = CODE.get(path.suffix) or ("shell" if text.startswith("#!") and "sh" in text.split("\n", 1)[0] else None)
-        if kind is None and text.startswith("#!") and "python" in text.split("\n", 1)[0]:
-            kind = "python"
+        kind = kind_of(path, text)
         if kind is None:
             return []
-        pieces = {"c": c_comments, "python": python_comments, "shell": shell_comments}[kind](text)
+        pieces = COMMENTS_OF[kind](text)
     blocks = []
     for block in join_comments([(line, one) for line, one in pieces if one.strip("\0 ") or path.suffix != ".md"]):
         for line, one in block:
@@ -209,7 +255,7 @@ def files_below(root, places):
     for place in places:
         start = root / place
         for path in [start] if start.is_file() else sorted(start.rglob("*")):
-            if path.is_file() and "node_modules" not in path.parts and path.suffix in (*CODE, ".md", ".html", ""):
+            if path.is_file() and "node_modules" not in path.parts and (kind_of(path, "") or path.suffix in (".md", ".html", "")):
                 yield path
 
 
@@ -223,8 +269,19 @@ def selftest():
         ("a.py", '"""It says so."""\na = "told"\n'): 1, ("a.py", "a = 1  # said\n"): 1, ("a.sh", "# said\necho said\n"): 1,
         ("a.md", "That is what is learnt from it.\n"): 1, ("a.md", "A rub by then.\n"): 0, ("a.js", "const a = `// told`;\n"): 0,
         ("a.md", "Wait no more than 5 s, in line 3.\n"): 0, ("a.md", "- Nobody waits.\n- Nobody goes.\n"): 2, ("a.txt", "told"): 0,
+        ("a.sh", "a=1  # said\nb=${#a} c=$#  # fine\necho \"x # said\" 'y # said' \\# said#\n"): 1, ("CMakeLists.txt", "# Said.\n"): 1,
+        ("a.cpp.in", "// Said.\n"): 1, ("a.service.in", "# Said.\n"): 1, ("a.in", "# Said.\n"): 0, ("a", "#!/bin/sh\n# Said.\n"): 1,
+        ("a.m", "% It is\n% told.\n"): 1, ("a.m", "a = b';  % told\nc = ['%d told', 'it''s % told'];\nd = c{1}';  % heard\n"): 2,
+        ("a.css", "/* told */\na { b: url(//told); c: \"/* told */\"; } /* It\n is heard. */\n"): 2,
     }
     wrong = [case for case, expected in cases.items() if len(checker.problems(pathlib.Path(case[0]), case[1])) != expected]
+    strings = {  # of them at least three words
+        ("a.py", '"""It says so here."""\na = "it says so"\n'): 1, ("a.py", 'a = f"it {says} {so:told} here"\n'): 0, ("a.py", 'a = "told"\n'): 0,
+        ("a.py", 'f(a, "one two "\n  f"three {b} is said")\n'): 1, ("a.py", "a = {'k': f'{b[\"it is told\"]} is fine here'}\n"): 1, ("a.py", "a = (\n"): 0,
+        ("a", '#!/usr/bin/env python3\nprint("it says so")\n'): 1, ("a.cpp", 'a("it says" " so");\n'): 1, ("a.m", "a('it says so')\n"): 0,
+        ("a.py", "# it says so\na = b'it says so'\n"): 0,
+    }
+    wrong += [case for case, expected in strings.items() if len(checker.problems(pathlib.Path(case[0]), case[1], strings=True)) != expected]
     long = "It is a sentence " + "with words " * 20 + ". "
     if not length_problem(long * 5) or length_problem("Short it is. " * 9) or length_problem("| " + long * 9):
         wrong.append("length of sentences")
