@@ -71,7 +71,7 @@ constexpr std::array<CommandSpec, 84> command_rows{{
     {"Data", "verify", "compare a campaign or data set with its certificate", "out/a"},
     {"Data", "dataset", "import, export or describe data sets", ""},
     {"Data", "dataset import", "import recordings of other programs as a data set",
-     "recordings/ -o mine.h5 --format csv"},
+     "recordings/manifest.csv -o mine.h5"},
     {"Data", "dataset export", "write the complete trials of a campaign as a data set",
      "out/a/campaign.sqlite -o a.h5"},
     {"Data", "dataset info", "describe the contents of a data set", "out/a/dataset.h5"},

@@ -129,7 +129,7 @@ TEST_CASE("a promise that is missed is a fact of the summary, the journal and th
   CHECK(promise.measured_n > 1e-5);
   CHECK(promise.next_setting == "L2 tr_bdf2 1.024 ms");
   CHECK(promise.next_promise_n == Approx(4e-9));
-  CHECK(promise_lines(s.simulation).front().rfind("MISSED: asked 0.01 mN, measured ", 0) == 0);
+  CHECK(promise_lines(s.simulation).front().rfind("MISSED: requested 0.01 mN, measured ", 0) == 0);
   const auto journal = load_journal(s.campaign_file);
   REQUIRE(journal);
   CHECK(std::ranges::count(*journal, "promise_missed", &JournalEntry::kind) == 1);
@@ -194,7 +194,7 @@ TEST_CASE("a budget that was not achieved is missed, in the certificate too") {
   CHECK(whole.find("missed") == std::string::npos);
   CHECK(format_whole_run(note, 990, 1).find("missed") != std::string::npos);
   CHECK(promise_lines(note) ==
-        std::vector<std::string>{"asked 1000x, forecast 1500x, achieved 930x: missed"});
+        std::vector<std::string>{"requested 1000x, forecast 1500x, achieved 930x: missed"});
 }
 
 TEST_CASE("a budget is forecast before the run and achieved after it") {

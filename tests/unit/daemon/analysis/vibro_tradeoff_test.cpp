@@ -84,7 +84,7 @@ TEST_CASE("Every choice is measured under both protocols, and only one of them l
     for (const TradeoffCost& cost : classifier_costs()) CHECK(find_front(own, cost));
     const bool random = protocol == vibro::Protocol::random;
     CHECK((own.dataset.find("random") != std::string::npos) == random);
-    CHECK((format_text(own.facts.back()).find("share") != std::string::npos) == random);
+    CHECK((format_text(own.facts.back()).find("no samples") == std::string::npos) == random);
   }
   CHECK(names.size() == tradeoff->points.size() / 2);
 

@@ -60,7 +60,7 @@ TEST_CASE("what a live vote left out is counted in the data set, its certificate
   INFO(ran.err);
   REQUIRE(ran.status == 0);
   CHECK(json::parse(ran.out)["selected"] == true);
-  CHECK(has(ran.err, "was not classified"));
+  CHECK(has(ran.err, "not classified"));
   const std::string file = out + "/dataset.h5";
   const auto dataset = read_hdf5(file);
   REQUIRE(dataset);

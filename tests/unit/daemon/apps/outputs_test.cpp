@@ -128,7 +128,7 @@ TEST_CASE("xdg-open shows a page, and its absence is an error") {
   CHECK(weft(command).status == cli::exit_ok);
   CHECK(read_file(folder / "xdg-open.log") == (folder / "page.html").string() + "\n");
   write_file(folder / "xdg-open", "#!/bin/sh\nexit 3\n");
-  refuses(command, "could not show");
+  refuses(command, "--open: ");
   ::setenv("PATH", path.c_str(), 1);
 }
 

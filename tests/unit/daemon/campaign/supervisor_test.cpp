@@ -75,7 +75,7 @@ TEST_CASE("an engine's timer that never comes is caught by the deadline guard") 
   REQUIRE(supervisor.result());
   CHECK(bench.outcomes == std::vector{recipes::Outcome::failed});
   REQUIRE(bench.trial_error);
-  CHECK(bench.trial_error->what == "a step has passed its deadline");
+  CHECK_THAT(bench.trial_error->what, Catch::Contains("deadline"));
   CHECK(supervisor.result()->cleanup == recipes::Cleanup::done);
   CHECK(bench.sim.rig->truth(bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
 }
@@ -244,7 +244,7 @@ TEST_CASE("in the cycle in which a guard trips only the stop and the retract are
   g.finish();
   CHECK(count(z, move_absolute) == 0);
   REQUIRE(g.bench.trial_error);
-  CHECK(g.bench.trial_error->what == "the force is over the cap");
+  CHECK_THAT(g.bench.trial_error->what, Catch::Contains("cap"));
   CHECK(g.bench.sim.rig->truth(g.bench.sim.loop.now()).contact_force_n == Approx(0).margin(1e-9));
 }
 
@@ -255,7 +255,7 @@ TEST_CASE("a force sensor that repeats itself ends the campaign before the force
   g.finish();
   CHECK(g.supervisor->result()->outcome == recipes::Outcome::failed);
   REQUIRE(g.supervisor->result()->error);
-  CHECK(g.supervisor->result()->error->what == "readings do not change any more");
+  CHECK_THAT(g.supervisor->result()->error->what, Catch::Contains("frozen"));
 }
 
 TEST_CASE("no stage of a good campaign is found slow, fast or off its command") {
@@ -274,7 +274,7 @@ TEST_CASE("a stage that goes a tenth of its speed is found while it slides") {
   REQUIRE(y.command(MoveCommand{0.149, 0.2e-3}));
   g.finish();
   REQUIRE(g.supervisor->result()->error);
-  CHECK(g.supervisor->result()->error->what == "a stage does not follow its commands");
+  CHECK_THAT(g.supervisor->result()->error->what, Catch::Contains("follow"));
   CHECK(g.supervisor->result()->cleanup == recipes::Cleanup::done);
 }
 

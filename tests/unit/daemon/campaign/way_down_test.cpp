@@ -63,7 +63,7 @@ TEST_CASE(
     REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
     g.finish();
     REQUIRE(g.bench.trial_error);
-    CHECK(g.bench.trial_error->what == "the force jumped");
+    CHECK_THAT(g.bench.trial_error->what, Catch::Contains("jumped"));
   }
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("a landing on stiff cloth under a low cap is no jump of the force, a j
   REQUIRE(with_fault.bench.sim.rig->inject(hit.dump(), with_fault.bench.sim.loop.now()));
   with_fault.finish();
   REQUIRE(with_fault.bench.trial_error);
-  CHECK(with_fault.bench.trial_error->what == "the force jumped");
+  CHECK_THAT(with_fault.bench.trial_error->what, Catch::Contains("jumped"));
 }
 
 TEST_CASE("in a slow scan cycle no stage of a good campaign is found off its command") {
@@ -130,7 +130,7 @@ TEST_CASE("a sensor that loses the probe's weight while z goes back to rest is n
   REQUIRE(g.bench.sim.rig->inject(hit.dump(), g.bench.sim.loop.now()));
   g.finish();
   REQUIRE(g.bench.trial_error);
-  CHECK(g.bench.trial_error->what == "the force jumped");
+  CHECK_THAT(g.bench.trial_error->what, Catch::Contains("jumped"));
 }
 
 }  // namespace way_down_test

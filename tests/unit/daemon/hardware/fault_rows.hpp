@@ -135,7 +135,7 @@ inline const Row rows[] = {
     {"prm", "overshoot", "", reported, "away from its target", 4},
     // force sensor over UDP, 100 records a second
     {"ft", "drop", R"("probability": 0.2)", marked, "lost", 1},
-    {"ft", "duplicate", R"("probability": 0.2)", marked, "came twice", 1},
+    {"ft", "duplicate", R"("probability": 0.2)", marked, "twice", 1},
     {"ft", "reorder", R"("probability": 0.1)", marked, "lost", 1},
     {"ft", "truncate", R"("probability": 0.1)", marked, "lost", 1},
     {"ft", "bit_flip", R"("probability": 0.02)", elsewhere, "UDP's checksum drops such datagrams",
