@@ -13,7 +13,7 @@ import sys
 import tempfile
 import xml.etree.ElementTree
 
-from cli_support import Checks
+from cli_support import Checks, error_of, fits, has
 from made_up_cloths import RATE_HZ, TAXELS, write_manifest, write_set, write_trial
 
 
@@ -148,10 +148,12 @@ def through_a_pipe(t, d):
             t.expect({**a, "file": ""} == {**b, "file": ""}, f"{name}: {a} is not {b}")
     t.expect(b"standard input: wool" in piped((d / "new.csv").read_bytes(), "m.weft", "-").stdout, "named in text")
     half_a_set = (d / "d.h5").read_bytes()[:5000]
-    for data, says in ((b"", b"nothing on standard input"), (b"t_s,ch1\n0,x\n", b"standard input:2"),
-                       (half_a_set, b"standard input")):
+    for data, expected in ((b"", {"code": "not found"}), (b"t_s,ch1\n0,x\n", {"code": "parse", "where": ["standard input:2"]}),
+                           (half_a_set, {"code": "corrupt", "where": ["standard input"]})):
         ran = piped(data, "m.weft", "-")
-        t.expect(ran.returncode == 1 and says in ran.stderr and not ran.stdout, f"{says}: {ran.returncode} {ran.stderr}")
+        t.expect(ran.returncode == 1 and b"standard input" in ran.stderr and not ran.stdout, f"{data[:20]}: {ran.returncode} {ran.stderr}")
+        ran = piped(data, "m.weft", "-", "--json")
+        t.expect(ran.returncode == 1 and fits(error_of(ran), **expected), f"{data[:20]} is not {expected}: {ran.stdout}")
 
 
 def evaluations(t, d):
@@ -174,7 +176,7 @@ def splits_and_curves(t, d):
     curve = e["learning_curve"]
     t.expect([p["trials"] for p in curve] == [2, 3] and curve[0]["splits"] == 2 and curve[0]["draws"] == 4, f"curve: {curve}")
     t.expect(all(0.3 <= p["accuracy"]["lda"]["mean"] <= 1 for p in curve), f"curve: {curve}")
-    t.refuses(*loud, "--learning-curve", "5", cwd=d, says=["--learning-curve", "at most 4"])
+    t.refuses(*loud, "--learning-curve", "5", cwd=d, where=["--learning-curve"], expected="4")
     t.refuses(*loud, "--train-fraction", "0.4", cwd=d, says=["--leave-one-group-out"], status=2)
     # without its level a fabric differs by its ripple only; mean.M is zero up to rounding to a count
     t.succeeds("features", "d.h5", "-o", "level.csv", "--remove-level", "motion", cwd=d)
@@ -191,14 +193,15 @@ def splits_and_curves(t, d):
         t.succeeds("fabric", "train", "d.h5", "-o", "own.weft", "--learner", learner, cwd=d)
         told = t.succeeds("fabric", "classify", "own.weft", "d.h5", cwd=d)
         t.expect(told["learner"] == learner and told["right"] > 0.8 * told["labelled"], f"{learner}: {told['right']} of {told['labelled']}")
-    t.refuses("imprint", "classify", "own.weft", "d.h5", cwd=d, says=["Take weft fabric"])
-    t.refuses("fabric", "evaluate", "d.h5", "--leave-one-group-out", "--learner", "oracle", cwd=d, says=["unknown learner"], status=2)
+    t.refuses("imprint", "classify", "own.weft", "d.h5", cwd=d, code="invalid argument", where="own.weft", got="fabric", expected="imprint",
+              says=["weft fabric classify"])
+    t.refuses("fabric", "evaluate", "d.h5", "--leave-one-group-out", "--learner", "oracle", cwd=d, says=["--learner", "oracle"], status=2)
     e = t.succeeds("evaluate", "d.h5", "--leave-one-group-out", "--learner", "lda", "--remove-level", "rest", cwd=d)
     t.expect(e["remove_level"] == "rest" and e["results"]["lda"]["accuracy"] > 0.5, f"level: {e['results']}")
     t.refuses("train", "d.h5", "-o", "bad.weft", "--remove-level", "motion", cwd=d, says=["--remove-level"], status=2)
     for live in ([], ["--live"]):
-        t.refuses("train", "d.h5", "-o", "bad.weft", "--exploration", "M1+M2", *live, cwd=d,
-                  says=["a model is of one exploration", "weft fabric evaluate"])
+        t.refuses("train", "d.h5", "-o", "bad.weft", "--exploration", "M1+M2", *live, cwd=d, code="unsupported", where=["--exploration"], got="M1+M2",
+                  says=["weft fabric evaluate"])
 
 
 def strangers(t, d):
@@ -214,7 +217,10 @@ def strangers(t, d):
         t.expect(found["ci95"][0] <= accepted <= found["ci95"][1], f"{name}: {found}")
         rejected = 24 * found["false_reject"]  # three times four trials of each of two known fabrics
         t.expect(abs(rejected - round(rejected)) < 1e-9 and 0 <= rejected < 24, f"{name}: {found}")
-    t.expect("strangers for a fabric that it knows" in t.run(*command, cwd=d).stdout, "in text")
+    text = t.run(*command, cwd=d).stdout
+    for name in ("best", "pvalue"):
+        share = f"{100 * e['results'][name]['none_of_these']['false_accept']:.1f} %"
+        t.expect(any(has(line, [name, share]) for line in text.splitlines()), f"no line with {name} and {share}: {text}")
 
 
 def page(t, d):
@@ -230,19 +236,22 @@ def page(t, d):
         low, high = found["ci95"]
         t.expect(0 <= low <= high <= 1 and found["ci95_method"], f"{name}: {found}")
     text = t.run(*command, "--calibration", cwd=d).stdout
-    for words in ("Reliability of best", "calibration error", "Accuracy % of each group left out", "Learning curve"):
-        t.expect(words in text, f"no '{words}' in the text")
-    t.expect("Reliability" not in t.run(*command, cwd=d).stdout, "calibration is asked for")
+    lines = [line.split() for line in text.splitlines()]
+    for group in e["groups"]:
+        t.expect(any(line[:1] == [group["group"]] and f"{100 * group['accuracy']['best']:.2f}" in line for line in lines), f"no line for {group}: {text}")
+    for point in e["learning_curve"]:
+        t.expect(any(line[:1] == [str(point["trials"])] for line in lines), f"no line for {point['trials']} trials: {text}")
+    t.expect(len(text) > len(t.run(*command, cwd=d).stdout) + 200 and "calibration" in text, "--calibration adds its tables")
     html = (d / "page.html").read_text()
     entities = '<!DOCTYPE html [<!ENTITY times "x"><!ENTITY minus "-">]>'
     root = xml.etree.ElementTree.fromstring(html.replace("<!DOCTYPE html>", entities, 1))
     figures = list(root.iter("figure"))
     t.expect(len(figures) >= 9, f"{len(figures)} figures")
     t.expect(all("BENCH UNKNOWN" in "".join(f.itertext()) for f in figures), "a figure without the bench's word")
-    for words in ("Table II", "Table III", "Table IV", "Reliability of pvalue", "group left out", "training trials of each label"):
+    for words in ("Table II", "Table III", "Table IV", "Reliability", "pvalue"):
         t.expect(words in "".join(root.itertext()), f"no '{words}' on the page")
-    t.refuses(*command, "--report", "d.h5", cwd=d, says=["d.h5", "the output would take the place of the input"])
-    t.refuses(*command, "--report", "no/such/page.html", cwd=d, says=["no/such"])
+    t.refuses(*command, "--report", "d.h5", cwd=d, code="invalid argument", where=["d.h5"], got="")
+    t.refuses(*command, "--report", "no/such/page.html", cwd=d, code="not found", where=["no/such/page.html"], got="no/such")
 
 
 def windows(t, d):
@@ -252,14 +261,14 @@ def windows(t, d):
     split = ["--train-groups", "A", "--test-groups", "B"]
     e = t.succeeds("evaluate", "d.h5", *split, "--window-s", "1", "--norm", "rms", cwd=d)
     t.expect(e["trials"] == 24 and e["rows"] == 72, f"3 windows a trial: {e['trials']} {e['rows']}")
-    t.refuses("evaluate", "d.h5", "--train-fraction", "0.4", "--window-s", "1", cwd=d, says=["both sides"])
-    t.refuses("evaluate", "d.h5", *split, "--window-s", "9", cwd=d, says=["shorter than one window"])
+    t.refuses("evaluate", "d.h5", "--train-fraction", "0.4", "--window-s", "1", cwd=d, code="invalid argument", where=["--train-fraction"], says=["--window-s"])
+    t.refuses("evaluate", "d.h5", *split, "--window-s", "9", cwd=d, code="range", expected=f"{9 * RATE_HZ} samples")
 
 
-def refuses_import(t, d, name, text, says):
+def refuses_import(t, d, name, text, says, **fields):
     (d / "bad.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     write_manifest(d / "bad_manifest.csv", [["0_0.csv", "cotton", "A"], ["bad.csv", "silk", "A"]])
-    error = t.refuses("dataset", "import", "bad_manifest.csv", "-o", "bad.h5", cwd=d, says=["bad.csv", *says])
+    error = t.refuses("dataset", "import", "bad_manifest.csv", "-o", "bad.h5", cwd=d, says=["bad.csv", *says], **fields)
     t.expect("bad_manifest.csv:3" in error.get("where", ""), f"{name}: manifest line not named: {error}")
 
 
@@ -268,29 +277,30 @@ def bad_trials(t, d):
     lines = good.splitlines()
     refuses_import(t, d, "truncated", good[: len(good) * 2 // 3].rsplit(",", 1)[0], ["bad.csv:"])
     refuses_import(t, d, "cut after a comma", good.rstrip().rsplit(",", 1)[0] + ",", ["bad.csv:221"])
-    refuses_import(t, d, "cut inside the last number", good.rstrip()[:-1], ["bad.csv:221", "newline"])
+    refuses_import(t, d, "cut inside the last number", good.rstrip()[:-1], ["bad.csv:221"], got="")
     refuses_import(t, d, "nan", good.replace(lines[7], "0.120,S,nan,1,2"), ["bad.csv:8"])
     refuses_import(t, d, "infinite", good.replace(lines[7], "0.120,S,1,inf,2"), ["bad.csv:8"])
     refuses_import(t, d, "word", good.replace(lines[7], "0.120,S,1,two,2"), ["bad.csv:8", "two"])
     refuses_import(t, d, "phase", good.replace(lines[7], "0.120,Q,1,2,2"), ["bad.csv:8"])
     refuses_import(t, d, "backwards", good.replace(lines[7], "-5,S,1,2,2"), ["bad.csv:8"])
     refuses_import(t, d, "no time", "ch1,ch2,ch3\n1,2,3\n", ["bad.csv:1", "t_s"])
-    refuses_import(t, d, "other taxels", "t_s,ch1\n0,1\n", ["channels", "expected 3, got 1"])
+    refuses_import(t, d, "other taxels", "t_s,ch1\n0,1\n", [], got="1", expected="3")
     refuses_import(t, d, "empty", "", [])
     refuses_import(t, d, "binary", bytes(range(256)) * 8, [])
 
 
 def bad_manifests(t, d):
-    def refused(rows, says):
+    def refused(rows, says, **fields):
         write_manifest(d / "m.csv", rows)
-        t.refuses("dataset", "import", "m.csv", "-o", "bad.h5", cwd=d, says=says)
+        t.refuses("dataset", "import", "m.csv", "-o", "bad.h5", cwd=d, says=says, **fields)
 
     refused([["0_0.csv", "a", "A"], ["gone.csv", "b", "A"]], ["m.csv:3", "gone.csv"])
-    refused([["0_0.csv", "a", "A"], ["0_0.csv", "b", "A"]], ["m.csv:3", "twice"])
-    refused([["0_0.csv", "", "A"]], ["m.csv:2", "label"])
+    refused([["0_0.csv", "a", "A"], ["0_0.csv", "b", "A"]], ["m.csv:2"], code="parse", where=["m.csv:3"], got="0_0.csv")
+    refused([["0_0.csv", "", "A"]], ["label"], code="parse", where=["m.csv:2"])
     refused([], ["m.csv"])
     t.refuses("dataset", "import", "gone.csv", "-o", "bad.h5", cwd=d, says=["gone.csv"])
-    t.refuses("dataset", "import", "manifest.csv", "-o", "no/such/folder/d.h5", cwd=d, says=["no/such/folder"])
+    t.refuses("dataset", "import", "manifest.csv", "-o", "no/such/folder/d.h5", cwd=d, code="not found", where=["no/such/folder/d.h5"],
+              got="no/such/folder")
     t.refuses("dataset", "import", "manifest.csv", "-o", "x.h5", "--filter", "a*", cwd=d, says=["--filter"])
     t.refuses("dataset", "import", "manifest.csv", "-o", "x.h5", "--order", "time", cwd=d, says=["--order", "icub20"])
     t.refuses("dataset", "import", "--format", "icub20", "manifest.csv", "-o", "x.h5", cwd=d, says=["manifest.csv:1", "sample"])
@@ -301,11 +311,11 @@ def bad_manifests(t, d):
 def lonely_label(t, d, rows):
     write_manifest(d / "lonely.csv", rows[:8] + [["2_0.csv", "wool", "A"]])
     t.succeeds("dataset", "import", "lonely.csv", "-o", "lonely.h5", cwd=d)
-    t.refuses("train", "lonely.h5", "-o", "bad.weft", cwd=d, says=["label wool", "at least 2"])
-    t.refuses("evaluate", "lonely.h5", "--train-fraction", "0.4", cwd=d, says=["label wool", "at least 2"])
+    t.refuses("train", "lonely.h5", "-o", "bad.weft", cwd=d, where=["label wool"], got="1", expected="2")
+    t.refuses("evaluate", "lonely.h5", "--train-fraction", "0.4", cwd=d, where=["label wool"], got="1", expected="2")
     write_manifest(d / "same.csv", rows[:8])
     t.succeeds("dataset", "import", "same.csv", "-o", "same.h5", cwd=d)
-    t.refuses("train", "same.h5", "-o", "bad.weft", cwd=d, says=["nothing to tell apart"])
+    t.refuses("train", "same.h5", "-o", "bad.weft", cwd=d, where=["labels"], got="1", expected="2")
 
 
 def inputs_are_kept(t, d):
@@ -317,7 +327,7 @@ def inputs_are_kept(t, d):
                     ["dataset", "import", "manifest.csv", "-o", "manifest.csv"],
                     ["dataset", "import", "manifest.csv", "-o", "link.csv"],
                     ["dataset", "import", "manifest.csv", "-o", "./1_3.csv"]):
-        t.refuses(*command, cwd=d, says=[command[-1], "the output would take the place of the input"])
+        t.refuses(*command, cwd=d, code="invalid argument", where=[command[-1]], got="", expected="")
     (d / "link.csv").unlink()
     (d / "hard.h5").unlink()
 
@@ -337,26 +347,27 @@ def damaged_files(t, d):
         t.refuses("classify", "bad_model", "new.csv", cwd=d, says=["bad_model"])
     t.refuses("classify", "gone.weft", "new.csv", cwd=d, says=["gone.weft"])
     t.succeeds("train", "d.h5", "-o", "live.weft", "--live", "--learner", "lda", cwd=d)
-    t.refuses("classify", "live.weft", "new.csv", cwd=d, says=["live.weft", "while a slide goes on", "live_vote"])
+    t.refuses("classify", "live.weft", "new.csv", cwd=d, where=["live.weft"], says=["live_vote"])
 
 
 def outputs_refused_before_the_work(t, d):
     """An output that cannot be written is refused before any input is read, and no file remains."""
     (d / "a_folder").mkdir()
-    t.refuses("dataset", "info", "a_folder", cwd=d, says=["a folder where a data set file is due", "dataset.h5 in its folder"])
+    t.refuses("dataset", "info", "a_folder", cwd=d, code="not found", where="a_folder", says=["dataset.h5"])
     before = sorted(p.name for p in d.iterdir())
-    for out, says in (("a_folder", "a folder"), ("no/such/m.weft", "no such folder"), ("", "no name"), ("/dev/null", "a device")):
+    for out, code, got in (("a_folder", "io", "folder"), ("no/such/m.weft", "not found", "no/such"), ("", "invalid argument", None),
+                           ("/dev/null", "io", "device")):
         for command in (["train", "gone.h5"], ["train", "gone.h5", "--live"], ["features", "gone.h5"], ["dataset", "import", "gone.csv"]):
-            t.refuses(*command, "-o", out, cwd=d, says=[says])
+            t.refuses(*command, "-o", out, cwd=d, code=code, where=out, got=got)
         if out:  # without a name there is no page
-            t.refuses("evaluate", "gone.h5", "--train-fraction", "0.5", "--report", out, cwd=d, says=[says])
+            t.refuses("evaluate", "gone.h5", "--train-fraction", "0.5", "--report", out, cwd=d, code=code, where=out, got=got)
     t.expect(sorted(p.name for p in d.iterdir()) == before, "a refused output left something behind")
 
 
 def separators_and_control_characters(t, d):
     for mark, name in ((";", "semicolons"), ("\t", "tabs")):
         (d / "other.csv").write_text((d / "new.csv").read_text().replace(",", mark))
-        t.refuses("classify", "m.weft", "other.csv", cwd=d, says=["other.csv:1", "commas", name])
+        t.refuses("classify", "m.weft", "other.csv", cwd=d, where=["other.csv:1"], says=["commas", name])
     rows = (d / "manifest.csv").read_text().replace("wool", "wool\x1b]0;title\x07\u009b2J")
     (d / "loud.csv").write_text(rows)
     t.succeeds("dataset", "import", "loud.csv", "-o", "loud.h5", cwd=d)
@@ -366,13 +377,13 @@ def separators_and_control_characters(t, d):
 
 def mismatches(t, d):
     (d / "pad.csv").write_text("t_s,ch1,ch2\n" + "".join(f"{i / 50},{i % 7},{i % 3}\n" for i in range(200)))
-    t.refuses("classify", "m.weft", "pad.csv", cwd=d, says=["pad.csv", "3 taxels", "got 2"])
+    t.refuses("classify", "m.weft", "pad.csv", cwd=d, where=["pad.csv"], got="2", expected="3")
     only_m = [line.split(",") for line in (d / "new.csv").read_text().split()]
     (d / "phase_m.csv").write_text("\n".join(",".join(r[:1] + r[2:]) for r in only_m) + "\n")
-    t.refuses("classify", "m.weft", "phase_m.csv", cwd=d, says=["phase_m.csv", "phases"])
+    t.refuses("classify", "m.weft", "phase_m.csv", cwd=d, where=["phase_m.csv"], says=["phases"])
     slow = "\n".join(",".join([str(i * 0.04 - 0.04) if i else r[0]] + r[1:]) for i, r in enumerate(only_m))
     (d / "slow.csv").write_text(slow + "\n")
-    t.refuses("classify", "w.weft", "slow.csv", cwd=d, says=["another rate"])
+    t.refuses("classify", "w.weft", "slow.csv", cwd=d, where=["slow.csv"], got="25.00 Hz", expected="50.00 Hz")
     whole = [line.split(",") for line in (d / "new.csv").read_text().split()]
     for name, period_s, taken in (("slow_whole.csv", 0.04, False), ("nearly.csv", 0.0202, True)):
         (d / name).write_text("\n".join(",".join([f"{(i - 1) * period_s:.4f}" if i else r[0], *r[1:]])
@@ -380,7 +391,7 @@ def mismatches(t, d):
         if taken:
             t.succeeds("classify", "m.weft", name, cwd=d)
         else:
-            t.refuses("classify", "m.weft", name, cwd=d, says=[name, "another rate", "0.02", "0.04"])
+            t.refuses("classify", "m.weft", name, cwd=d, where=[name], got="25.00 Hz", expected="50.00 Hz", says=["0.02", "0.04"])
     t.refuses("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "A", cwd=d, says=["A"])
     t.refuses("evaluate", "d.h5", "--train-groups", "A", "--test-groups", "Z", cwd=d, says=["Z"])
     t.refuses("evaluate", "d.h5", cwd=d, says=["--train-groups"])

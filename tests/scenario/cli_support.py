@@ -39,8 +39,9 @@ class Checks:
         self.expect(ran.returncode == 0, f"{arguments} --json: {ran.returncode} {ran.stderr}")
         return json.loads(ran.stdout) if ran.returncode == 0 else {}
 
-    def refuses(self, *arguments, cwd, says, status=1):
-        """A command that must fail, print all of `says`, and neither create nor change a file."""
+    def refuses(self, *arguments, cwd, code=None, where=None, got=None, expected=None, says=(), status=1):
+        """A command that must fail, and neither create nor change a file. Returns the error that --json prints. It, or a problem that it lists, must fit
+        `code`, `where`, `got` and `expected` as in fits(). The text for people must have its place and value, and each name or number in `says`."""
         before = contents(cwd)
         ran = self.run(*arguments, "--json", cwd=cwd)
         self.expect(ran.returncode == status, f"{arguments}: status {ran.returncode}, not {status}: {ran.stderr}")
@@ -48,17 +49,43 @@ class Checks:
             self.expect(word in ran.stderr, f"{arguments}: no '{word}' in: {ran.stderr}")
         self.expect(ran.stderr.startswith("weft: "), f"{arguments}: no sentence: {ran.stderr}")
         self.expect(contents(cwd) == before, f"{arguments}: files changed: {contents(cwd) ^ before}")
-        try:
-            error = json.loads(ran.stdout)["error"]
-            self.expect(bool(error["sentence"]), f"{arguments}: empty sentence")
-            return error
-        except (ValueError, KeyError) as problem:
-            self.expect(False, f"{arguments}: no error object in '{ran.stdout[:200]}': {problem}")
-            return {}
+        error = error_of(ran)
+        self.expect(bool(error.get("sentence")), f"{arguments}: no error object in '{ran.stdout[:200]}'")
+        wanted = {"code": code or ("usage" if status == 2 else None), "where": where, "got": got, "expected": expected}
+        self.expect(fits(error, **wanted), f"{arguments}: the error is not {wanted}: {error}")
+        for part in (error.get("where", ""), error.get("got", "")):
+            self.expect(part in ran.stderr or not part.isprintable(), f"{arguments}: no '{part}' in the text: {ran.stderr}")
+        return error
 
     def finish(self):
         print(f"{self.count} checks, {len(self.failures)} failed")
         sys.exit(1 if self.failures else 0)
+
+
+def error_of(ran):
+    """The error that a command printed with --json; empty without one."""
+    try:
+        return json.loads(ran.stdout)["error"]
+    except (ValueError, KeyError, TypeError):
+        return {}
+
+
+def has(text, parts):
+    """Whether `text` has the part, or each of several, as whole words."""
+    return all(re.search(rf"(?<![\w.]){re.escape(part)}(?!\w|\.\d)", text) for part in ([parts] if isinstance(parts, str) else parts))
+
+
+def fits(error, code=None, where=None, got=None, expected=None):
+    """Whether an error, or one of the problems that it lists, has these fields. A `where` that is a text must be the place; a list of parts must be in it.
+    `got` and `expected` are parts of their fields; "" stands for an empty field."""
+    places = [error, *({**each, "where": each["pointer"]} for each in error.get("problems", []))]
+
+    def one(place):
+        at = place.get("where", "")
+        rest = ((place.get("got", ""), got), (place.get("expected", ""), expected))
+        return ((where is None or (at == where if isinstance(where, str) else has(at, where)))
+                and all(parts is None or (has(field, parts) if parts else field == "") for field, parts in rest))
+    return (code is None or error.get("code") == code) and any(one(place) for place in places)
 
 
 def contents(folder):
