@@ -13,7 +13,7 @@ import sys
 import tempfile
 import xml.etree.ElementTree
 
-from cli_support import Checks, error_of, fits, has
+from cli_support import Checks, error_of, fits, line_has
 from made_up_cloths import RATE_HZ, TAXELS, write_manifest, write_set, write_trial
 
 
@@ -220,7 +220,7 @@ def strangers(t, d):
     text = t.run(*command, cwd=d).stdout
     for name in ("best", "pvalue"):
         share = f"{100 * e['results'][name]['none_of_these']['false_accept']:.1f} %"
-        t.expect(any(has(line, [name, share]) for line in text.splitlines()), f"no line with {name} and {share}: {text}")
+        t.expect(line_has(text, [name, share]), f"no line with {name} and {share}: {text}")
 
 
 def page(t, d):

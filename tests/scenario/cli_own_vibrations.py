@@ -5,10 +5,11 @@
 """
 import pathlib
 import random
+import re
 import sys
 import tempfile
 
-from cli_support import Checks
+from cli_support import Checks, has, line_has
 from made_up_cloths import write_manifest
 from made_up_vibrations import VIBRATION_HZ, vibrations
 
@@ -44,7 +45,7 @@ def components(t, d):
         told = t.succeeds(*ask, "--components", asked, cwd=folder)["results"]["nb"]
         t.expect(told["components"] == taken, f"--components {asked}: {told['components']} taken")
         right[asked] = told["accuracy"]
-    t.expect(right[2] == right[3] > right[0] + 0.2, f"what turned columns tell: {right}")
+    t.expect(right[2] == right[3] > right[0] + 0.2, f"accuracy with turned columns: {right}")
     for asked in (2, 3):
         made = t.succeeds("train", "axes.h5", "-o", f"{asked}.model", "--method", "NB", "--features", "FFT", "--components", asked, cwd=folder)
         t.expect(made["components"] == 2 and "2 components" in made["training"], f"trained: {made}")
@@ -57,7 +58,7 @@ def next_session(t, d):
         imported(t, d / name, name, two_axes(d / name, VIBRATION_HZ * (1 + 1e-6 * ppm)))
     told = t.succeeds("classify", "axes/3.model", "session/session.h5", cwd=d)
     t.expect(len(told["recordings"]) == 8, f"answered: {told}")
-    t.refuses("classify", "axes/3.model", "other/other.h5", cwd=d, says=["another sensor", "other.h5", "100.04"])
+    t.refuses("classify", "axes/3.model", "other/other.h5", cwd=d, code="invalid argument", where=["other.h5"], got="100.04", expected="100")
 
 
 def what_matters(t, d):
@@ -68,7 +69,7 @@ def what_matters(t, d):
     t.expect(cost == sorted(cost, reverse=True), f"equal costs by the share in a forest: {cost}")
     named = [f["feature"] for f in told["features"][:5] if f["permutation"] > 0]
     t.expect(0 < len(named) < 5 and told["most_permutation"] == named, f"only what costs something: {told['most_permutation']}, {cost}")
-    t.expect(f"most by permutation {', '.join(named)}\n" in t.run(*ask, cwd=d).stdout, "and so in the text")
+    t.expect(line_has(t.run(*ask, cwd=d).stdout, [", ".join(named)]), "the text has them too")
 
 
 def outliers(t, d):
@@ -87,10 +88,9 @@ def outliers(t, d):
     t.expect(result["windows_tested"] == every["results"]["nb"]["windows_tested"] == told["windows"], "no test window is left out")
     made = t.succeeds("train", "knocked.h5", "-o", "k.model", "--method", "NB", "--window-s", "1", "--outliers", "4", cwd=folder)
     t.expect(made["outliers"]["deviations"] == 4 and made["outliers"]["left_out"]["felt"] > 0, f"train: {made['outliers']}")
-    t.expect("beyond 4 standard deviations" in made["training"] and f"felt {made['outliers']['left_out']['felt']}" in made["training"] and
-             made["training"] in (folder / "k.model").read_text(), f"provenance: {made['training']}")
-    error = t.refuses(*ask, "--outliers", "0.01", cwd=folder, says=["every training row is an outlier", "--outliers"])
-    t.expect(error["code"] == "range", f"{error}")
+    t.expect(has(made["training"], ["4", f"felt {made['outliers']['left_out']['felt']}"]) and made["training"] in (folder / "k.model").read_text(),
+             f"provenance: {made['training']}")
+    t.refuses(*ask, "--outliers", "0.01", cwd=folder, code="range", expected="0.01", says=["--outliers"])
     t.refuses("evaluate", "clean.h5", "--outliers", "-1", "--method", "NB", cwd=d, says=["--outliers"], status=2)
 
 
@@ -102,20 +102,21 @@ def only_of_vibtac12(t, d):
 
 def texts(t, d):
     """The messages name the true reason of a refusal."""
-    t.refuses("evaluate", "clean.h5", "--method", "NB", "--window-s", "0.002", cwd=d, says=["holds no sample of the channel", "100 Hz", "0.002 s"])
+    t.refuses("evaluate", "clean.h5", "--method", "NB", "--window-s", "0.002", cwd=d, code="range", got="0.002 s", expected="100 Hz")
     lines = (d / "felt0.csv").read_text().splitlines()
     lines[9] = lines[9].split(",")[0] + ",1e308"
     (d / "loud.csv").write_text("\n".join(lines) + "\n")
     imported(t, d, "huge", [["loud.csv", "felt", "0"], ["foil0.csv", "foil", "0"]])
-    error = t.refuses("evaluate", "huge.h5", "--method", "NB", "--window-s", "1", cwd=d, says=["loud.csv", "magnitude 1e+308"])
+    error = t.refuses("evaluate", "huge.h5", "--method", "NB", "--window-s", "1", cwd=d, code="range", where=["loud.csv"], got="1e+308")
     t.expect(len(error["sentence"]) < 200, f"short enough to read: {error['sentence']}")
     t.succeeds("train", "clean.h5", "-o", "clean.model", "--method", "NB", cwd=d)
     t.succeeds("imprint", "scene", "-o", "z.h5", "--side", "8", cwd=d)
-    error = t.refuses("classify", "clean.model", "z.h5", cwd=d, says=["z.h5: the data set has neither sound nor acceleration"])
-    t.refuses("evaluate", "clean.h5", "--method", "NB", "--exploration", "V1", cwd=d, says=["clean.h5: --exploration", "has no explorations"])
+    t.refuses("classify", "clean.model", "z.h5", cwd=d, code="not found", where="z.h5", says=["vibro"])
+    t.refuses("evaluate", "clean.h5", "--method", "NB", "--exploration", "V1", cwd=d, code="invalid argument", where=["clean.h5: --exploration"], got="V1")
     few = ("--method", "NB", "--features", "FFT", "--per-recording", "10", "--repeats", "2")
     t.succeeds("trade", "vibro", "clean.h5", "-o", "t.html", "--window-s", "0.5", *few, cwd=d)
-    t.expect("Figure 4" not in (d / "t.html").read_text() and "The paper's tables" not in (d / "t.html").read_text(), "no table without a row")
+    page = (d / "t.html").read_text()
+    t.expect("Figure 4" not in page and not re.search("<h2>[^<]*paper", page), "no section without a table")
 
 
 def main():

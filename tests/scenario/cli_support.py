@@ -75,6 +75,11 @@ def has(text, parts):
     return all(re.search(rf"(?<![\w.]){re.escape(part)}(?!\w|\.\d)", text) for part in ([parts] if isinstance(parts, str) else parts))
 
 
+def line_has(text, parts):
+    """Whether one line of `text` has all parts."""
+    return any(has(line, parts) for line in text.splitlines())
+
+
 def fits(error, code=None, where=None, got=None, expected=None):
     """Whether an error, or one of the problems that it lists, has these fields. A `where` that is a text must be the place; a list of parts must be in it.
     `got` and `expected` are parts of their fields; "" stands for an empty field."""
