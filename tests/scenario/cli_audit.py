@@ -100,10 +100,11 @@ def columns(t, d, rows):
     t.expect("column session" not in shared["verdict"]["confounds"], f"shared: {shared['verdict']}")
     t.expect("across sessions" in {one["name"] for one in shared["beside"]}, f"shared: {shared['beside']}")
     grouped = verdict(t, d, "shared.h5", "--group", "session")
-    t.expect(grouped["permutations"]["unit"] == "label in a group" and grouped["splits"] == 5, f"grouped: {grouped['permutations']}")
+    t.expect(grouped["permutations"]["units"] == 3 * 5 and grouped["splits"] == 5, f"grouped: {grouped['permutations']}")
+    t.expect(shared["permutations"]["unit"] != grouped["permutations"]["unit"], f"units: {shared['permutations']}, {grouped['permutations']}")
     left_out = t.succeeds("fabric", "evaluate", "shared.h5", "--group", "session", "--leave-one-group-out", "--learner", "lda", cwd=d)
     t.expect([one["group"] for one in left_out["groups"]] == ["0", "1", "2", "3", "4"], f"sessions: {left_out['groups']}")
-    t.refuses("audit", "shared.h5", "--group", "sesion", cwd=d, says=["Did you mean session?"])
+    t.refuses("audit", "shared.h5", "--group", "sesion", cwd=d, code="not found", where=["--group"], got="sesion", says=["session?"])
 
 
 def real(t, shared, d):

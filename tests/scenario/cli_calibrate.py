@@ -11,7 +11,7 @@ import random
 import sys
 import tempfile
 
-from cli_support import Checks
+from cli_support import Checks, error_of, fits
 from made_up_cloths import write_manifest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
@@ -59,7 +59,7 @@ def answered(t, d, data, absent):
         return
     out = json.loads(ran.stdout)
     t.expect("NaN" not in ran.stdout and "Infinity" not in ran.stdout, f"{data}: {ran.stdout}")
-    t.expect(out["remarks"], f"{data}: nothing is said: {out}")
+    t.expect(out["remarks"], f"{data}: no remarks: {out}")
     standing = {p["name"]: p["standing"] for p in out["parameters"]}
     for name in absent:
         t.expect(standing.get(name) == "not_seen", f"{data}: {name} is {standing.get(name)}")
@@ -71,21 +71,21 @@ def refuses_repeated_data(t, d):
     """Refuses a data set that is fitted twice or also held out, and one of another sensor held out."""
     one = recorded(t, d, "one", loaded)
     (d / "copy.h5").write_bytes((d / one).read_bytes())
-    t.refuses(*calibrate(one), "copy.h5", cwd=d, says=["copy.h5", "same data set"])
-    t.refuses(*calibrate(one), "--held-out", "copy.h5", cwd=d, says=["copy.h5", "same data set"])
+    t.refuses(*calibrate(one), "copy.h5", cwd=d, code="invalid argument", where="copy.h5", says=[one])
+    t.refuses(*calibrate(one), "--held-out", "copy.h5", cwd=d, code="invalid argument", where="copy.h5", says=[one])
     other = recorded(t, d, "other", loaded, channels=3)
-    ran = t.run(*calibrate(one), "--held-out", other, cwd=d)
+    ran = t.run(*calibrate(one), "--held-out", other, "--json", cwd=d)
     if "NLopt" not in ran.stderr:
-        t.expect(ran.returncode == 1 and "number of channels" in ran.stderr, f"other channels: {ran.returncode} {ran.stderr}")
+        t.expect(ran.returncode == 1 and fits(error_of(ran), got="3", expected="4"), f"other channels: {ran.returncode} {ran.stdout} {ran.stderr}")
 
 
 def main():
     t = Checks(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder:
         d = pathlib.Path(folder)
-        t.refuses(*calibrate(recorded(t, d, "constant", lambda wave, c: 500)), cwd=d, says=["no variation", "constant"])
+        t.refuses(*calibrate(recorded(t, d, "constant", lambda wave, c: 500)), cwd=d, code="measurement", says=["1 to 4", "constant"])
         clipped = recorded(t, d, "clipped", lambda wave, c: min(max(loaded(wave, c), 1900 + 100 * c), 2100 + 100 * c))
-        t.refuses(*calibrate(clipped), cwd=d, says=["clipped", "channels 1, 2, 3, 4", "less force or gain"])
+        t.refuses(*calibrate(clipped), cwd=d, code="measurement", expected="1 %", says=["clipped", "channels 1, 2, 3, 4"])
         refuses_repeated_data(t, d)
         answered(t, d, recorded(t, d, "channel", loaded, channels=1), ["pad_ratio", "gain_spread", "common_mode"])
         answered(t, d, recorded(t, d, "stroke", loaded, strokes=1), ["path_mm", "tilt_mrad"])

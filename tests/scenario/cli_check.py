@@ -4,7 +4,9 @@
     cli_check.py WEFT SOURCE_ROOT
 """
 import copy
+import errno
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -137,7 +139,7 @@ def bench(t, root, rig, d):
                         {"/devices/2/config/stage", "/devices/6/config/stale_after_s"}, []),
         "emulator": ({"/devices/5/emulator/kind": "rdp"}, {"/devices/5/emulator/kind"}, ["rdp"]),
         "rates": ({"/devices/5/config/rate_hz": 50}, {"/devices/5/config/rate_hz"}, ["50", "100"]),
-        "no cloth table": ({"/simulation/fabrics": "gone.json"}, {"/simulation/fabrics"}, ["gone.json"]),
+        "no cloth table": ({"/simulation/fabrics": "gone.json"}, {"/simulation/fabrics"}, [os.strerror(errno.ENOENT)]),
     }
     for name, (changes, pointers, words) in cases.items():
         wrong = good

@@ -43,7 +43,7 @@ def made_afterwards(t, d, root, ran):
     for value in ("denim", "L1 3.072 ms", ran["dataset_sha256"], "recipe"):
         t.expect(value in page, f"no {value} on the page")
     xml.etree.ElementTree.fromstring(page.removeprefix("<!DOCTYPE html>\n"))
-    t.expect("recorder" in own and "recorder" not in page, "no wall times, which only the run measured")
+    t.expect(">recorder<" in own and ">recorder<" not in page, "no wall times, which only the run measured")
     t.expect('@top-right{content:"SIMULATED"' in page and page.count("SIMULATED") > SECTIONS, "the bench is named on paper and in every caption")
     t.expect("<script" not in page and "http://" not in page.replace("http://www.w3.org", ""), "one file, nothing from outside")
     then, now = json.loads((d / "small/report.json").read_text()), json.loads((d / "page.json").read_text())

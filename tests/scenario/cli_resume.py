@@ -3,13 +3,14 @@
 
     cli_resume.py WEFT SOURCE_ROOT
 """
+import json
 import pathlib
 import signal
 import sys
 import tempfile
 
 from campaign_support import RUN, begun, samples, write_recipe
-from cli_support import Checks
+from cli_support import Checks, has, line_has
 
 
 def killed(t, d, rig, undisturbed):
@@ -22,19 +23,23 @@ def killed(t, d, rig, undisturbed):
     again = ["run", "recipe.json", "--rig", str(rig), "--out", "killed", *RUN, "--resume"]
     preview = t.succeeds(*again, "--preview", cwd=d)
     t.expect(preview["trials_complete"] == seen["trials_complete"], f"preview: {preview}")
-    t.expect(any(f"go on with trial {seen['trials_complete'] + 1} " in w for w in preview["will"]), f"preview: {preview}")
+    first = f"trial {seen['trials_complete'] + 1}"
+    t.expect(any(has(w, first) for w in preview["will"]), f"preview: {preview}")
     t.expect((d / "killed/campaign.sqlite").read_bytes() == before, "a preview changes nothing")
     ran = t.run(*again, cwd=d)
-    t.expect(ran.returncode == 0 and "go on with trial" in ran.stderr, f"resume: {ran.returncode} {ran.stderr}")
+    t.expect(ran.returncode == 0 and has(ran.stderr, first), f"resume: {ran.returncode} {ran.stderr}")
     done = t.succeeds("verify", "killed", cwd=d)
     t.expect(done["holds"] and done["certified"] and done["attempts"] - done["trials_complete"] <= 1, f"verify: {done}")
-    t.expect(samples(d / "killed") == undisturbed, "the samples are those of a run that nobody touched")
-    t.refuses(*again, cwd=d, says=["nothing is left"])
+    t.expect(samples(d / "killed") == undisturbed, "the samples are those of the undisturbed run")
+    t.refuses(*again, cwd=d, code="wrong state", where=["killed"])
     data = bytearray((d / "killed/dataset.h5").read_bytes())
     data[len(data) // 2] ^= 1
     (d / "killed/dataset.h5").write_bytes(data)
-    said = t.run("verify", "killed", cwd=d)
-    t.expect(said.returncode == 1 and "dataset.h5: altered: its SHA-256 disagrees" in said.stdout, f"a flipped bit: {said}")
+    ran = t.run("verify", "killed", "--json", cwd=d)
+    found = json.loads(ran.stdout)
+    t.expect(ran.returncode == 1 and not found["holds"] and "dataset.h5" in [one["where"] for one in found["findings"]], f"a flipped bit: {found}")
+    text = t.run("verify", "killed", cwd=d).stdout
+    t.expect(line_has(text, ["dataset.h5", "SHA-256"]), f"a flipped bit: {text}")
 
 
 def main():

@@ -14,7 +14,7 @@ import re
 import sys
 import tempfile
 
-from cli_support import Checks
+from cli_support import Checks, has
 
 FABRICS, REPETITIONS = ["denim", "velvet", "terry"], 6
 TIMES = ("answer_s", "contact_s")
@@ -95,7 +95,7 @@ def check_page(t, page, benches):
     t.expect(page.count("<svg") == len(benches), f"a picture for each of {benches}")
     words = {"simulated": "SIMULATED", "unknown": "ORIGIN UNKNOWN"}
     for bench in set(benches):
-        t.expect(page.count(f">{words[bench]}</text>") == benches.count(bench), f"picture says {words[bench]}")
+        t.expect(page.count(f">{words[bench]}</text>") == benches.count(bench), f"a picture has no {words[bench]}")
     t.expect(page.count("<figcaption><span class=\"badge\">") == 2 * len(benches), "every figure has its badge")
     t.expect(not re.search(r"<script|<link|<img|url\(|@import", page), "nothing from elsewhere")
     t.expect(set(re.findall(r"https?://[^\"\s<]*", page)) <= {"http://www.w3.org/2000/svg"}, "no address")
@@ -107,7 +107,7 @@ def both_sets(t, d):
                      cwd=d)
     data = json.loads((d / "t.json").read_text())
     t.expect(data["data_sets"] == out["data_sets"] and data["schema_version"] == 1, "--json and --data agree")
-    t.expect(data["machine"] and "median of 9" in data["timing"], f"how it was timed: {data['timing']}")
+    t.expect(data["machine"] and has(data["timing"], "9"), f"how it was timed: {data['timing']}")
     t.expect(len(data["data_sets"]) == 2, "real and simulated apart")
     page = (d / "t.html").read_text()
     check_page(t, page, ["simulated", "unknown"])
@@ -150,24 +150,23 @@ def chosen_families(t, d):
 
 
 def refusals(t, d):
-    t.refuses("features", "sim.h5", "-o", "f.csv", cwd=d, says=["several explorations", "--exploration"])
+    t.refuses("features", "sim.h5", "-o", "f.csv", cwd=d, code="invalid argument", got="M1, M2", says=["--exploration"])
     trade = ["trade", "classifier", "recorded.h5"]
-    t.refuses(*trade, "-o", "x.html", "--vary", "learnr", cwd=d, says=["--vary", "learnr", "Did you mean learner?"], status=2)
+    t.refuses(*trade, "-o", "x.html", "--vary", "learnr", cwd=d, says=["--vary", "learnr", "learner?"], status=2)
     t.refuses(*trade, cwd=d, says=["--output"], status=2)
-    t.refuses("trade", "bicycle", cwd=d, says=["'bicycle' is no subcommand of weft trade"], status=2)
-    t.refuses("trade", cwd=d, says=["A subcommand is required"], status=2)
-    t.refuses("trade", "clasifier", cwd=d, says=["'clasifier' is no subcommand of weft trade", "Did you mean classifier?"], status=2)
-    t.refuses("queue", "--socket", "x.sock", "remov", "R1", cwd=d, says=["'remov' is no subcommand of weft queue. Did you mean remove?"], status=2)
-    t.refuses("queue", "--socket", "x.sock", cwd=d, says=["no daemon answers"])
-    t.refuses("--json", "trade", "bicycle", cwd=d, says=["'bicycle' is no subcommand of weft trade"], status=2)
-    t.refuses("tarde", "classifier", cwd=d, says=["'tarde' is no subcommand of weft. Did you mean trade?"], status=2)
-    t.refuses(*trade, "-o", "recorded.h5", cwd=d, says=["the output would take the place of the input"])
-    t.refuses(*trade, "-o", "x.html", "--data", "recorded.h5", cwd=d, says=["the output would take the place of the input"])
-    t.refuses(*trade, "-o", "x.html", "--data", "./x.html", cwd=d, says=["page and data cannot be one file"])
-    t.refuses(*trade, "-o", "no/such/x.html", cwd=d, says=["no/such"])
-    t.refuses(*trade, "-o", "x.html", "--vary", "exploration", cwd=d,
-              says=["recorded.h5", "nothing of what was asked for can be varied", "one exploration"])
-    t.refuses("trade", "classifier", "one.h5", "-o", "x.html", cwd=d, says=["one.h5", "nothing to tell apart"])
+    t.refuses("trade", "bicycle", cwd=d, says=["'bicycle'", "weft trade"], status=2)
+    t.refuses("trade", cwd=d, says=["subcommand"], status=2)
+    t.refuses("trade", "clasifier", cwd=d, says=["'clasifier'", "weft trade", "classifier?"], status=2)
+    t.refuses("queue", "--socket", "x.sock", "remov", "R1", cwd=d, says=["'remov'", "weft queue", "remove?"], status=2)
+    t.refuses("queue", "--socket", "x.sock", cwd=d, code="not found", where=["x.sock"])
+    t.refuses("--json", "trade", "bicycle", cwd=d, says=["'bicycle'", "weft trade"], status=2)
+    t.refuses("tarde", "classifier", cwd=d, says=["'tarde'", "weft", "trade?"], status=2)
+    t.refuses(*trade, "-o", "recorded.h5", cwd=d, code="invalid argument", where=["recorded.h5"], got="")
+    t.refuses(*trade, "-o", "x.html", "--data", "recorded.h5", cwd=d, code="invalid argument", where=["recorded.h5"], got="")
+    t.refuses(*trade, "-o", "x.html", "--data", "./x.html", cwd=d, code="invalid argument", where=["--data"], got="./x.html")
+    t.refuses(*trade, "-o", "no/such/x.html", cwd=d, code="not found", where=["no/such/x.html"], got="no/such")
+    t.refuses(*trade, "-o", "x.html", "--vary", "exploration", cwd=d, code="invalid argument", where=["recorded.h5"], got="exploration")
+    t.refuses("trade", "classifier", "one.h5", "-o", "x.html", cwd=d, code="invalid argument", where=["one.h5", "labels"], got="1", expected="2")
     t.refuses("trade", "classifier", "gone.h5", "-o", "x.html", cwd=d, says=["gone.h5"])
     t.refuses(*trade, "-o", "x.html", "--exploration", "M9", cwd=d, says=["M9"])
     t.refuses(*trade, "-o", "x.html", "--timings", "4", cwd=d, says=["--timings"], status=2)
