@@ -10,26 +10,26 @@ import sys
 import tempfile
 import threading
 
-from cli_support import Checks
+from cli_support import Checks, error_of, fits
 from emulated_support import ServedRig, rig_file
 
 OK = b"HTTP/1.1 200 OK\r\n"
 PAGE = (b"<netft><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt><scfgfu>N</scfgfu><scfgtu>Nm</scfgtu>"
         b"<comrdtrate>1000</comrdtrate></netft>")  # not the rate of the rig file: refused after the page is read
-REPLIES = {  # name: (bytes, a word of the message)
-    "a status line cut short": (b"HTTP/1.", "wrench"),
-    "the same and a blank line": (b"HTTP/1.\r\n\r\n", "status line"),
-    "nothing": (b"", "wrench"),
-    "binary": (bytes(range(256)), "not HTTP"),
-    "a header without a colon": (OK + b"Server\r\n\r\n" + PAGE, "colon"),
-    "a length that is too long": (OK + b"Content-Length: 5000\r\n\r\n" + PAGE, "wrench"),
-    "a length that is too short": (OK + b"Content-Length: 40\r\n\r\n" + PAGE, "element"),
-    "a negative length": (OK + b"Content-Length: -7\r\n\r\n" + PAGE, "length"),
-    "chunks": (OK + b"Transfer-Encoding: chunked\r\n\r\n40\r\n", "chunks"),
-    "endless headers": (OK + b"X: y\r\n" * 100000, "headers"),
-    "an endless page": (OK + b"\r\n" + b"<netft>" * 100000, "does not end"),
-    "no such page": (b"HTTP/1.1 404 Not Found\r\nServer: box\r\n\r\n", "404 Not Found"),
-    "the page alone": (OK + b"\r\n" + PAGE, "/rate_hz"),
+REPLIES = {  # name: (bytes, fields of the error beside its place wrench.box)
+    "a status line cut short": (b"HTTP/1.", {"code": "io"}),
+    "the same and a blank line": (b"HTTP/1.\r\n\r\n", {"code": "parse", "got": "HTTP/1.", "expected": "HTTP/1.1 200"}),
+    "nothing": (b"", {"code": "io"}),
+    "binary": (bytes(range(256)), {"code": "parse", "expected": "HTTP/1.1 200"}),
+    "a header without a colon": (OK + b"Server\r\n\r\n" + PAGE, {"code": "parse", "got": "Server"}),
+    "a length that is too long": (OK + b"Content-Length: 5000\r\n\r\n" + PAGE, {"code": "io"}),
+    "a length that is too short": (OK + b"Content-Length: 40\r\n\r\n" + PAGE, {"code": "parse", "where": ["wrench.box", "/netftapi2.xml"], "got": "none"}),
+    "a negative length": (OK + b"Content-Length: -7\r\n\r\n" + PAGE, {"code": "parse", "got": "-7", "expected": "65536"}),
+    "chunks": (OK + b"Transfer-Encoding: chunked\r\n\r\n40\r\n", {"code": "parse", "got": "chunked", "expected": "Content-Length"}),
+    "endless headers": (OK + b"X: y\r\n" * 100000, {"code": "parse", "expected": "8192 bytes"}),
+    "an endless page": (OK + b"\r\n" + b"<netft>" * 100000, {"code": "parse", "got": "", "expected": "65536 bytes"}),
+    "no such page": (b"HTTP/1.1 404 Not Found\r\nServer: box\r\n\r\n", {"code": "not found", "got": "404 Not Found"}),
+    "the page alone": (OK + b"\r\n" + PAGE, {"where": ["wrench.box", "/rate_hz"]}),
 }
 
 
@@ -68,12 +68,11 @@ def main():
         other = folder / "other.json"
         other.write_text(json.dumps(rig))
         with ServedRig(weft_rig, path, rig):
-            for case, (reply, says) in REPLIES.items():
+            for case, (reply, fields) in REPLIES.items():
                 box.reply = reply
-                ran = t.run("align", "--rig", other, cwd=folder)
-                said = ran.stderr + ran.stdout
-                t.expect(ran.returncode != 0 and "wrench.box" in said and says in said, f"{case}: {said}")
-                t.expect("mistake of this program" not in said and "Server: box" not in said, f"{case}: {said}")
+                ran = t.run("align", "--rig", other, "--json", cwd=folder)
+                t.expect(ran.returncode != 0 and fits(error_of(ran), **{"where": ["wrench.box"], **fields}), f"{case}: not {fields}: {ran.stdout}")
+                t.expect("wrench.box" in ran.stderr and "Server: box" not in ran.stdout + ran.stderr, f"{case}: {ran.stderr}")
     t.finish()
 
 

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 
-from cli_support import Checks
+from cli_support import Checks, has
 from emulated_kill import PLATE_MM, recipe
 from emulated_support import ServedRig, free_port, near_home, rig_file, tried
 from killed_campaign import Campaign
@@ -74,7 +74,9 @@ def for_another_user(t, d, rig, pid):
         os.setuid(65534)
     ran = subprocess.run([t.weft, "doctor", "--rig", rig, "--listen", "0.5", "--json"], cwd=d, capture_output=True, text=True,
                          timeout=300, preexec_fn=become_nobody)
-    t.expect(ran.returncode == 1 and f"weft (process {pid} of root" in ran.stdout, f"another user: {ran.returncode} {ran.stderr}")
+    errors = [one["error"] or {} for one in json.loads(ran.stdout)["devices"]]
+    t.expect(ran.returncode == 1 and all(one.get("code") == "busy" and has(json.dumps(one), ["weft", str(pid), "root"]) for one in errors),
+             f"another user: {ran.returncode} {errors} {ran.stderr}")
 
 
 def held(t, d, rig, weft_process):
@@ -86,12 +88,12 @@ def held(t, d, rig, weft_process):
         t.expect(status == 1, f"{name}: status {status}")
         for one in report["devices"]:
             error = one["error"] or {}
-            t.expect(error.get("code") == "busy" and "weft (process %d of " % weft_process.pid in json.dumps(error),
+            t.expect(error.get("code") == "busy" and has(json.dumps(error), ["weft", str(weft_process.pid)]),
                      f"{name}: who holds {one['name']}: {error}")
             t.expect(not one["answered"] and one["samples"] == 0, f"{name}: {one['name']} was touched")
     second = t.run("run", "kill.json", "--rig", rig, "--out", "second", "--no-evaluate", "--json", cwd=d)
     error = json.loads(second.stdout)["error"]
-    t.expect(second.returncode == 1 and str(weft_process.pid) in error["sentence"], f"a second run: {second.returncode} {error}")
+    t.expect(second.returncode == 1 and error["code"] == "busy" and has(error["sentence"], str(weft_process.pid)), f"a second run: {second.returncode} {error}")
 
 
 def while_it_slides(t, d, path, served):
