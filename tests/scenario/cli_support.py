@@ -74,7 +74,9 @@ def has(text, parts):
     """Whether `text` has the part, or each of several, as whole words. A number may have more zeros: "100" is in "100.000 Hz", not in "100.04 Hz"."""
     def pattern(part):
         zeros = "0*" if re.search(r"\.\d+$", part) else r"(?:\.0+)?" if part[-1].isdigit() else ""
-        return rf"(?<![\w.]){re.escape(part)}{zeros}(?!\w|\.\d)"
+        before = r"(?<![\w.])" if re.match(r"\w", part) else ""
+        after = r"(?!\w|\.\d)" if re.search(r"\w$", part) else ""
+        return before + re.escape(part) + zeros + after
     return all(re.search(pattern(part), text) for part in ([parts] if isinstance(parts, str) else parts))
 
 
