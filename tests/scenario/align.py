@@ -10,7 +10,7 @@ import shutil
 import sys
 import tempfile
 
-from cli_support import Checks
+from cli_support import Checks, error_of, fits
 from emulated_support import ServedRig, near_home, rig_file, tried
 
 
@@ -48,9 +48,11 @@ def found(t, report, tilt_deg, step_rad):
     t.expect(len(report["rounds"]) == 2 and report["before"]["lean_sd_rad"] > 0, f"{report}")
 
 
-def gives_up(t, d, rig, sentence, *more):
-    ran = t.run("align", "--rig", rig, *more, cwd=d)
-    t.expect(ran.returncode == 1 and sentence in ran.stderr, f"no '{sentence}' ({ran.returncode}): {ran.stderr}")
+def gives_up(t, d, rig, fields, *more):
+    ran = t.run("align", "--rig", rig, *more, "--json", cwd=d)
+    error = error_of(ran) or json.loads(ran.stdout).get("align_error", {})
+    t.expect(ran.returncode == 1 and fits(error, **fields), f"not {fields} ({ran.returncode}): {error} {ran.stderr}")
+    t.expect(error.get("where", "?") in ran.stderr and error.get("got", "?") in ran.stderr, f"text for people: {ran.stderr}")
 
 
 def on_ports(t, d, weft_rig, root):
@@ -72,14 +74,14 @@ def main():
         tilt = [1.7, -1.2]
         found(t, aligned(t, d, simulated_rig(root, d, "askew.json", tilt)), tilt, 1e-6 / 0.1)
         text = t.run("align", "--rig", "askew.json", cwd=d).stdout
-        t.expect(text.startswith("SIMULATED") and "tilt left" in text, text)
+        t.expect(text.startswith("SIMULATED") and "tilt" in text, text)
 
-        gives_up(t, d, simulated_rig(root, d, "steep.json", [6, 0]), "beyond the travel of rx", "--max-tilt-deg", 7)
-        gives_up(t, d, "steep.json", "no surface was found", "--max-tilt-deg", 1)
-        gives_up(t, d, "askew.json", "does not fit the plate", "--span-mm", 500)
+        gives_up(t, d, simulated_rig(root, d, "steep.json", [6, 0]), {"code": "range", "where": "alignment", "expected": "-5"}, "--max-tilt-deg", 7)
+        gives_up(t, d, "steep.json", {"code": "measurement", "got": "none"}, "--max-tilt-deg", 1)
+        gives_up(t, d, "askew.json", {"code": "range", "where": ["alignment"], "got": "500"}, "--span-mm", 500)
         jump = [{"device": "ft", "fault": "bias_jump", "start_s": 100, "amount": 50}]
-        gives_up(t, d, simulated_rig(root, d, "struck.json", tilt, faults=jump), "force")
-        gives_up(t, d, "nowhere.json", "nowhere.json")
+        gives_up(t, d, simulated_rig(root, d, "struck.json", tilt, faults=jump), {"code": "safety", "where": ["wrench"], "got": "N"})
+        gives_up(t, d, "nowhere.json", {"where": "nowhere.json"})
 
         if "--ports" in sys.argv:
             on_ports(t, d, weft_rig, root)

@@ -42,9 +42,9 @@ def wait_for(folder, trials, alive):
     return False
 
 
-def begun(weft, d, rig, out, trials, recipe="recipe.json"):
+def begun(weft, d, rig, out, trials, recipe="recipe.json", *more):
     """Starts a campaign and waits until `trials` are complete."""
-    process = subprocess.Popen([weft, "run", recipe, "--rig", str(rig), "--out", out, *RUN], cwd=d, text=True, stdout=subprocess.PIPE,
+    process = subprocess.Popen([weft, "run", recipe, "--rig", str(rig), "--out", out, *RUN, *more], cwd=d, text=True, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
     if wait_for(d / out, trials, lambda: process.poll() is None):
         return process

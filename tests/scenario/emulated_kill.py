@@ -13,6 +13,7 @@ import collections
 import json
 import pathlib
 import random
+import re
 import signal
 import socket
 import subprocess
@@ -22,6 +23,7 @@ import threading
 import time
 import typing
 
+from cli_support import has
 from emulated_support import ATTEMPTS, ServedRig, kept_waiting, near_home, rig_file
 from killed_campaign import Campaign
 from machine_pace import TimedChecks, skip_as_too_slow
@@ -218,13 +220,14 @@ class Bench:
             return  # perhaps before the host had a monitor
         lines = (self.out / "monitor.log").read_text().splitlines() if (self.out / "monitor.log").exists() else []
         line = next((one for one in lines if f"process {process.pid} " in one), "")
-        what = "killed:" if kill.how is signal.SIGSTOP else "ended while"
-        self.t.expect(what in line and "5 of 5 stages" in line, f"{kill}: the monitor's line: {lines[-1:]}")
+        is_killed = re.search(r"\bkilled\b", line) is not None
+        self.t.expect(is_killed == (kill.how is signal.SIGSTOP) and has(line, "5 of 5"), f"{kill}: the monitor's line: {lines[-1:]}")
         said = process.stdout.read().decode(errors="replace")
         self.t.expect(line[len("2026-11-29 06:33:06 UTC "):] in said, f"{kill}: standard error lacks the line: {said[-300:]}")
         if not is_on_cloth:
             return
-        self.t.expect("sent up" in line and abs(watch.seen[-1][1]) < 0.01, f"{kill}: {watch.seen[-1][1]:.2f} N left on the cloth; {line}")
+        is_up = re.search(r"\b(up|raised|lifted)\b", line) is not None
+        self.t.expect(is_up and abs(watch.seen[-1][1]) < 0.01, f"{kill}: {watch.seen[-1][1]:.2f} N left on the cloth; {line}")
         self.t.expect(watch.peak_after(ended) < watch.force_at(ended) + 0.2,
                       f"{kill}: {watch.peak_after(ended):.2f} N after the end, {watch.force_at(ended):.2f} N at it")
 

@@ -6,7 +6,6 @@ reported as in use and never damaged. A campaign and `weft verify` wait for a lo
 """
 import contextlib
 import fcntl
-import json
 import os
 import pathlib
 import sqlite3
@@ -15,13 +14,9 @@ import sys
 import tempfile
 import time
 
-from cli_support import Checks
+from cli_support import Checks, error_of, has, line_has
 
 HELD_S = 8.0       # as in the case; the recording waits up to 30 s
-
-
-def error_of(ran):
-    return json.loads(ran.stdout)["error"]
 
 
 @contextlib.contextmanager
@@ -39,7 +34,7 @@ def dataset_in_use(t, d):
             ran = t.run(*command, "--json", cwd=d)
             error = error_of(ran)
             t.expect(ran.returncode == 1 and error["code"] == "busy", f"{command}: {ran.returncode} {ran.stdout} {ran.stderr}")
-            t.expect(f"(process {os.getpid()})" in error["got"], f"{command}: who holds it: {error}")
+            t.expect(has(error["got"], str(os.getpid())), f"{command}: who holds it: {error}")
             t.expect("xport" not in error["hint"] and not (d / "f.csv").exists(), f"{command}: {error}")
     t.expect((d / "out/dataset.h5").read_bytes() == before, "the data set was touched")
     t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the data set afterwards")
@@ -50,7 +45,7 @@ def campaign_in_use(t, d):
     with contextlib.closing(sqlite3.connect(d / "out/campaign.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN EXCLUSIVE")
         ran = t.run("verify", "out", "--json", cwd=d)
-        t.expect(ran.returncode == 1 and error_of(ran)["code"] == "busy" and f"(process {os.getpid()})" in error_of(ran)["got"],
+        t.expect(ran.returncode == 1 and error_of(ran)["code"] == "busy" and has(error_of(ran)["got"], str(os.getpid())),
                  f"verify: {ran.returncode} {ran.stdout}")
         other.execute("ROLLBACK")
     t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the campaign afterwards")
@@ -84,7 +79,7 @@ def lock_while_running(t, d, root, held_s):
 def recording_waits(t, d, root):
     ran = lock_while_running(t, d, root, HELD_S)
     t.expect(ran.returncode == 0, f"a file held for {HELD_S} s: {ran.returncode} {ran.stderr[-800:]}")
-    t.expect(f"(process {os.getpid()})" in ran.stderr and "has been locked" in ran.stderr, f"who holds it: {ran.stderr[-800:]}")
+    t.expect(line_has(ran.stderr, ["campaign.sqlite", str(os.getpid())]), f"the holder's name: {ran.stderr[-800:]}")
     t.expect(t.run("verify", f"held{int(HELD_S)}", cwd=d).returncode == 0, "the campaign afterwards")
 
 

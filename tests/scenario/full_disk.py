@@ -3,6 +3,8 @@
 
     full_disk.py WEFT WEFTD SOURCE_ROOT     exit 77 (skipped) if mounting a file system is not permitted
 """
+import errno
+import json
 import os
 import pathlib
 import shutil
@@ -36,22 +38,24 @@ def mounted(disk, how):
 def of_weft_run(t, d, disk, rig, undisturbed):
     """It ends with a message, complete trials are kept, and with free space again the campaign is resumed."""
     recipe = str(d / "recipe.json")
-    process = begun(t.weft, disk, rig, "out", 3, recipe)
+    process = begun(t.weft, disk, rig, "out", 3, recipe, "--json")
     process.send_signal(signal.SIGSTOP)
     fill(disk)
     process.send_signal(signal.SIGCONT)
-    _, err = process.communicate(timeout=PATIENCE_S)
+    out, err = process.communicate(timeout=PATIENCE_S)
     t.expect(process.returncode == 1, f"full disk: status {process.returncode}: {err}")
-    t.expect("space" in err or "full" in err, f"full disk: {err}")
+    found = json.loads(out)
+    error = found.get("error") or found.get("campaign_error") or {}
+    t.expect(error.get("code") in ("no space", "safety") and error["got"] in err, f"full disk: {found} {err}")
     os.remove(disk / "filler")
     seen = t.succeeds("verify", "out", cwd=disk)
     t.expect(seen["holds"] and seen["trials_complete"] >= 3, f"after a full disk: {seen}")
     ran = t.run("run", recipe, "--rig", str(rig), "--out", "out", *RUN, "--resume", cwd=disk)
     t.expect(ran.returncode == 0, f"with room again: {ran.returncode} {ran.stderr}")
-    t.expect(samples(disk / "out") == undisturbed, "after a full disk: the samples of a run that nobody touched")
+    t.expect(samples(disk / "out") == undisturbed, "after a full disk: the samples of the undisturbed run")
     mounted(disk, "ro")
     t.refuses("run", recipe, "--rig", str(rig), "--out", "out", "--resume", cwd=disk, says=["out"])
-    t.refuses("run", recipe, "--rig", str(rig), "--out", "other", cwd=disk, says=["Read-only file system"])
+    t.refuses("run", recipe, "--rig", str(rig), "--out", "other", cwd=disk, says=["other", os.strerror(errno.EROFS)])
     t.succeeds("verify", "out", cwd=disk)
     mounted(disk, "rw")
 
@@ -76,22 +80,22 @@ def of_weftd(t, weftd, root, d, disk, undisturbed):
         fill(disk)
         daemon.process.send_signal(signal.SIGCONT)
         client.call("run.wait", run=run)
-        told = client.call("run.get", run=run)
-        t.expect(told["state"] == "ended" and told["outcome"] == "failed" and "disk" in told["error"], f"weftd, the run: {told}")
-        t.expect(told["cleanup"] == "done" and told["rig"] == "safe" and "dataset_error" in told, f"weftd, the probe was lifted: {told}")
+        ended = client.call("run.get", run=run)
+        t.expect(ended["state"] == "ended" and ended["outcome"] == "failed" and ended["error"], f"weftd, the run: {ended}")
+        t.expect(ended["cleanup"] == "done" and ended["rig"] == "safe" and "dataset_error" in ended, f"weftd, the probe was lifted: {ended}")
         t.expect(kinds(client) == {"disk.low", "storage.io"}, f"weftd, a full disk: {kinds(client)}")
         begins = client.answer("run.start", recipe="small", lease=lease)
-        t.expect("error" in begins and "space" in str(begins["error"]), f"weftd: nothing begins on a full disk: {begins}")
+        t.expect(begins.get("error", {}).get("data", {}).get("kind") == "storage.full", f"weftd: no run begins on a full disk: {begins}")
         os.remove(disk / "filler")
         end = time.monotonic() + PATIENCE_S
         while "storage.io" in kinds(client) and time.monotonic() < end:  # the daemon retries the write
             time.sleep(0.1)
-        t.expect("storage.io" not in kinds(client), "weftd: with room again what it knows is written down")
+        t.expect("storage.io" not in kinds(client), "weftd: with room again its journal is written")
         t.expect(daemon.end() == 0, "weftd: its end")
         daemon = Daemon(weftd, root, disk)
         kept = Client(daemon.socket).call("run.get", run=run)
-        t.expect({k: kept[k] for k in ("state", "outcome", "error", "trials_done")} == {k: told[k] for k in ("state", "outcome", "error", "trials_done")},
-                 f"weftd: what was told is kept: {kept}")
+        t.expect({k: kept[k] for k in ("state", "outcome", "error", "trials_done")} == {k: ended[k] for k in ("state", "outcome", "error", "trials_done")},
+                 f"weftd: the end of the run is kept: {kept}")
         t.expect(daemon.end() == 0, "weftd: its second end")
     finally:
         daemon.process.kill()
@@ -99,10 +103,10 @@ def of_weftd(t, weftd, root, d, disk, undisturbed):
     t.expect(seen["holds"] and seen["trials_complete"] >= 3, f"weftd, after a full disk: {seen}")
     rig = root / "sim/rigs/bench17.json"
     ran = t.run("run", "recipes/small.json", "--rig", str(rig), "--out", str(folder), *RUN, "--resume", cwd=disk)
-    t.expect(ran.returncode == 0 and samples(folder) == undisturbed, f"weftd, gone on with: {ran.returncode} {ran.stderr}")
+    t.expect(ran.returncode == 0 and samples(folder) == undisturbed, f"weftd, resumed: {ran.returncode} {ran.stderr}")
     mounted(disk, "ro")
-    said = subprocess.run(command(weftd, root, disk), capture_output=True, text=True, timeout=PATIENCE_S)
-    t.expect(said.returncode == 1 and said.stderr.startswith("weftd: ") and "ead-only" in said.stderr, f"weftd, read-only: {said}")
+    ran = subprocess.run(command(weftd, root, disk), capture_output=True, text=True, timeout=PATIENCE_S)
+    t.expect(ran.returncode == 1 and ran.stderr.startswith("weftd: ") and os.strerror(errno.EROFS) in ran.stderr, f"weftd, read-only: {ran}")
     mounted(disk, "rw")
 
 

@@ -55,11 +55,11 @@ def main():
         served = ServedRig(weft_rig, path, rig)
         served.command += ["--tcp", str(free_run(16))]
         with served:
-            told = "\n".join(served.lines)
-            ports = {m[1]: int(m[2]) for m in re.finditer(r"^(\S+) on serial \S+ and tcp 127\.0\.0\.1:(\d+)$", told, re.M)}
-            t.expect(set(ports) == {"stage.x", "stage.y", "stage.z", "stage.rx", "stage.ry", "taxels"}, told)
-            page = re.search(r"http 127\.0\.0\.1:(\d+)$", told, re.M)
-            t.expect(page is not None, told)
+            printed = "\n".join(served.lines)
+            ports = {m[1]: int(m[2]) for m in re.finditer(r"^(\S+) .*\bserial \S+ .*\btcp 127\.0\.0\.1:(\d+)$", printed, re.M)}
+            t.expect(set(ports) == {"stage.x", "stage.y", "stage.z", "stage.rx", "stage.ry", "taxels"}, printed)
+            page = re.search(r"http 127\.0\.0\.1:(\d+)$", printed, re.M)
+            t.expect(page is not None, printed)
             with urllib.request.urlopen(f"http://127.0.0.1:{page[1]}/netftapi2.xml", timeout=5) as reply:
                 t.expect(b"<cfgcpf>1000000</cfgcpf>" in reply.read(), "the box's page")
 
