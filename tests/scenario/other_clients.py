@@ -16,10 +16,11 @@ from python_client import write_recipes
 from weftd_support import PATIENCE_S, Client, Daemon, outlasted_its_lease, token_of
 
 LEASE_MS, OCTAVE_LEASE_MS = 2000, 5000  # for campaigns that take three times as long; each call of Octave starts programs, which takes time
+ENDED = re.compile(r"R-\d+\b.*\bcomplete\b.*\bdone\b.*\bsafe\b")  # the three facts of the run's end
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
 
 
-def said_by(*words, status=0, **environment):
+def output_of(*words, status=0, **environment):
     ran = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=PATIENCE_S, env={**os.environ, **environment})
     assert ran.returncode == status, f"{words}: {ran.returncode}\n{ran.stdout}\n{ran.stderr}"
     return ran.stdout + ran.stderr
@@ -36,13 +37,14 @@ def slow(daemon, lease_ms):
 def shell(daemon):
     if shutil.which("nc") is None:
         return print("nc is not installed (netcat-openbsd): the shell's example was not run")
-    said = said_by(ROOT / "clients/shell/campaign.sh", "learns", WEFT_SOCKET=str(daemon.socket))
-    assert re.search(r"R-\d+: outcome complete, cleanup done, rig safe", said) and "  now " in said, said
-    assert re.search(r"R-\d+ is in line: \w+", said), said
-    assert "recipe.check was refused" in said_by(ROOT / "clients/shell/campaign.sh", "none", status=1, WEFT_SOCKET=str(daemon.socket))
+    printed = output_of(ROOT / "clients/shell/campaign.sh", "learns", WEFT_SOCKET=str(daemon.socket))
+    assert ENDED.search(printed) and "  now " in printed, printed
+    assert re.search(r"^R-\d+\b.*: [a-z_]+$", printed, re.M), f"no state of the submitted run: {printed}"
+    refused = output_of(ROOT / "clients/shell/campaign.sh", "none", status=1, WEFT_SOCKET=str(daemon.socket))
+    assert "recipe.check" in refused and '"kind"' in refused, refused
     client, pace = slow(daemon, LEASE_MS)
-    said = said_by(ROOT / "clients/shell/campaign.sh", "small", WEFT_SOCKET=str(daemon.socket), WEFT_LEASE_MS=str(LEASE_MS))
-    assert "outcome complete" in said and "lost" not in said, said
+    printed = output_of(ROOT / "clients/shell/campaign.sh", "small", WEFT_SOCKET=str(daemon.socket), WEFT_LEASE_MS=str(LEASE_MS))
+    assert ENDED.search(printed) and "lost" not in printed, printed
     outlasted_its_lease(client, LEASE_MS)
     client.call("sim.clock", pace=0)
     print(f"shell: a campaign run, and one at {pace:.0f} times real time that outlasts its lease of {LEASE_MS} ms")
@@ -54,12 +56,12 @@ def octave(daemon, token):
     http = re.search(r"http://\S+", daemon.ready).group()
     environment = {"WEFT_HTTP": http, "WEFT_TOKEN": token, "WEFT_RECIPE": "small", "WEFT_LEASE_MS": str(OCTAVE_LEASE_MS)}
     client, _ = slow(daemon, OCTAVE_LEASE_MS)
-    said = said_by("octave", "--no-gui", "--norc", ROOT / "clients/matlab/first_campaign.m", **environment)
-    assert "outcome complete, cleanup done, rig safe" in said and "lost" not in said, said
+    printed = output_of("octave", "--no-gui", "--norc", ROOT / "clients/matlab/first_campaign.m", **environment)
+    assert ENDED.search(printed) and "lost" not in printed, printed
     outlasted_its_lease(client, OCTAVE_LEASE_MS)
-    means = dict(re.findall(r"^(\w+) +2 trials, mean count in motion ([\d.]+)$", said, re.M))
-    assert set(means) == {"denim", "silk"}, said
-    refused = said_by("octave", "--no-gui", "--norc", "--eval", f"addpath('{ROOT}/clients/matlab'); weft_rpc('run.get', struct('ran', 'x'))",
+    means = dict(re.findall(r"^(\w+) +2 trials\b.* ([\d.]+)$", printed, re.M))
+    assert set(means) == {"denim", "silk"}, printed
+    refused = output_of("octave", "--no-gui", "--norc", "--eval", f"addpath('{ROOT}/clients/matlab'); weft_rpc('run.get', struct('ran', 'x'))",
                       status=1, **environment)
     assert "run.get" in refused, refused
     print("octave: a campaign run, means", means)
