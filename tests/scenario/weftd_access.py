@@ -18,6 +18,7 @@ import tempfile
 import threading
 import time
 
+from cli_support import line_has
 from weftd_support import PATIENCE_S, Client, Daemon, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
@@ -144,7 +145,8 @@ def a_namesake(folder, ports, local, lease):
     namesake = introduced(ports[0], token_of(WEFT, folder / "tokens.json", who, "operator"))
     assert namesake.call("session.whoami")["user"] == f"token:{who}"
     for method in "lease.renew", "lease.release":
-        assert "somebody else's" in namesake.refused(method, lease=lease)["message"], method
+        refused = namesake.refused(method, lease=lease)["data"]
+        assert (refused["where"], refused["expected"], refused["got"]) == ("/params/lease", f"token:{who}", who), (method, refused)
     run = local.call("run.start", recipe="small", lease=lease, idem="namesake")["run"]
     assert namesake.refused("run.start", recipe="small", lease=lease, idem="namesake")["data"]["kind"] == "lease.required"
     assert namesake.refused("run.abort", run=run)["data"]["kind"] == "lease.held"
@@ -203,7 +205,7 @@ def after_its_death(folder, daemon, client, first, lease_of_then):
     run = client.call("run.get", run=first["run"])
     assert (run["trials_done"], run["trials_planned"], run["bench"]) == (2, 2, "simulated"), run
     watched = subprocess.run([WEFT, "watch", first["run"], "--socket", daemon.socket], capture_output=True, text=True, timeout=PATIENCE_S)
-    assert "2 of 2 trials" in watched.stdout and watched.returncode == 0, watched
+    assert line_has(watched.stdout, "2 of 2") and watched.returncode == 0, watched
     kept = (folder / "data/weftd.sqlite").read_bytes() + (folder / "data/weftd.sqlite-wal").read_bytes()
     assert b"wft_" not in kept, "a token in what is kept"
     client.call("lease.release", lease=lease)
@@ -211,7 +213,7 @@ def after_its_death(folder, daemon, client, first, lease_of_then):
 
 def begin(folder):
     daemon = Daemon(WEFTD, ROOT, folder, "--port", "0", "--http", "0", "--tokens", folder / "tokens.json")
-    ports = [int(p) for p in re.findall(r":(\d+)", daemon.ready.removeprefix("weftd: ready"))]
+    ports = [int(p) for p in re.findall(r":(\d+)", daemon.ready.partition("ready")[2])]
     return daemon, ports, Client(daemon.socket)
 
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 
+from cli_support import line_has
 from weftd_support import PATIENCE_S, Client, Daemon, command
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
@@ -112,7 +113,7 @@ def lost(folder):
     client.call("rig.reset", reason="looked at it")
     assert recorded(client)["run"] == "R-000005"
     refused = subprocess.run(command(WEFTD, ROOT, folder, "--rebuild-catalogue"), capture_output=True, text=True, timeout=PATIENCE_S)
-    assert refused.returncode == 1 and "another weftd" in refused.stderr, refused
+    assert refused.returncode == 1 and line_has(refused.stderr, ["weftd", str(folder / "data/weftd.sqlite")]), refused
     assert daemon.end() == 0
     assert "R-000006" in rebuilt(folder)
     daemon = Daemon(WEFTD, ROOT, folder)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 
+from cli_support import has, line_has
 from weftd_support import PATIENCE_S, Client, Daemon, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
@@ -158,7 +159,7 @@ def devices(client):
     stage = client.call("device.describe", device="stage.z")["config_schema"]["properties"]
     assert stage["max_speed_mm_s"]["x-unit"] == "mm/s" and stage["max_speed_mm_s"]["x-safety"] is True, stage
     assert "x-safety" not in stage["poll_hz"] and stage["poll_hz"]["x-unit"] == "Hz", stage
-    assert client.refused("device.describe", device="stage.zz")["data"]["hint"] == "Did you mean stage.z?"
+    assert has(client.refused("device.describe", device="stage.zz")["data"]["hint"], "stage.z?")
 
 
 def certificate(web, client, run):
@@ -249,7 +250,7 @@ def completed_elsewhere(client, folder, run):
     assert (listed["outcome"], listed["dataset_sha256"], listed["campaign_since"]) == ("aborted", digest, since), listed
     assert client.call("data.get", run=run)["dataset_sha256"] == digest != before["dataset_sha256"]
     status = subprocess.run([WEFT, "status", "--socket", client.wire.getpeername()], check=True, capture_output=True, text=True).stdout
-    assert "holds 12 of 12 trials by now, complete" in status, status
+    assert line_has(status, ["12 of 12", "complete"]), status
 
 
 def nothing_else(web, run, data):

@@ -10,6 +10,7 @@ import signal
 import sys
 import tempfile
 
+from cli_support import has
 from weftd_support import PATIENCE_S, Client, Daemon
 
 WEFTD, ROOT = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -27,7 +28,7 @@ def in_a_trial(folder):
     return daemon, client, lease, run
 
 
-def what_became_of(folder, run):
+def end_of(folder, run):
     daemon = Daemon(WEFTD, ROOT, folder)
     try:
         return Client(daemon.socket).call("run.get", run=run)
@@ -42,19 +43,19 @@ def one_that_was_stopped(folder):
     while "daemon.stops" not in (kinds := [b["kind"] for b in client.call("system.ready")["blockers"]]):
         assert kinds == ["rig.busy"], kinds
     refused = client.refused("run.start", recipe="small", lease=lease)
-    assert refused["data"]["kind"] == "state.conflict" and "told to end" in refused["message"], refused
+    assert (refused["data"]["kind"], refused["data"]["where"]) == ("state.conflict", "daemon"), refused
     assert daemon.process.wait(PATIENCE_S) == 0
-    told = what_became_of(folder, run)
-    assert (told["state"], told["outcome"], told["cleanup"], told["rig"]) == ("ended", "aborted", "done", "safe"), told
-    assert "told to end" in told["error"], told
+    end = end_of(folder, run)
+    assert (end["state"], end["outcome"], end["cleanup"], end["rig"]) == ("ended", "aborted", "done", "safe"), end
+    assert has(end["error"], "daemon"), end
 
 
 def one_that_went_on(folder):
     daemon, _, _, run = in_a_trial(folder)
     assert daemon.end() == 0
-    told = what_became_of(folder, run)
-    assert (told["state"], told["outcome"], told["cleanup"], told["rig"]) == ("interrupted", "aborted", "done", "safe"), told
-    assert "told to end" in told["error"], told
+    end = end_of(folder, run)
+    assert (end["state"], end["outcome"], end["cleanup"], end["rig"]) == ("interrupted", "aborted", "done", "safe"), end
+    assert has(end["error"], "daemon"), end
     return run
 
 
@@ -70,8 +71,8 @@ def one_that_is_discarded(folder, run):
     assert daemon.process.wait(PATIENCE_S) == 0
     gone = next(answer for answer in answers if answer["id"] == "gone")["result"]
     assert (gone["state"], gone["recovered"]) == ("ended", "discard"), gone
-    told = what_became_of(folder, run)
-    assert (told["state"], told["recovered"]) == ("ended", "discard"), told
+    end = end_of(folder, run)
+    assert (end["state"], end["recovered"]) == ("ended", "discard"), end
 
 
 def main():

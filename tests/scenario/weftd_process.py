@@ -121,7 +121,7 @@ def reloads(daemon, manager, folder, client, run):
     cert.write_text("no certificate\n")
     daemon.process.send_signal(signal.SIGHUP)
     told = daemon.wait_for(lambda line: line["kind"] == "daemon.reloaded", times=2)
-    assert told["data"]["reloaded"] == ["tokens"] and "unusable certificate" in told["data"]["error"] and told["level"] == "error", told
+    assert told["data"]["reloaded"] == ["tokens"] and str(cert) in told["data"]["error"] and told["level"] == "error", told
     cert.write_text(second)
     assert served(daemon.ports[0], cert)[0] == second, "the old one stays"
     assert client.call("run.get", run=run)["state"] == "running", "the run goes on"
@@ -226,7 +226,7 @@ def nobody_reads(folder):
     """Unread output blocks no request and does not prevent the end."""
     process = subprocess.Popen(command(WEFTD, ROOT, folder, data="unread"), stdout=subprocess.PIPE, text=True)
     try:
-        assert process.stdout.readline() == "weftd: ready\n"
+        assert re.fullmatch(r"weftd: .*\bready\b.*\n", process.stdout.readline())
         client = Client(folder / "unread/weftd.sock")
         for number in range(600):  # at least 200 bytes each: a pipe holds 64 KiB
             lease = client.call("lease.acquire", ttl_ms=60_000)["lease"]

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 
+from cli_support import error_of, fits, has
 from weftd_support import PATIENCE_S, Client, Daemon, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
@@ -74,8 +75,8 @@ def a_queue(client, daemon, token):
     assert other.refused("queue.start", lease=lease)["data"]["kind"] == "lease.required"
     assert waiting(client.call("queue.remove", run=a)) == [b, c]
     assert client.refused("queue.get", run=a)["data"]["kind"] == "state.conflict"
-    told = [event["delta"] for event in client.events if event["topic"] == "queue"]
-    assert told[-1]["runs"] == [b, c] and told[-1]["by"] == told[0]["by"], told
+    changes = [event["delta"] for event in client.events if event["topic"] == "queue"]
+    assert changes[-1]["runs"] == [b, c] and changes[-1]["by"] == changes[0]["by"], changes
     return b, c
 
 
@@ -99,8 +100,8 @@ def over_a_restart(folder, daemon, expected):
 
 
 def commands(daemon):
-    assert weft(daemon, "queue", "list") == "nobody waits\n"
-    assert "paused by" in weft(daemon, "queue", "pause")
+    assert json.loads(weft(daemon, "--json", "queue", "list"))["runs"] == [] and "R-" not in weft(daemon, "queue", "list")
+    assert "root" in weft(daemon, "queue", "pause") and "root" in json.loads(weft(daemon, "--json", "queue", "list"))["paused_by"]
     first = json.loads(weft(daemon, "--json", "queue", "add", "short"))["run"]
     second = json.loads(weft(daemon, "--json", "queue", "add", "short", "--place", "0"))["run"]
     assert [line.split()[0] for line in weft(daemon, "queue", "list").splitlines()[1:]] == [second, first]
@@ -110,7 +111,9 @@ def commands(daemon):
     queue = json.loads(weft(daemon, "--json", "queue", "list"))["runs"]
     assert [run["run"] for run in queue[1:]] == [f"R-{int(copies[2:]) + i:06}" for i in range(3)], queue
     assert all(run["after"] == second and run["blocked"] for run in queue[1:]), "it was removed"
-    assert weft(daemon, "queue", "edit", copies, "--after", "", "--name", "free", "--seed", "9").count("did not end complete") == 2
+    text = weft(daemon, "queue", "edit", copies, "--after", "", "--name", "free", "--seed", "9")
+    assert [run["run"] for run in json.loads(weft(daemon, "--json", "queue", "list"))["runs"] if run.get("blocked")] == [run["run"] for run in queue[2:]]
+    assert sum(second in line for line in text.splitlines()) == 2, text
     weft(daemon, "queue", "clear")
     first = json.loads(weft(daemon, "--json", "queue", "add", "short"))["run"]
     assert [line["kind"] for line in json.loads(weft(daemon, "--json", "queue", "history"))["lines"]][-4:] == [
@@ -161,16 +164,16 @@ def discards(folder, client, daemon):
     assert left["trials_done"] >= 3 and any("discarded" in step for step in left["will"]), left
     assert client.call("run.get", run=run)["state"] == "interrupted"
     assert client.refused("run.recover", run=run, choice="discard")["data"]["kind"] == "lease.required"
-    assert client.refused("run.recover", run=run, choice="forget")["data"]["expected"] == "resume, discard or keep-partial"
+    assert has(client.refused("run.recover", run=run, choice="forget")["data"]["expected"], ["resume", "discard", "keep-partial"])
     lease = client.call("lease.acquire")["lease"]
     ended = client.call("run.recover", run=run, choice="discard", lease=lease, idem="d-1")
     assert (ended["state"], ended["outcome"], ended["recovered"]) == ("ended", "aborted", "discard"), ended
     assert client.call("run.recover", run=run, choice="discard", lease=lease, idem="d-1") == ended
     assert client.refused("run.recover", run=run, choice="resume", preview=True)["data"]["kind"] == "state.conflict"
     campaign = pathlib.Path(ended["folder"]) / "campaign.sqlite"
-    refused = subprocess.run([WEFT, "dataset", "export", campaign, "-o", folder / "no.h5"], capture_output=True, text=True)
-    assert refused.returncode == 1 and "discarded" in refused.stderr and not (folder / "no.h5").exists(), refused
-    assert "somebody discarded it" in weft(None, "dataset", "info", str(campaign))
+    refused = subprocess.run([WEFT, "--json", "dataset", "export", campaign, "-o", folder / "no.h5"], capture_output=True, text=True)
+    assert refused.returncode == 1 and fits(error_of(refused), code="wrong state", where=[str(campaign)]) and not (folder / "no.h5").exists(), refused
+    assert "discarded" in weft(None, "dataset", "info", str(campaign))
     weft(None, "verify", ended["folder"])
     client.call("lease.release", lease=lease)
     after(client, behind, run)
@@ -179,8 +182,9 @@ def discards(folder, client, daemon):
 
 def keeps(folder, client, daemon):
     daemon, client, run, behind = interrupted(folder, client, daemon)
-    told = weft(daemon, "recover", run, "keep-partial", "--preview")
-    assert "write the data set of the complete trials" in told, told
+    left = json.loads(weft(daemon, "--json", "recover", run, "keep-partial", "--preview"))
+    assert left["trials_done"] >= 3 and any(has(step, [str(left["trials_done"]), "40"]) for step in left["will"]), left
+    assert all(step in weft(daemon, "recover", run, "keep-partial", "--preview") for step in left["will"]), left
     weft(daemon, "recover", run, "keep-partial")
     ended = client.call("run.get", run=run)
     assert (ended["state"], ended["outcome"], ended["recovered"]) == ("ended", "interrupted", "keep-partial"), ended
@@ -197,7 +201,7 @@ def keeps(folder, client, daemon):
 def goes_on(folder, client, daemon):
     daemon, client, run, behind = interrupted(folder, client, daemon)
     left = client.call("run.recover", run=run, choice="resume", preview=True)
-    assert any("go on with trial" in step for step in left["will"]), left
+    assert any(has(step, f"trial {left['trials_done'] + 1}") for step in left["will"]), left
     weft(daemon, "queue", "start")
     weft(daemon, "recover", run, "resume")
     assert client.call("run.wait", run=run)["trials_done"] == 40

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 
+from cli_support import has, line_has
 from weftd_support import PATIENCE_S, Client, Daemon, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
@@ -203,7 +204,8 @@ def a_lock_out_is_one_persons(rig, tokens, folder):
     assert engineer.refused("rig.unlock")["data"]["kind"] == "request.invalid"
     engineer.call("rig.unlock", reason="ada says it is free")
     assert rig.state(run) == "queued" and rig.queue()[0] == "auto:restart", rig.queue()
-    assert "locked out by root" in weft(rig.daemon, "lock", "cable").stdout
+    assert line_has(weft(rig.daemon, "lock", "cable").stdout, ["root", "cable"])
+    assert rig.client.call("rig.state")["locked"]["reason"] == "cable", rig.client.call("rig.state")
     weft(rig.daemon, "unlock")
     rig.clear()
 
@@ -267,8 +269,8 @@ def a_reset_says_where_the_probe_is(rig):
     assert ended["rig"] == "holding", ended
     state = rig.client.call("rig.state")
     assert (state["rig"], state["fact"], state["left_by"]) == ("latched", "holding", run), state
-    said = weft(rig.daemon, "reset", "looked at it").stdout
-    assert said.startswith("rig holding") and run in said, said
+    printed = weft(rig.daemon, "reset", "looked at it").stdout
+    assert line_has(printed, ["holding", run]), printed
     state = rig.client.call("rig.state")
     assert (state["rig"], state["acknowledged"]) == ("holding", True), state
     assert rig.client.call("system.ready")["ok"]
@@ -289,7 +291,7 @@ def a_halt_never_fails_for_its_words(rig):
 
     here, nowhere = str(rig.daemon.socket), "tcp://127.0.0.1:1"
     done, state = halt("halt", "R-000001", "--frobnicate", "smoke", WEFT_SOCKET=here)
-    assert "taken as the reason: R-000001 --frobnicate smoke" in done.stderr and state["latched_by"].endswith("R-000001 --frobnicate smoke"), (done, state)
+    assert "R-000001 --frobnicate smoke" in done.stderr and state["latched_by"].endswith("R-000001 --frobnicate smoke"), (done, state)
     done, state = halt("estop", "smoke", WEFT_SOCKET=here)
     assert state["latch"] == "estop" and state["latched_by"].endswith("smoke"), state
     done, _ = halt("halt", status=1, WEFT_SOCKET=here, WEFT_DAEMON=nowhere)
@@ -323,7 +325,7 @@ def the_end_is_forecast_from_the_beginning(rig):
 def the_present_comes_first(rig):
     """Fault 7. `weft status` printed all runs, the newest last; `weft queue` required a subcommand; `weft watch` printed each change."""
     lines = weft(rig.daemon, "status").stdout.splitlines()
-    assert lines[:2] == ["ready", "rig safe"], lines[:3]
+    assert lines[0] == "ready" and has(lines[1], ["rig", "safe"]), lines[:3]
     listed = json.loads(weft(rig.daemon, "--json", "status").stdout)["runs"]
     assert len(listed) == 10 and [run["run"] for run in listed] == sorted((run["run"] for run in listed), reverse=True), listed
     assert len(json.loads(weft(rig.daemon, "--json", "status", "--all").stdout)["runs"]) > 10

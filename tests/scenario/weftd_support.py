@@ -20,8 +20,8 @@ class Daemon:
         self.process = subprocess.Popen(command(weftd, root, folder, *more, data=data, rig=rig), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         text=True, preexec_fn=limit)
         self.ready = self.process.stdout.readline()
-        assert self.ready.startswith("weftd: ready"), self.process.stderr.read()
-        found = re.search(r":(\d+)", self.ready.removeprefix("weftd: ready"))
+        assert re.match(r"weftd: .*\bready\b", self.ready), self.process.stderr.read()
+        found = re.search(r":(\d+)", self.ready.partition("ready")[2])
         self.port = int(found.group(1)) if found else None
 
     def resident_kib(self):

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 
+from cli_support import line_has
 from weftd_support import PATIENCE_S, Client, Daemon
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
@@ -65,7 +66,7 @@ def evaluated(client):
         assert files[name]["sha256"] == hashlib.sha256((folder / name).read_bytes()).hexdigest(), name
     assert client.call("data.verify", run=done["run"])["holds"]
     words = weft("status", "--socket", client.wire.getpeername())
-    assert f"accuracy of V1: {100 * one['accuracy']:.1f} %" in words, words
+    assert line_has(words, ["V1", f"{100 * one['accuracy']:.1f} %"]), words
     for name in "declined", "once":
         other = finished(client, name)
         assert (other["outcome"], other["result"]) == ("complete", None) and "handover" not in other, other
