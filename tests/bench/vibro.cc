@@ -155,7 +155,7 @@ void measure_learners(std::vector<Figure>& figures, const Set& set, const nlohma
         "scikit-learn or XGBoost");
     if (peers.is_object() && peers.contains(name + " fit, hist"))
       add(figures, name + ": training, 960 rows", fit, peers, name + " fit, hist",
-          "XGBoost told to take histograms, as ours does");
+          "XGBoost with histograms, as in ours");
     add(figures, name + ": one answer", answer, peers, name + " answer", "scikit-learn or XGBoost");
   }
 }

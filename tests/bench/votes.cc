@@ -144,8 +144,8 @@ Status add_calibration(const Set& set, const FabricModel& model,
   std::printf("Reliability, %s:\n", set.name.c_str());
   for (const ReliabilityBin& b : after->bins)
     if (b.count > 0)
-      std::printf("  %.1f to %.1f  %5zu trials  said %.3f  right %.3f\n", b.low, b.high, b.count,
-                  b.predicted, b.observed);
+      std::printf("  %.1f to %.1f  %5zu trials  predicted %.3f  observed %.3f\n", b.low, b.high,
+                  b.count, b.predicted, b.observed);
   return {};
 }
 
@@ -153,7 +153,7 @@ Status add_reject(const Set& set, const TrainOptions& options, std::vector<Figur
   const auto rules = measure_reject(set.train, set.test, options);
   if (!rules) return pass(rules.error());
   for (const RejectRates& f : *rules) {
-    const std::string name = set.name + ": none of these by " + std::string(to_string(f.kind));
+    const std::string name = set.name + ": unknown fabric by " + std::string(to_string(f.kind));
     std::string each;
     for (const LeftOut& one : f.left_out)
       each +=

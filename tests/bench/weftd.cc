@@ -332,7 +332,7 @@ void subscribers(const Daemon& daemon, std::vector<Figure>& figures) {
   figures.push_back({"left out for one that never reads",
                      static_cast<double>(left_out_for(*all[0])), "", "events",
                      static_cast<double>(2 * runs_over + changes),
-                     "counted by the daemon and told to it"});
+                     "counted by the daemon and reported to it"});
   figures.push_back({"another client meanwhile, p99", 1e6 * waits[waits.size() * 99 / 100], "us",
                      "its median", 1e6 * waits[waits.size() / 2],
                      "worst " + std::to_string(1e6 * waits.back()) + " us"});
