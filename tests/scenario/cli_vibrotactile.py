@@ -14,7 +14,7 @@ import sqlite3
 import sys
 import tempfile
 
-from cli_support import Checks
+from cli_support import Checks, line_has
 
 TEXTURES, REPETITIONS = 12, 3
 STREAMS = {"acceleration": (3, 200, 4, 3), "sound": (4, 8000, 160, 1)}  # number, rate [Hz], readings in a block, axes
@@ -97,7 +97,7 @@ def handed_over(t, out, ran):
 
 def reported(t, out):
     page = (out / "report.html").read_text()
-    t.expect("SIMULATED" in page and "handover/V1.html" in page and "sound 8000.0 Hz" in page, "the campaign's report tells of both channels")
+    t.expect("SIMULATED" in page and "handover/V1.html" in page and line_has(page, ["sound", "8000 Hz"]), "the campaign's report has both channels")
     t.expect(not re.search(r"\bM[12]\b", page), "no row of another paper's explorations")
 
 
