@@ -249,7 +249,7 @@ def names(t, d):
     told = t.succeeds("evaluate", "d.h5", "--learner", "lda", "--train-groups", '"g0, left","g1, left"',
                       "--test-groups", '"g2, left"', cwd=folder)
     t.expect((told["train_rows"], told["test_rows"]) == (4, 2), f"groups with commas: {told}")
-    t.refuses("evaluate", "d.h5", "--train-groups", '"g0, left', "--test-groups", '"g2, left"', cwd=folder, says=["quote"], status=2)
+    t.refuses("evaluate", "d.h5", "--train-groups", '"g0, left', "--test-groups", '"g2, left"', cwd=folder, says=["--train-groups", '"g0, left'], status=2)
     latin = folder / "latin"
     slides(latin)
     raw = bytes(latin) + b"/vers\xfcche.csv"

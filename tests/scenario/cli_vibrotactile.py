@@ -97,7 +97,7 @@ def handed_over(t, out, ran):
 
 def reported(t, out):
     page = (out / "report.html").read_text()
-    t.expect("SIMULATED" in page and "handover/V1.html" in page and line_has(page, ["sound", "8000 Hz"]), "the campaign's report has both channels")
+    t.expect("SIMULATED" in page and "handover/V1.html" in page and line_has(page, ["sound", "8000.0 Hz"]), "the campaign's report has both channels")
     t.expect(not re.search(r"\bM[12]\b", page), "no row of another paper's explorations")
 
 

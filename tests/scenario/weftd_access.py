@@ -84,7 +84,7 @@ def a_token_ends(folder, ports, local, lease):
     thread.start()
     error, events = last_words(watching)
     over_s = time.time()
-    assert error["data"]["kind"] == "access.token" and "over" in error["message"], error
+    assert (error["data"]["kind"], error["data"]["where"]) == ("access.token", "/params/token"), error
     assert over_s >= ends_s - 0.1, "its time was not over"
     text = stream.read().decode()
     assert text.count("event: snapshot") == 1 and "event: error\ndata: {" in text, text
