@@ -97,7 +97,7 @@ TEST_CASE("ends that are never reported are taken from the status: home, move an
     const auto homed = world.driver->command(HomeCommand{});
     REQUIRE(homed);
     REQUIRE(world.done(*homed, home_limit_s(model)));
-    CHECK(world.logged("homing not reported"));
+    CHECK(world.logged("end of homing not reported"));
     const auto moved = world.driver->command(MoveCommand{.target = 3 * si, .speed = 2 * si});
     REQUIRE(moved);
     REQUIRE(world.done(*moved, 10));
