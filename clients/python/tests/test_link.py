@@ -59,11 +59,11 @@ class Links(unittest.TestCase):
         first = silent()
         starts, link = link_of(first, tries=3)
         lose(first, link)
-        with self.assertRaises(ConnectionLost) as told:
+        with self.assertRaises(ConnectionLost) as lost:
             link.now()
         self.assertEqual(starts.dialled, 1 + 3)
-        self.assertIn(" 3 ", str(told.exception))
-        self.assertIs(type(told.exception.__cause__), ConnectionLost)
+        self.assertIn(" 3 ", str(lost.exception))
+        self.assertIs(type(lost.exception.__cause__), ConnectionLost)
         link.close()
 
     def test_without_tries_it_stays_lost(self):
@@ -162,9 +162,9 @@ class WatchesOfALostConnection(unittest.TestCase):
         first = telling(10, {})
         link, watch = watching("every", first)
         first.end()
-        with self.assertRaises(ConnectionLost) as told:
+        with self.assertRaises(ConnectionLost) as lost:
             watch.next(PATIENCE_S)
-        self.assertIn(" 4 ", str(told.exception))
+        self.assertIn(" 4 ", str(lost.exception))
 
     def test_it_works_without_waiting_too(self):
         first, second = telling(10, {TOPIC: {"state": "arming"}}), telling(12, {})
