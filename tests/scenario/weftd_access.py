@@ -105,13 +105,14 @@ def whose_tokens(file, secret):
     write_tokens(file, ("third", "observer", secret, 3600), ("late", "admin", "gone by", -3600))
     asked = [WEFT, "token", "list", "--tokens", file]
     lines = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
-    assert [line.split()[:3] for line in lines.splitlines()] == [["third", "observer", "until"], ["late", "admin", "over"]], lines
-    told = subprocess.run([*asked, "--json"], check=True, capture_output=True, text=True).stdout
-    third, late = json.loads(told)["tokens"]
+    rows = [line.split() for line in lines.splitlines()]
+    assert [row[:2] for row in rows] == [["third", "observer"], ["late", "admin"]] and rows[0][2] != rows[1][2], lines
+    printed = subprocess.run([*asked, "--json"], check=True, capture_output=True, text=True).stdout
+    third, late = json.loads(printed)["tokens"]
     assert (third["name"], third["role"], third["over"]) == ("third", "observer", False) and third["expires_us"] > time.time() * 1e6, third
     assert (late["name"], late["role"], late["over"]) == ("late", "admin", True), late
     digests = [one["sha256"] for one in json.loads(file.read_text())["tokens"]]
-    assert not any(word in lines + told for word in [secret, *digests])
+    assert not any(word in lines + printed for word in [secret, *digests])
     assert subprocess.run([*asked[:-1], file.with_name("none.json")], capture_output=True).returncode != 0
 
 
