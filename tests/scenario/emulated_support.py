@@ -17,12 +17,12 @@ from machine_pace import LATE_S, Lateness, skip_as_too_slow
 ATTEMPTS = 3
 
 
-# `got` of the errors of drivers and guards about a silent port: no data at all, or data of a certain age.
-SILENT = re.compile(r"silence|\d s old|no reading yet")
+# A silent port: the code in output of --json, or `got` of the errors of drivers and guards in output for people.
+SILENT = re.compile(r'"code": "timeout"|nothing (?:received|after)|no reading yet|\d s old')
 
 
 def kept_waiting(printed):
-    """The value in `printed` that stands for a silent port; empty if there is none."""
+    """The code or value in `printed` that stands for a silent port; empty if there is none."""
     found = SILENT.search(printed)
     return found[0] if found else ""
 

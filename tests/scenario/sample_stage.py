@@ -15,7 +15,7 @@ import threading
 import time
 import tty
 
-from cli_support import Checks
+from cli_support import Checks, error_of, fits
 from emulated_support import ServedRig, near_home, rig_file, tried
 from sample_driver import build
 
@@ -117,7 +117,8 @@ def main():
         t.expect(stage.acceleration == 20, f"the rig's acceleration is handed on: {stage.acceleration}")
         print(f"EMULATED: a campaign with a stage of another maker, which went {stage.travelled:.1f} mm")
         ran, _ = campaign(t, d, weft_rig, path, rig, lambda stage: setattr(stage, "obey", lambda words: None))
-        t.expect(ran.returncode != 0 and "stage.x" in ran.stderr and "silent" in ran.stderr, f"a dead stage: {ran.stderr}")
+        error = error_of(ran) or json.loads(ran.stdout).get("campaign_error", {})
+        t.expect(ran.returncode != 0 and fits(error, code="timeout", where=["stage.x"]) and "stage.x" in ran.stderr, f"a dead stage: {error} {ran.stderr}")
     finally:
         shutil.rmtree(d)
     t.finish()
