@@ -226,7 +226,7 @@ class Bench:
         self.t.expect(line[len("2026-11-29 06:33:06 UTC "):] in said, f"{kill}: standard error lacks the line: {said[-300:]}")
         if not is_on_cloth:
             return
-        is_up = re.search(r"\b(up|raised|lifted)\b", line) is not None
+        is_up = re.search(r"\b(up|raised|lifted|retracted)\b", line) is not None
         self.t.expect(is_up and abs(watch.seen[-1][1]) < 0.01, f"{kill}: {watch.seen[-1][1]:.2f} N left on the cloth; {line}")
         self.t.expect(watch.peak_after(ended) < watch.force_at(ended) + 0.2,
                       f"{kill}: {watch.peak_after(ended):.2f} N after the end, {watch.force_at(ended):.2f} N at it")
