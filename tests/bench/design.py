@@ -107,7 +107,7 @@ def main(weft, root, *rest):
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         if "campaigns" in parts:
             found = list(pool.map(lambda s: campaign(weft, root, s), range(FIRST, FIRST + CAMPAIGNS + 1)))
-            title = f"SIMULATED, {len(FABRICS)} fabrics, {REPETITIONS} repetitions foretold from {SEEN}"
+            title = f"SIMULATED, {len(FABRICS)} fabrics, {REPETITIONS} repetitions forecast from {SEEN}"
             out["campaigns"] = table([compared(*one) for one in found[:-1]], title + ", of the same campaign")
             out["independent"] = table([compared(one[0], other[1]) for one, other in itertools.pairwise(found)],
                                        title + ", of an independent campaign")
@@ -124,7 +124,7 @@ def main(weft, root, *rest):
                     rows += pool.map(lambda s: stroke_forecast(weft, f"{d}/f.h5", whole, *real, "--seed", s),
                                      range(FIRST, FIRST + ORDERS))
                     print(f"fabricslide, grip {grip}: {whole} strokes of each fabric", flush=True)
-            out["fabricslide"] = table(rows, "real strokes of fabricslide (label and mounting confounded), all foretold from half of them")
+            out["fabricslide"] = table(rows, "real strokes of fabricslide (label and mounting confounded), all forecast from half of them")
         if "pilot" in parts:
             told = list(pool.map(lambda s: pilot(weft, root, s), range(FIRST, FIRST + PILOTS)))
             cells = collections.Counter(json.dumps(r["factors"]) for r in told)

@@ -341,7 +341,7 @@ def read_options():
     parser.add_argument("--before", help="cloth table before it")
     parser.add_argument("--shared", type=pathlib.Path, help="folder with data/fabricslide")
     parser.add_argument("--json", type=pathlib.Path, default=pathlib.Path("out/bench/transfer.json"))
-    parser.add_argument("--write", type=pathlib.Path, help="page whose marked parts to write")
+    parser.add_argument("--write", type=pathlib.Path, help="page; its marked parts are written")
     options = parser.parse_args()
     options.fabrics = options.fabrics or options.root / "sim/fabrics.json"
     options.shared = options.shared or options.root.resolve().parent / "shared"

@@ -17,7 +17,7 @@ OK = b"HTTP/1.1 200 OK\r\n"
 PAGE = (b"<netft><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt><scfgfu>N</scfgfu><scfgtu>Nm</scfgtu>"
         b"<comrdtrate>1000</comrdtrate></netft>")  # not the rate of the rig file: refused after the page is read
 REPLIES = {  # name: (bytes, fields of the error beside its place wrench.box)
-    "a status line cut short": (b"HTTP/1.", {"code": "io"}),
+    "half a status line": (b"HTTP/1.", {"code": "io"}),
     "the same and a blank line": (b"HTTP/1.\r\n\r\n", {"code": "parse", "got": "HTTP/1.", "expected": "HTTP/1.1 200"}),
     "nothing": (b"", {"code": "io"}),
     "binary": (bytes(range(256)), {"code": "parse", "expected": "HTTP/1.1 200"}),

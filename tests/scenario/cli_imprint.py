@@ -51,7 +51,7 @@ def scene_and_tables(t, d):
     page = (pathlib.Path(d) / "tables.html").read_text()
     t.expect(all(one["file"] in page for one in tables["misclassified"][:3]), "the page names no misclassified imprint")
     xml.etree.ElementTree.fromstring(page.replace("<!DOCTYPE html>", "").replace("<!doctype html>", ""))
-    t.expect(page.count("SIMULATED") >= 9, "every table says that it is simulated")
+    t.expect(page.count("SIMULATED") >= 9, "every table is marked as simulated")
     text = t.run("imprint", "tables", "zplus.h5", "--experiments", "1/N", "--rules", "perceptron,lda", "--scales", "1,3", "--scales", "2", "--no-laws", cwd=d).stdout
     t.expect("SIMULATED" in text and "19 / 24" in text and "2/N" not in text, f"chosen tables: {text}")
 

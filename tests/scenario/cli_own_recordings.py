@@ -304,7 +304,7 @@ def presses(t, d):
     t.expect("folds" not in trained, f"six presses of each are dealt into folds: {trained.get('folds')}")
     curve = t.succeeds("evaluate", "p.h5", "--learner", "lda", "--train-fraction", "0.7", "--repeats", "3", "--learning-curve", "2,4",
                        cwd=folder)["learning_curve"]
-    t.expect([point["trials"] for point in curve] == [2, 4], f"so many presses of each: {curve}")
+    t.expect([point["trials"] for point in curve] == [2, 4], f"presses of each: {curve}")
     calibration = t.succeeds("evaluate", "p.h5", "--learner", "lda", "--train-fraction", "0.5", "--repeats", "3", "--calibration",
                              cwd=folder)["results"]["lda"]["calibration"]
     t.expect(calibration["recordings"] > 2, f"{calibration['recordings']} presses were tested")

@@ -89,7 +89,7 @@ def handed_over(t, out, ran):
     confusion, n = told["best"]["confusion"], TEXTURES
     t.expect(sum(confusion) == told["best"]["windows"] and len(confusion) == n * n, "every window is answered once")
     right = sum(confusion[i * n + i] for i in range(n)) / sum(confusion)
-    t.expect(abs(right - line["windows"]["accuracy"]) < 0.02, f"the confusion says {right}")
+    t.expect(abs(right - line["windows"]["accuracy"]) < 0.02, f"the confusion gives {right}")
     page = (out / "handover/V1.html").read_text()
     shown = f"{100 * line['windows']['accuracy']:.1f}"
     t.expect("SIMULATED" in page and shown in page and "sandpaper_p60" in page and page.count("<svg") >= 1, f"the page has no {shown}")
@@ -199,7 +199,7 @@ def main():
         t.expect(ran.returncode == 0, f"run: {ran.stderr}")
         recorded(t, d / "out/campaign.sqlite")
         handed_over(t, d / "out", json.loads(ran.stdout))
-        t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the folder is what its certificate says")
+        t.expect(t.run("verify", "out", cwd=d).returncode == 0, "the folder agrees with its certificate")
         reported(t, d / "out")
         evaluated(t, d)
         stored(t, d)

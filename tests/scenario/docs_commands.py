@@ -98,7 +98,7 @@ def compare(block, said, page):
             continue
         pattern = r"[^\n]*".join(" +".join(map(re.escape, part.split())) for part in line.split("..."))
         found = re.search(pattern, rest)
-        assert found, f"{page}: this is no longer said:\n  {line}\nafter\n{block.text}\nbut:\n{said}"
+        assert found, f"{page}: this is no longer printed:\n  {line}\nafter\n{block.text}\nbut:\n{said}"
         rest = rest[found.end():]
 
 

@@ -211,7 +211,7 @@ class Bench:
         figures.update(self.recorded(kill, watch, killed, self.found_as_left(kill), began))
         self.lifted(kill, process, watch, ended, figures["fell"].startswith("in phase"))
         self.kills.append(figures)
-        print(f"SIMULATED {kill}: {figures['fell']}, peak {figures['peak_n']:.2f} N, stages stopped {figures['coast_s']:.2f} s and the probe up {figures['lift_s']:.2f} s after"
+        print(f"SIMULATED {kill}: {figures['fell']}, peak {figures['peak_n']:.2f} N, stages stopped {figures['coast_s']:.2f} s and the probe lifted {figures['lift_s']:.2f} s after"
               + (f", {1e3 * figures['lacks_s']:.0f} ms lacking" if "lacks_s" in figures else ""), flush=True)
 
     def lifted(self, kill, process, watch, ended, is_on_cloth):

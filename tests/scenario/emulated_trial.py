@@ -107,7 +107,7 @@ def trial(t, d, root, weft_rig, exploration, over_tcp):
     real, folder = emulated(t, d, weft_rig, name, path, rig, f"{exploration}-real")
     ran, virtual = run(t, d, name, in_memory(d, rig), f"{exploration}-virtual")
     t.expect(ran.returncode == 0, f"{exploration} in virtual time: {ran.stderr}")
-    t.expect(real.get("bench") == "simulated", f"data of an emulated bench say that they are simulated: {real}")
+    t.expect(real.get("bench") == "simulated", f"data of an emulated bench are marked as simulated: {real}")
     if not t.failures:
         tables = features(t, d, f"{exploration}-virtual"), features(t, d, folder)
         compare(t, exploration, (virtual, real), tables)

@@ -70,7 +70,7 @@ def compare(oracle, tool, what, images, noise="gradient", orientation="circular"
             worst = max(worst, relative.max())
     print(f"{what}, {noise} noise, {orientation}: {len(images)} imprints x {len(SIGMAS)} scales x 10, "
           f"largest relative difference {worst:.1e}, {ties} left out for ties that hang on rounding")
-    assert ties <= 0.02 * len(images) * len(SIGMAS), "too many ties to say that anything agreed"
+    assert ties <= 0.02 * len(images) * len(SIGMAS), "too many ties for an agreement"
 
 
 def lp_separable(X, y):
@@ -112,7 +112,7 @@ def compare_experiments(oracle, tool, what, images, cls, obj, force):
                     assert (verdict == "separable") == lp_separable(F, cls), f"{where}: {verdict}, another answer from the linear program"
                     separable += verdict == "separable"
     print(f"{what}: {compared} experiments the same, {converged} of them converged; {separable} of 14 feature sets linearly separable, as "
-          f"the linear program says")
+          f"the linear program finds")
 
 
 def main():

@@ -87,7 +87,7 @@ def look_at_scans(t, d):
 def look_at_report(t, d):
     """The report names the page of imprints, and that page exists there."""
     page = (d / "first/report.html").read_text()
-    t.expect("SIMULATED" in page, "the report does not say that it is simulated")
+    t.expect("SIMULATED" in page, "the report is not marked as simulated")
     t.expect("handover/imprints.html" in page and "handover/imprints.model" in page, "the report does not name the page of imprints and their model")
     for name in ("handover/imprints.html", "handover/imprints.model"):
         t.expect((d / "first" / name).is_file(), f"the report names {name}, which is not there")
@@ -96,7 +96,7 @@ def look_at_report(t, d):
 
 def look_at_hand_over(t, d, told):
     page = (d / "first/handover/imprints.html").read_text()
-    t.expect("SIMULATED" in page.upper(), "the page does not say that it is simulated")
+    t.expect("SIMULATED" in page.upper(), "the page is not marked as simulated")
     t.expect("22 / 24 (92 %)" in page, "the page lacks the paper's figures")
     handed = json.loads((d / "first/handover/evaluation.json").read_text())
     t.expect(handed["dataset_sha256"] == told["dataset_sha256"], "another data set's hand-over")

@@ -219,7 +219,7 @@ def real_bench(t, folder, offers):
     ran = t.run("init", real, *command, cwd=ROOT)
     problems = [problem["where"] for problem in json.loads(ran.stdout)["error"]["problems"]]
     t.expect(ran.returncode == 1 and not real.exists(), f"nothing is written: {ran.stdout}")
-    t.expect(problems == [*offers[1:11:2], "surface_z_mm", "probe_mass_kg", "force_cap_n", "torque_cap_nm"], f"what is to be said: {problems}")
+    t.expect(problems == [*offers[1:11:2], "surface_z_mm", "probe_mass_kg", "force_cap_n", "torque_cap_nm"], f"missing values: {problems}")
     wrote = t.succeeds_once("init", real, *command, *roles(), *numbers(), *stated("--set", MEASURED), cwd=ROOT)
     document = json.loads(real.read_text())
     t.expect(document["bench"] == "real" and "simulation" not in document and document["limits"]["force_cap_N"] == 6, f"{document}")

@@ -36,7 +36,7 @@ def manual(page, *mentioned):
     text = page.read_text()
     assert text.startswith(".TH"), text[:80]
     for word in mentioned:
-        assert word in text, f"{page.name} says nothing of {word}"
+        assert word in text, f"{page.name} does not name {word}"
     if shutil.which("groff") is None:
         return print("groff is not installed: pages not formatted")
     said = run("groff", "-man", "-Tutf8", "-ww", "-Wbreak", "-z", page)

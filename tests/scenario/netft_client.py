@@ -302,7 +302,7 @@ def main():
             stream(client)
             buffered(client)
             rubbish(client)
-            print("one sample, streams, bias, buffers: as the document says")
+            print("one sample, streams, bias, buffers: as in the document")
             one_client(place)
             print("one client at a time: the latest start request has the stream")
             command_port((box["commands"]["host"], box["commands"]["port"]), client)

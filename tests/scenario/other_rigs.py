@@ -114,7 +114,7 @@ def watched(client):
 
 def sampled(t, told, of):
     """The live samples, as the page draws them."""
-    t.expect(bool(told["stream:force"]) == of["wrench"], f"force is told where it is measured: {len(told['stream:force'])}")
+    t.expect(bool(told["stream:force"]) == of["wrench"], f"force is reported where it is measured: {len(told['stream:force'])}")
     t.expect(all(len(frame["counts"]) == of["taxels"] for frame in told["stream:taxels"]) and len(told["stream:taxels"]) > 50,
              f"frames of taxels: {len(told['stream:taxels'])}")
     slid = "x" if of["slide"] == "dx_mm" else "y"

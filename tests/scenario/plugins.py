@@ -95,7 +95,7 @@ def same_data(t, d, root, builtin):
         with sqlite3.connect(d / f"{name}-plugins/campaign.sqlite") as campaign:
             lines = [json.loads(line) for (line,) in
                      campaign.execute("SELECT payload_json FROM journal WHERE kind = 'plugin'")]
-        t.expect(len(lines) == len(document["devices"]), f"{name}: the journal says which code drove each device: {lines}")
+        t.expect(len(lines) == len(document["devices"]), f"{name}: the journal names the code that drove each device: {lines}")
         for driver in {device["driver"] for device in document["devices"]}:
             file = builtin / f"weft-driver-{driver}.so"
             t.expect({hashlib.sha256(file.read_bytes()).hexdigest()} ==

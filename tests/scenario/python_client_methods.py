@@ -26,7 +26,7 @@ def main():
     if "--write" in sys.argv:
         target.write_text(made)
     elif target.read_text() != made:
-        print(f"{target.relative_to(root)} is not what the daemon says of itself. This makes it anew, for the commit that changed the API:\n"
+        print(f"{target.relative_to(root)} does not agree with the daemon's description. This makes it anew, for the commit that changed the API:\n"
               f"    python3 tests/scenario/python_client_methods.py {weftd} {root} --write")
         return 1
     print(f"{len(document['methods'])} methods")

@@ -233,7 +233,7 @@ def main():
         for name in stale:
             (FOLDER / name).write_text(pages[name])
     elif stale:
-        print(f"docs/reference: {', '.join(stale)} no longer what schemas and programs say. This makes them anew:\n"
+        print(f"docs/reference: {', '.join(stale)} no longer agrees with schemas and programs. This makes them anew:\n"
               f"    python3 tests/scenario/reference_pages.py {' '.join(PROGRAMS.values())} {ROOT} --write")
         return 1
     print(f"{len(pages)} pages")

@@ -64,7 +64,7 @@ class Terminal:
 
     def silent(self, seconds):
         heard = self.read(4096, seconds)
-        assert not heard, f"nobody asked for {len(heard)} bytes: {heard[:40].hex(' ')}"
+        assert not heard, f"no host requested {len(heard)} bytes: {heard[:40].hex(' ')}"
 
 
 def a_second_one(weft_rig, file, rig):
@@ -185,7 +185,7 @@ def main():
             asks_everything(cube, CUBE)
             print(f"{len(STAGE)} and {len(CUBE)} requests answered, between messages that no document has")
             says_what_it_does(stage)
-            print("homing and jogging are told in the status, and that the shaft moves")
+            print("the status shows homing, jogging and motion of the shaft")
     with tempfile.TemporaryDirectory() as name:
         link = {"kind": "tcp", "host": "127.0.0.1", "port": free_port(socket.SOCK_STREAM)}
         path, rig = digital_rig(root, pathlib.Path(name), "tcp", link)

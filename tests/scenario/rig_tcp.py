@@ -73,7 +73,7 @@ def main():
             with host(ports["stage.y"]) as s:
                 s.sendall(ASK_INFO)
                 t.expect(exactly(s, 90)[:4] == bytes.fromhex("06005400"), "the first answer is to the first question")
-                t.expect(heard_in(s, 0.5) == b"", "nobody has asked for updates")
+                t.expect(heard_in(s, 0.5) == b"", "no host has requested updates")
     t.finish()
 
 

@@ -110,7 +110,7 @@ def main():
                 time.sleep(0.02)
             data, hung_up = read_port(port, 0.5)
             t.expect(not hung_up and len(frames(data)) > 30, "it is back at the same path")
-        print("SIMULATED vibration sensor on a pseudo-terminal: as its document says, to Weft's driver too; a plug pulled is seen")
+        print("SIMULATED vibration sensor on a pseudo-terminal: as in its document, also for Weft's driver; a pulled plug is noticed")
     finally:
         shutil.rmtree(d)
     t.finish()

@@ -93,7 +93,7 @@ def a_token_ends(folder, ports, local, lease):
     assert waiting[0].status == 401 and json.loads(waiting[0].read())["error"]["data"]["kind"] == "access.token"
     assert ask(web, short).status == 401, "and no other begins"
     local.call("rig.halt")
-    assert staying.event()["delta"]["rig"] == "latched", "nobody else's ends"
+    assert staying.event()["delta"]["rig"] == "latched", "no other session ends"
     assert not events, events
     local.until(run, "ended")
     local.call("rig.reset", reason="a test has looked at it")
@@ -129,7 +129,7 @@ def tokens_come_and_go(folder, ports, local, staying, other):
     assert ask(web, other).status == 401 and ask(web, third).status == 200
     (folder / "tokens.json").chmod(0o644)  # readable by all users: the daemon ignores the file, and known tokens stay valid
     assert ask(web, third).status == 200
-    assert "tokens.unreadable" in [b["kind"] for b in local.call("system.ready")["blockers"]], "nobody is told"
+    assert "tokens.unreadable" in [b["kind"] for b in local.call("system.ready")["blockers"]], "no blocker"
     while not local.call("log.query", kind="tokens.unreadable")["lines"]:
         time.sleep(0.1)  # the daemon checks once a second
     (folder / "tokens.json").chmod(0o600)

@@ -130,7 +130,7 @@ def fetched(web, client, folder, run):
         status, headers, body = web.get(file["path"])
         assert (status, len(body), headers["ETag"]) == (200, file["bytes"], f'"{file["sha256"]}"'), (file, status, len(body))
         assert hashlib.sha256(body).hexdigest() == file["sha256"], file
-        assert headers["Content-Disposition"] == "attachment", "no page of ours runs in somebody's browser"
+        assert headers["Content-Disposition"] == "attachment", "no page of ours runs in a browser"
     data = files["dataset.h5"]
     half = data["bytes"] // 2
     parts = [web.get(data["path"], Range=r) for r in (f"bytes=0-{half - 1}", f"bytes={half}-{half}", f"bytes={half + 1}-")]

@@ -89,7 +89,7 @@ def handed_over(folder, client):
     assert done["outcome"] == "complete" and done["handover"]["state"] == "done", done
     told = [e["delta"]["handover"]["state"] for e in client.events if e["delta"].get("handover", {}).get("state")]
     assert [s for i, s in enumerate(told) if told[i - 1:i] != [s]] == ["waiting", "running", "done"], told
-    assert any(e["delta"].get("handover", {}).get("what") for e in client.events), "no progress was told"
+    assert any(e["delta"].get("handover", {}).get("what") for e in client.events), "no progress was reported"
     client.call("sub.close", sub=sub)
     assert "handover/M1.model" in watch(client, start(client, "quick")).splitlines()[-1]
     assert watch(client, run).count("handover/M1.model") == 1, "the handover is shown once"
@@ -290,7 +290,7 @@ def main():
             daemon = given_up(folder, daemon, Client(daemon.socket), slow)
             made_up(folder)
             ended_in_its_last_retreat(folder)
-            assert daemon.end() == 0, "a hand-over under way holds nobody up who ends the daemon"
+            assert daemon.end() == 0, "a handover does not delay the end of the daemon"
         finally:
             daemon.process.kill()
     print("weftd: handed over (simulated)")

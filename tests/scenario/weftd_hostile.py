@@ -140,7 +140,7 @@ def observed(daemon, token):
     tokens = (daemon.socket.parent / "tokens.json").read_bytes()
     counted = grammar(daemon, token, "observer", ["rig.halt", "run.wait", "session.close"])
     for method, before in kept.items():
-        assert client.call(method) == before, f"an observer has changed what {method} tells"
+        assert client.call(method) == before, f"an observer has changed the answer of {method}"
     assert (daemon.socket.parent / "tokens.json").read_bytes() == tokens, "an observer has changed the tokens"
     assert client.call("lease.list")["leases"] == [], "an observer has taken a lease"
     assert client.call("run.list")["runs"] == [], "an observer has started a run"
@@ -193,7 +193,7 @@ def hoards(daemon):
         gone.call("system.time")
         gone.wire.close()
     grown = daemon.resident_kib() - before
-    assert grown < 4 * 1024, f"{grown} KiB are kept of what nobody needs"
+    assert grown < 4 * 1024, f"{grown} KiB are kept without need"
     client.call("run.withdraw", run=run)
     client.call("lease.release", lease=lease)
     reset(client)

@@ -394,7 +394,7 @@ def main():
             daemon = Daemon(WEFTD, ROOT, folder, "--notify", settings)
             assert subscriber.next("availability")[0] == "online"
             assert daemon.end() == 0
-            assert subscriber.next("availability")[0] == "offline", "said at an end in order"
+            assert subscriber.next("availability")[0] == "offline", "sent at an orderly end"
         finally:
             broker.stop()
     print("events by webhook and MQTT, metrics, last will")

@@ -139,7 +139,7 @@ def refused_tokens(daemon, folder, client, cert, token):
         wire.close()
     first = kinds.index("access.limited")
     assert first == 20 and set(kinds[:first]) == {"access.token"}, kinds[:40]
-    assert "access.limited" in kinds[-40:], "limited no more"
+    assert "access.limited" in kinds[-40:], "no longer limited"
     assert client.call("system.info")["product"] == "weftd", "the Unix socket is not limited"
     assert "result" in says(staying, staying_lines, "rig.state"), "nor a session of before"
     answer, wire, lines = opened(daemon.ports[0], cert, token)

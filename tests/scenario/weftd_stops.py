@@ -202,7 +202,7 @@ def a_lock_out_is_one_persons(rig, tokens, folder):
     assert {"rig.locked", "rig.latched"} <= {b["kind"] for b in bo.call("system.ready")["blockers"]}
     assert bo.refused("rig.unlock")["data"]["kind"] == "rig.locked"
     assert engineer.refused("rig.unlock")["data"]["kind"] == "request.invalid"
-    engineer.call("rig.unlock", reason="ada says it is free")
+    engineer.call("rig.unlock", reason="ada reports that it is free")
     assert rig.state(run) == "queued" and rig.queue()[0] == "auto:restart", rig.queue()
     assert line_has(weft(rig.daemon, "lock", "cable").stdout, ["root", "cable"])
     assert rig.client.call("rig.state")["locked"]["reason"] == "cable", rig.client.call("rig.state")
