@@ -282,7 +282,9 @@ Result<std::vector<Split>> leave_one_group_out(std::span<const std::string> grou
     if (split.test.empty())
       return fail({.code = Errc::invalid_argument,
                    .where = "group " + left_out,
-                   .what = "labels occur in no other group"});
+                   .what = "labels occur in no other group",
+                   .expected = "a label that other groups have too",
+                   .hint = "Record each label in at least two groups"});
     out.push_back(std::move(split));
   }
   return out;

@@ -112,16 +112,17 @@ std::optional<Error> AttemptQualityCheck::lost_samples() const {
 std::optional<Error> AttemptQualityCheck::bad_taxel() const {
   for (std::size_t i = 0; i < taxels_.size(); ++i) {
     const Taxel& taxel = taxels_[i];
-    const std::string where = "taxel " + std::to_string(i);
+    const std::string where = "taxel " + std::to_string(i + 1);  // people count from 1
     const double full = share(taxel.full, frames_.samples);
     if (full > limits_.saturated_fraction)
       return bad("taxel saturated", where,
                  "at most " + percent_text(limits_.saturated_fraction) + " of the frames",
-                 percent_text(full), "Check its pad, or press with less force");
+                 percent_text(full), "Check the taxel, or press with less force");
     if (taxel.longest_still >= still_frames_)
       return bad("taxel value does not change", where,
                  "fewer than " + std::to_string(still_frames_) + " equal frames in a row",
-                 std::to_string(taxel.longest_still), "Check its pad and the cable of the sensor");
+                 std::to_string(taxel.longest_still),
+                 "Check the taxel and the cable of the sensor");
   }
   return std::nullopt;
 }

@@ -141,7 +141,7 @@ Status add_moves(const recipes::Plan& plan, std::size_t index, std::vector<std::
   will.push_back("lower z until contact, at most to " +
                  place(recipes::Axis::z, recipes::lowest_z_m(plan.limits)));
   const std::string legs = std::to_string(exploration.path_m().size()) + " strokes, ";
-  will.push_back("run the repetition: rest, press, " + (exploration.slides() ? legs : "") + "rest");
+  will.push_back("run the trial: rest, press, " + (exploration.slides() ? legs : "") + "rest");
   return {};
 }
 

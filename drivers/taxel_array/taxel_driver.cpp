@@ -78,7 +78,7 @@ std::optional<Error> FrameWatch::check_still(const Frame& frame) const {
     return fault("frames frozen: no taxel changes", "noise",
                  std::to_string(frames()) + " equal frames", hint);
   const std::uint16_t at = frame.counts[which];
-  return fault("taxel " + std::to_string(which) +
+  return fault("taxel " + std::to_string(which + 1) +
                    (at == 0xFFFF ? " saturated" : " dead: its value does not change"),
                "noise", "always " + std::to_string(at) + " counts", hint);
 }
@@ -94,10 +94,10 @@ std::optional<Error> FrameWatch::check_noise(const Frame& frame) const {
   for (std::size_t i = 0; i < frame.taxel_count; ++i)
     if (paths[i] > limit)
       return fault(
-          "taxel " + std::to_string(i) + " noisy",
+          "taxel " + std::to_string(i + 1) + " noisy",
           "changes of about " + std::to_string(*middle) + " counts, as for the other taxels",
           std::to_string(paths[i]) + " counts from frame to frame",
-          "Check the pad of the taxel and the shield");
+          "Check the taxel and the shield");
   return std::nullopt;
 }
 

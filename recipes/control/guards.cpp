@@ -155,9 +155,10 @@ Trip check_ages(const GuardLimits& limits, const GuardReadings& readings, TimePo
 
 Trip check_deadline(const GuardReadings& readings, TimePoint now) {
   if (!readings.deadline || now <= *readings.deadline) return {};
-  return trip(Guard::deadline, "step missed its deadline", "engine",
-              "at most " + std::to_string(to_seconds(*readings.deadline)) + " s",
-              std::to_string(to_seconds(now)) + " s");
+  return trip(
+      Guard::deadline, "step missed its deadline", "engine",
+      "an end before " + std::to_string(to_seconds(*readings.deadline)) + " s of bench time",
+      std::to_string(to_seconds(now)) + " s");
 }
 
 Trip check_frozen(Guard guard, const char* device, Duration frozen, Duration longest) {

@@ -103,7 +103,7 @@ void read_repeat_bad(ObjectReader& recipe, StatedRecipe& stated) {
   reader->set(bad.lost_fraction, quantities::lost, {0, 1, "a fraction"});
   reader->set(bad.saturated_fraction, quantities::saturated, {0, 1, "a fraction"});
   reader->set(bad.still_taxel_s, quantities::still_taxel,
-              {0.5, 60, "as good taxels may keep a value for less"});
+              {0.5, 60, "good taxels can keep a value for up to 0.5 s"});
   reader->set(bad.force_in_band_fraction, quantities::force_in_band, {0, 1, "a fraction"});
   reader->finish();
 }

@@ -168,8 +168,8 @@ def groups_in(text):
     """[(heading, commands)] of the help of weft."""
     groups = [(heading, re.findall(r"^  (?!e\.g\.)(\S+) ", rows, re.M)) for heading, rows in re.findall(r"^([A-Z]\w+: [^\n]+)\n((?:  [^\n]+\n)+)", text, re.M)]
     also, = re.findall(r"^Also: (.*), --json", text, re.M)
-    earlier, = re.findall(r"^Without fabric, vibro or imprint[^:]*: (.*)$", text, re.M)
-    return [*groups, ("Also", also.split(", ")), ("Without fabric, vibro or imprint", earlier.split(", "))]
+    earlier, = re.findall(r"^Old names[^:]*: (.*)$", text, re.M)
+    return [*groups, ("Also", also.split(", ")), ("Old names", earlier.split(", "))]
 
 
 def notes_of():

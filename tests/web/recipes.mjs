@@ -68,7 +68,7 @@ async function edit_another(daemon, page) {
   await page.fill('#recipe-repetitions', '2');
   await page.press('#recipe-repetitions', 'Tab');
   await page.click('#edit-buttons button:text-is("Save"):not([disabled])');
-  await page.waitForFunction(() => /open_force is saved/.test(document.querySelector('#notes').innerText));
+  await page.waitForFunction(() => /open_force saved/.test(document.querySelector('#notes').innerText));
   assert.equal(JSON.parse(readFileSync(join(daemon.folder, 'recipes/open_force.json'), 'utf8')).repetitions, 2);
   // the value of a parameter that another recipe does not have is not sent with it
   await page.evaluate(() => { location.hash = '#edit/plain'; });

@@ -33,7 +33,7 @@ Blocks tile_row(const ReportInput& input) {
       {thousands(run.trials_complete) + " / " + thousands(run.trials_planned), "trials complete"});
   if (run.force.samples > 0)
     out.push_back({significant(run.force.rms_n() * 1e3) + " mN",
-                   "RMS force error under force control,  " + percent(in_band_share(run.force), 2) +
+                   "RMS force error under force control, " + percent(in_band_share(run.force), 2) +
                        " % in band"});
   out.push_back({duration(run.virtual_s), "bench time"});
   if (run.wall_s > 0)

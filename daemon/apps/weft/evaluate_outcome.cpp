@@ -264,10 +264,9 @@ std::string tried_text(const std::vector<classifier::RecipeScore>& scores) {
   }
   std::vector<std::string> out;
   if (best != nullptr)
-    out.push_back(
-        to_string(best->recipe) + " " + std::to_string(best->errors) + " errors of " +
-        std::to_string(best->tested) +
-        (tried > 1 ? ", " + std::to_string(tried - 1) + " others tried (see --json)" : ""));
+    out.push_back(to_string(best->recipe) + " " + std::to_string(best->errors) + " errors of " +
+                  std::to_string(best->tested) +
+                  (tried > 1 ? ", chosen from " + std::to_string(tried) + " (see --json)" : ""));
   if (auto skipped = classifier::format_skipped(scores); !skipped.empty())
     out.push_back(std::move(skipped));
   return joined(out, "; ");

@@ -32,7 +32,7 @@ std::string all_commands(const CLI::App& root) {
       earlier += (earlier.empty() ? "" : ", ") + std::string(command.path);
   }
   return out + "Also: " + also + "--json, --version. Help of a command: weft COMMAND --help\n" +
-         "Without fabric, vibro or imprint (until the next version): " + earlier + "\n";
+         "Old names, removed in the next version: " + earlier + "\n";
 }
 
 }  // namespace

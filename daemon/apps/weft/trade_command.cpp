@@ -197,9 +197,9 @@ void add_options(CLI::App& command, TradeClassifierArgs& args) {
       ->check(family_problem);
   add_keyword(command, "--learner", args.learner,
               {"pvalue", "pca", "all", "lda", "svc", "trees", "cores-best", "best"},
-              "use this learner in the default");
+              "use this learner where --vary does not change it");
   command.add_option("--exploration", args.exploration,
-                     "use this exploration in the default, such as M2 or M1+M2");
+                     "use this exploration where --vary does not change it, such as M2 or M1+M2");
   add_keyword(command, "--norm", args.norm, {"l2", "rms"},
               "compute F_norm by l2 as in the paper, or by rms");
   add_split_options(command, args, "train on this share of each label's trials, such as 0.4",

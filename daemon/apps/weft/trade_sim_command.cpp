@@ -252,7 +252,11 @@ void add_options(CLI::App& command, TradeSimArgs& args) {
   command.add_option("--fabrics", args.fabrics, "use this fabric table")->capture_default_str();
   add_list(command, "--scenes", args.scenes,
            "run these scenes (comma-separated: press, slide, stick_slip, ..., none)")
-      ->check(CLI::IsMember(sim_scene_names()) | CLI::IsMember({no_scene}));
+      ->check(CLI::IsMember([] {
+        std::vector<std::string> names = sim_scene_names();
+        names.emplace_back(no_scene);
+        return names;
+      }()));
   command.add_flag("--quick", args.quick, "run few steps and three fabrics, as a functional test");
   command.add_flag("--downstream", args.downstream,
                    "also train classifiers at one level and test them at another");

@@ -70,10 +70,9 @@ std::string group_of(const struct stat& file) {
 Diagnosis no_permission(const std::string& device, const std::string& path,
                         const struct stat& file) {
   const std::string name = group_of(file);
-  return {
-      Severity::problem, device, "no permission for " + path + " of group " + name,
-      "Run `sudo usermod -aG " + name + " $USER` and log in again" +
-          (name == "root" ? "; better a udev rule: SUBSYSTEM==\"tty\", GROUP=\"dialout\"" : "")};
+  return {Severity::problem, device, "no permission for " + path + " of group " + name,
+          name == "root" ? "Add a udev rule: SUBSYSTEM==\"tty\", GROUP=\"dialout\""
+                         : "Run `sudo usermod -aG " + name + " $USER` and log in again"};
 }
 
 std::vector<std::string> holders(const fs::path& port) {

@@ -240,19 +240,18 @@ void add_run_queueing(MethodGroup& group) {
 // Orders to an active run.
 void add_run_orders(MethodGroup& group) {
   group
-      .change(
-          "run.pause",
-          "pause the run before the next repetition, or now and repeat the interrupted one. If no "
-          "repetition is left, the queue is paused instead (pause_carried_over)",
-          Role::operator_,
-          {run_param,
-           {"at", ParamType::text, false, "pause point (default: boundary; boundary, now)"}},
-          "the run", pause)
+      .change("run.pause",
+              "pause the run before the next trial, or now and repeat the interrupted trial. If no "
+              "trial is left, the queue is paused instead (pause_carried_over)",
+              Role::operator_,
+              {run_param,
+               {"at", ParamType::text, false, "pause point (default: boundary; boundary, now)"}},
+              "the run", pause)
       .urgency = rpc::Urgency::urgent;
   group.change(
       "run.resume",
-      "resume a held run with its next repetition: retract, position, bias; or a recoverable ended "
-      "run with its interrupted repetition",
+      "resume a held run with its next trial: retract, position, bias; or a recoverable ended "
+      "run with its interrupted trial",
       Role::operator_,
       {run_param,
        {"preview", ParamType::flag, false, "for an ended run: only report what would be done"},
@@ -267,8 +266,7 @@ void add_run_orders(MethodGroup& group) {
        {"step", ParamType::text, true, "step of the run's \"attention\", \"Q-12\""},
        break_lease_param},
       "the run", confirm);
-  add_order(group, "run.stop", "end the run after the current repetition and the clean-up",
-            Order::stop);
+  add_order(group, "run.stop", "end the run after the current trial and the clean-up", Order::stop);
   add_order(group, "run.abort", "stop motion, retract the probe and end the run", Order::abort,
             {run_param, break_lease_param});
 }

@@ -20,7 +20,8 @@ using recipes::ObjectReader;
 using recipes::Problems;
 
 constexpr std::uintmax_t longest_secret = 4096;  // [bytes]
-constexpr const char* secret_hint = "secret not allowed in this file";
+constexpr const char* secret_hint =
+    "secret not allowed in this file; name a file with it in a key that ends in _file";
 
 const json& placeholder_example() {
   static const json example = to_json(Event{});

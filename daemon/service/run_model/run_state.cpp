@@ -110,13 +110,14 @@ Deadlines Deadlines::of(double forecast_s, double trial_s, const LastTimes& last
 Result<RunStep> on_order(const RunStateMachine& run, const Deadlines& limits, Order order,
                          Clock now) {
   if (const auto next = after(run.state, order)) return enter(*next, limits, now, order);
-  return fail({.code = Errc::wrong_state,
-               .where = "run",
-               .what = run.state == RunState::ended ? std::string("run has already ended")
-                                                    : "order not possible while the run is " +
-                                                          std::string(to_string(run.state)),
-               .expected = takes(run.state),
-               .got = std::string(to_string(order))});
+  return fail(
+      {.code = Errc::wrong_state,
+       .where = "run",
+       .what = run.state == RunState::ended
+                   ? std::string("run has ended, order not possible")
+                   : "order not possible while the run is " + std::string(to_string(run.state)),
+       .expected = run.state == RunState::ended ? std::string() : takes(run.state),
+       .got = std::string(to_string(order))});
 }
 
 RunStep on_begun(const RunStateMachine& run, const Deadlines& limits, Clock now) {

@@ -64,9 +64,8 @@ Error RunManager::refuse_late(const Run& run, Order order, std::string_view by, 
   const json why{{"run", run.stored.id()}, {"late", to_string(order)}};
   if (Status held = change_queue(std::move(next), line("", "queue_paused", by, why), by); !held)
     return held.error();
-  refused.hint =
-      std::string("Continue with weft queue start: the queue was paused because the run ") +
-      (run.is_over() ? "has ended" : "is ending");
+  refused.hint = std::string("The run ") + (run.is_over() ? "has ended" : "is ending") +
+                 ", so this order paused the queue. Continue with weft queue start";
   return refused;
 }
 

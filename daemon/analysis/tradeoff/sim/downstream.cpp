@@ -92,7 +92,7 @@ class Collector {
         for (const classifier::Learner learner : options_.learners) {
           if (progress)
             progress(one.channels + ", " + std::string(classifier::to_string(learner)) +
-                     (crossing ? ", across swatches" : ", same swatches"));
+                     (crossing ? ", across pieces" : ", same pieces"));
           for (std::size_t level = 0; level < one.by_level.size(); ++level)
             if (Status ok = add_training(one, sides, learner, level, crossing, next); !ok)
               return ok;
@@ -194,11 +194,11 @@ Status check(const DownstreamOptions& options) {
   if (options.seeds < 2 || options.campaign.trials < 4 || options.campaign.swatches < 2)
     return fail({.code = Errc::invalid_argument,
                  .where = "downstream",
-                 .what = "too few seeds, trials or swatches to compare levels",
-                 .expected = "at least 2 seeds, 4 trials on each of 2 swatches",
+                 .what = "too few seeds, trials or pieces to compare levels",
+                 .expected = "at least 2 seeds, 4 trials on each of 2 pieces",
                  .got = std::to_string(options.seeds) + " seeds, " +
                         std::to_string(options.campaign.trials) + " trials on each of " +
-                        std::to_string(options.campaign.swatches) + " swatches"});
+                        std::to_string(options.campaign.swatches) + " pieces"});
   return {};
 }
 

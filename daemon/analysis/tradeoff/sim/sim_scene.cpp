@@ -137,7 +137,7 @@ const Entry entries[] = {
      without_memory, add_stick_slip},
     {"retouch", "denim, pressed, lifted off and pressed again at 4 mm/s", {}, add_retouch},
     {"fabrics17",
-     "every cloth pressed at 1 mm/s, held at 5 N and slid at 2 mm/s; the worst",
+     "every fabric pressed at 1 mm/s, held at 5 N and slid at 2 mm/s; the worst",
      {},
      [](SimCase& one) { press_and_slide(one, 2.5); }}};
 

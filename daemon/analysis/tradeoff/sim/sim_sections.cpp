@@ -158,22 +158,22 @@ Blocks downstream_section(const DownstreamResult& result) {
   const std::string& yardstick = result.levels.back();
   Blocks out = paragraph(
       std::to_string(result.fabrics) + " fabrics, " + std::to_string(result.campaign.swatches) +
-      " swatches of each, " + std::to_string(result.campaign.trials) + " trials per swatch, " +
+      " pieces of each, " + std::to_string(result.campaign.trials) + " trials per piece, " +
       fixed(result.campaign.slide_s, 1) + " s of sliding, " + std::to_string(result.seeds) +
       " seeds. Fabrics, places and noise are the same at every level. Training and test are "
       "both simulated: the values compare levels and do not predict the accuracy on real fabrics.");
   for (const bool across : {true, false})
     out += figure(
         transfer_table(result, yardstick, across),
-        std::string(across ? "Across swatches: training and test use different swatches of the "
+        std::string(across ? "Across pieces: training and test use different pieces of the "
                              "fabrics. "
-                           : "On the same swatches: every second trial is used for training. ") +
+                           : "On the same pieces: every second trial is used for training. ") +
             "Tested at " + escape(yardstick) +
             ". Accuracy in percent, 95 % intervals over seeds (Student's t; "
             "Wilson's of one seed if all agree).",
         simulated_badge());
   out += figure(transfer_table(result, "L1", true),
-                "Across swatches, tested at L1: accuracy of a classifier that was trained on a "
+                "Across pieces, tested at L1: accuracy of a classifier that was trained on a "
                 "finer model.",
                 simulated_badge());
   out += figure(

@@ -112,11 +112,11 @@ TEST_CASE("an attempt is bad with lost samples, a dead or full taxel, or force o
   CHECK(error_text_of(frames_of(dead)) == "");  // 39 of 40 frames
   CHECK(error_text_of(frames_of([&](int i) {
           return i < 40 ? std::uint16_t{7} : live_count(i);
-        })).starts_with("taxel 2: taxel value "));
+        })).starts_with("taxel 3: taxel value "));
   const auto full = [](int frames) {
     return [frames](int i) { return i % 50 < frames ? std::uint16_t{0xFFFF} : live_count(i); };
   };
-  CHECK(error_text_of(frames_of(full(1))) == "taxel 2: taxel saturated");
+  CHECK(error_text_of(frames_of(full(1))) == "taxel 3: taxel saturated");
   CHECK(error_text_of(
             frames_of([](int i) { return i == 9 ? std::uint16_t{0xFFFF} : live_count(i); })) == "");
   CHECK(error_text_of(frames_of(live_count, 1)).starts_with(": taxel frames "));
@@ -189,7 +189,7 @@ TEST_CASE(
   REQUIRE(journal);
   CHECK(std::count_if(journal->begin(), journal->end(), [](const JournalEntry& line) {
           return line.kind == "take_rejected" &&
-                 line.payload_json.find("taxel 5") != std::string::npos;
+                 line.payload_json.find("taxel 6") != std::string::npos;
         }) == 1);
 }
 

@@ -45,12 +45,12 @@ export const plural = (count, one, many = `${one}s`) => `${count} ${count === 1 
 
 // Rules of the daemon that act automatically.
 const rules = {
-  run: 'automatic: the run', deadline: 'automatic: a deadline passed', time: 'automatic: its time has come', queue: 'automatic: next in the queue',
+  run: 'automatic: the run', deadline: 'automatic: a deadline passed', time: 'automatic: lease expired', queue: 'automatic: next in the queue',
   recipe: 'automatic: the recipe', hand_over: 'automatic: the evaluation', live_vote: 'automatic: the live vote', repeat_bad: 'automatic: attempt rejected',
   restart: 'automatic: the daemon was restarted', daemon: 'automatic: the daemon', shutdown: 'automatic: the daemon ended', disk: 'automatic: not enough disk space',
   rig_file: 'automatic: rig file invalid', halted: 'automatic: the rig was halted', failed: 'automatic: a run failed', stopped: 'automatic: a run was stopped',
   aborted: 'automatic: a run was aborted', interrupted: 'automatic: a run was interrupted', reset: 'automatic: the rig was reset', folder: 'automatic: found in its folder',
-  several: 'several addresses', clock: 'automatic: a clock', notify: 'automatic: notifications', maintenance: 'automatic: maintenance',
+  several: 'several users', clock: 'automatic: computer clock was set', notify: 'automatic: notifications', maintenance: 'automatic: maintenance',
 };
 
 /** "h-72 (root)" as user and origin, "auto:run" as the cause; the journal has the session names. */

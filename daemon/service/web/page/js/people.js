@@ -4,7 +4,7 @@ import { ask, attempt, note } from './dialog.js';
 import { clock, duration } from './format.js';
 
 const choices = [
-  ['resume', 'Resume …', 'Resume with the interrupted repetition'],
+  ['resume', 'Resume …', 'Resume with the interrupted trial'],
   ['keep-partial', 'Keep complete trials …', 'End the run and make a data set of the complete trials'],
   ['discard', 'Discard …', 'End the run without a data set'],
 ];

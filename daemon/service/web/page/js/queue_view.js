@@ -26,7 +26,7 @@ export class QueueView {
 
   #state(queue, may) {
     const paused = queue.paused_by !== null && queue.paused_by !== undefined;
-    const text = paused ? `Paused by ${who_text(queue.paused_by)}. Start the queue to start the next run. ` : 'The next run starts when the rig is free. ';
+    const text = paused ? `Paused (${who_text(queue.paused_by)}). Start the queue to start the next run. ` : 'The next run starts when the rig is free. ';
     const act = paused
       ? button('Start the queue', () => this.#change('queue.start', {}, true), { class: 'main', disabled: !may, 'data-key': 'toggle' })
       : button('Pause the queue', () => this.#change('queue.pause'), { disabled: !may, 'data-key': 'toggle' });

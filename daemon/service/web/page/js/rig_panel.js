@@ -40,8 +40,8 @@ export class RigPanel {
     if (rig === null) return [];
     const by = rig?.latched_by ? ` by ${rig.latched_by}` : '';
     const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves until a person has inspected it.`
-      : fact === 'holding' ? `${words(rig.left_by)} stopped in place; the probe may be on the fabric. Inspect the rig before anything moves.`
-        : `${words(rig.left_by)} left the rig at an unknown position. Inspect it before anything moves.`;
+      : fact === 'holding' ? `${rig.left_by} stopped in place; the probe may be on the fabric. Inspect the rig before anything moves.`
+        : `${rig.left_by} left the rig at an unknown position. Inspect it before anything moves.`;
     return [el('strong', {}, `${fact === 'latched' ? 'HALTED' : fact.toUpperCase()} `), el('span', {}, text),
       may_operate ? button('Reset the rig …', () => this.#reset(), { class: 'main', 'data-key': 'reset', disabled: !live }) : null,
     ].filter(Boolean);

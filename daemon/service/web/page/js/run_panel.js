@@ -15,10 +15,10 @@ const takes_orders = {
 };
 
 const orders = {
-  pause: { text: 'Pause', hint: 'Hold before the next repetition', method: 'run.pause', more: { at: 'boundary' } },
-  'pause-now': { text: 'Pause now', hint: 'Retract now; this repetition is repeated', method: 'run.pause', more: { at: 'now' } },
-  resume: { text: 'Resume', hint: 'Retract, position, bias, then the next repetition', method: 'run.resume', main: true },
-  stop: { text: 'Stop …', hint: 'Finish this repetition, retract, end the run', method: 'run.stop', sure: 'Finish this repetition, retract and end the campaign' },
+  pause: { text: 'Pause', hint: 'Hold before the next trial', method: 'run.pause', more: { at: 'boundary' } },
+  'pause-now': { text: 'Pause now', hint: 'Retract now; this trial is repeated', method: 'run.pause', more: { at: 'now' } },
+  resume: { text: 'Resume', hint: 'Retract, position, bias, then the next trial', method: 'run.resume', main: true },
+  stop: { text: 'Stop …', hint: 'Finish this trial, retract, end the run', method: 'run.stop', sure: 'Finish this trial, retract and end the campaign' },
   abort: { text: 'Abort …', hint: 'Stop motion, retract, end the run', method: 'run.abort', sure: 'Stop motion now, retract and end the campaign', danger: true },
 };
 
@@ -44,7 +44,7 @@ export function later_facts({ handover, campaign_since: since }) {
   const told = [['evaluation', hand_over_text(handover)]];
   if (!since) return told;
   const whole = since.complete ? ', complete' : '';
-  return [...told, ['folder', `${since.trials_done} of ${plural(since.trials_planned, 'repetition')} now${whole}, resumed without the daemon`]];
+  return [...told, ['folder', `${since.trials_done} of ${plural(since.trials_planned, 'trial')} now${whole}, resumed without the daemon`]];
 }
 
 export class RunPanel {
@@ -77,7 +77,7 @@ export class RunPanel {
     bar.value = run.trials_done ?? 0;
     const rejected = run.takes_rejected ? `, ${plural(run.takes_rejected, 'attempt')} rejected` : '';
     bar.hidden = !run.trials_planned;
-    say(byId('run-count'), !run.trials_planned ? '' : `${run.trials_done} of ${plural(run.trials_planned, 'repetition')}${rejected}`);
+    say(byId('run-count'), !run.trials_planned ? '' : `${run.trials_done} of ${plural(run.trials_planned, 'trial')}${rejected}`);
   }
 
   #place(run) {

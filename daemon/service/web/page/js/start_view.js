@@ -116,7 +116,8 @@ export class StartView {
     const begun = attempt(async () => {
       const lease = await this.lease.hold();
       const run = await this.api.change(method, { recipe, lease, ...(seed === undefined ? {} : { seed }), ...(parameters ? { parameters } : {}), ...(name ? { name } : {}), ...more });
-      note(`${run.run} (${recipe}) is queued; it starts when the rig is free.`);
+      const { paused_by } = this.store.queue ?? {};
+      note(`${run.run} (${recipe}) is queued. ${paused_by ? 'The queue is paused: start it in the view Queue.' : 'It starts when the rig is free and safe.'}`);
       location.hash = '#live';
     });
     await begun.finally(() => { this.#under_way = false; });

@@ -18,8 +18,8 @@ export class Vote {
   }
 
   #parts(vote) {
-    const right = vote.winner === vote.fabric;
-    const verdict = vote.none_of_these ? 'unknown fabric' : vote.winner;
+    const right = !vote.none_of_these && vote.winner === vote.fabric;
+    const verdict = vote.none_of_these ? `unknown fabric (nearest: ${vote.winner})` : vote.winner;
     const bars = [...(vote.probability ?? [])].sort((a, b) => b.probability - a.probability).slice(0, most_bars);
     return [
       el('p', {}, el('strong', {}, verdict), ` after ${fixed(vote.slide_s, 1)} s of sliding on ${vote.fabric}, ${right ? '✓ right' : '✗ wrong'}`,
