@@ -39,7 +39,7 @@ def shell(daemon):
         return print("nc is not installed (netcat-openbsd): the shell's example was not run")
     printed = output_of(ROOT / "clients/shell/campaign.sh", "learns", WEFT_SOCKET=str(daemon.socket))
     assert ENDED.search(printed) and "  now " in printed, printed
-    assert re.search(r"^R-\d+\b.*: [a-z_]+$", printed, re.M), f"no state of the submitted run: {printed}"
+    assert re.search(r"^R-\d+: state [a-z_]+$", printed, re.M), f"no state of the submitted run: {printed}"
     refused = output_of(ROOT / "clients/shell/campaign.sh", "none", status=1, WEFT_SOCKET=str(daemon.socket))
     assert "recipe.check" in refused and '"kind"' in refused, refused
     client, pace = slow(daemon, LEASE_MS)
