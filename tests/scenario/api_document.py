@@ -17,7 +17,7 @@ from weftd_support import PATIENCE_S, Client, Daemon, outlasted_its_lease
 
 SKIPPED = 77
 LEASE_MS = 2000  # of the example
-TITLES = {"system": "The daemon", "session": "Session and user", "lease": "Leases", "rig": "The rig", "device": "Devices", "handover": "Hand-overs", "recipe": "Recipes",
+TITLES = {"system": "The daemon", "session": "Users and access", "lease": "Leases", "rig": "The rig", "device": "Devices", "handover": "Handovers", "recipe": "Recipes",
           "run": "Runs", "queue": "The queue", "classify": "Votes", "data": "Data sets", "sim": "The simulation", "sub": "Events", "log": "Journal", "token": "Tokens",
           "rpc": "This document", "$/cancel": "Calls that wait"}
 
