@@ -12,7 +12,7 @@ import sys
 PROGRAMS = {"weft": sys.argv[1], "weftd": sys.argv[2], "weft-rig": sys.argv[3]}
 ROOT = pathlib.Path(sys.argv[4]).resolve()
 FOLDER = ROOT / "docs/reference"
-MADE = "This page is made by `tests/scenario/reference_pages.py --write` from {}; a test compares them.\n"
+MADE = "<!-- Made by tests/scenario/reference_pages.py --write from {}; a test compares them. -->"
 
 
 def number(value):
@@ -60,15 +60,27 @@ def alternatives(schema):
     yield ""
 
 
+def needed_alternatives(schema):
+    """{key: default column} of groups of keys of which one is needed: in the row of the first key."""
+    groups = [part["oneOf"] for part in schema.get("allOf", []) if "oneOf" in part] + ([schema["oneOf"]] if "oneOf" in schema else [])
+    out = {}
+    for group in groups:
+        keys = [part["required"][0] for part in group if len(part.get("required", [])) == 1]
+        if len(keys) == len(group):
+            out[keys[0]] = "needed (or " + " or ".join(f"`{key}`" for key in keys[1:]) + ")"
+    return out
+
+
 def rows(schema, definitions=None):
     """A table of the keys of an object."""
     if "oneOf" in schema and "properties" not in schema:
         yield from alternatives(schema)
         return
     needed = schema.get("required", [])
+    either = needed_alternatives(schema)
     yield "| key | value | bounds | default | |\n|---|---|---|---|---|"
     for key, value in schema["properties"].items():
-        default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed" if key in needed else ""
+        default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed" if key in needed else either.get(key, "")
         named = (definitions or {}).get(value.get("$ref", "").rpartition("/")[2], {})
         words = value.get("description", named.get("description", "")).replace("|", "\\|")
         if "prefixItems" in json.dumps(value):
@@ -97,7 +109,8 @@ def without_references(schema):
 
 def recipe_page():
     schema = without_references(json.loads((ROOT / "recipes/schema/recipe.schema.json").read_text()))
-    out = ["# Recipes, key by key", "", MADE.format("`recipes/schema/recipe.schema.json`, which editors and `recipe.schema` of the API have too"),
+    out = [MADE.format("recipes/schema/recipe.schema.json"), "# Recipes, key by key", "",
+           "For everybody who writes a recipe: every key of the file, with unit, bounds and default. Editors and `recipe.schema` of the API have the same schema.", "",
            schema["description"], "", "How to write a recipe: [own recipe](../howto/own-recipe.md). Phases, force and guards: [force control](../explanation/force-control.md). "
            "If a length, speed or force has keys in two units, state one of them. "
            "A number, a text or a choice may be a [reference](#reference) to a [parameter](#parameter).", "",
@@ -141,8 +154,8 @@ def stage_table():
 
 
 def rig_page():
-    out = ["# Rig files: what drivers take", "", MADE.format("the schemas of the drivers (`config_schema` in `drivers/*/*.cpp`), by which a rig file's `devices[].config` is read"),
-           "A rig file names devices, limits, probe and plate. This page has the keys of `devices[].config`. All other keys: [rig files](rig-keys.md). "
+    out = [MADE.format("config_schema in drivers/*/*.cpp"), "# Rig files: keys of the drivers", "",
+           "For everybody who writes a rig file: the keys of `devices[].config`, by driver. All other keys: [rig files](rig-keys.md). "
            "Complete files: [shipped rig files](rig-keys.md#shipped-rig-files).", ""]
     schemas = {file: re.findall(r'config_schema\[\] = R"\((.*?)\)";', file.read_text(), re.S) for file in (ROOT / "drivers").glob("*/*.cpp")}
     for file, (text,) in sorted((file, found) for file, found in schemas.items() if found):
@@ -180,7 +193,7 @@ def notes_of():
 
 def cli_page():
     notes = notes_of()
-    out = ["# Commands", "", MADE.format("`--help` of each program and the notes in `docs/reference/cli.notes.md`"),
+    out = [MADE.format("--help of each program and docs/reference/cli.notes.md"), "# Commands", "",
            "For everybody who types commands: every command and option. `man weft` has the same without the notes where Weft is installed.", ""]
 
     def add(words, depth, text=None):
@@ -209,20 +222,56 @@ def cli_page():
     return "\n".join(out).rstrip() + "\n"
 
 
+def kinds_in_source():
+    """{kind: numbers} of the errors that daemon/service makes, over JSON-RPC and over HTTP."""
+    blocks = dict(re.findall(r"inline constexpr int (\w+) = (-?\d+);", (ROOT / "daemon/service/rpc/message.hpp").read_text()))
+    methods, http = {}, {}
+    for file in sorted((ROOT / "daemon/service").glob("**/*.?pp")):
+        text = file.read_text()
+        for block, more, kind in re.findall(r'\w+\(\s*(?:[\w:.()]+,\s*)?(?:std::move\(id_json\),\s*|"null",\s*)?(?:rpc::)?code::(\w+)(?:\s*\+\s*(\d+))?,\s*"([a-z_.]+)"', text):
+            methods.setdefault(kind, set()).add(int(blocks[block]) + int(more or 0))
+        for kind in re.findall(r'\bwrong\("([a-z_.]+)"', text):  # in find_problem()
+            methods.setdefault(kind, set()).add(int(blocks["invalid_params"]))
+        for statuses, kind in re.findall(r'\brefused\(\s*((?:\w+ \? \d+ : )?\d+),\s*"([a-z_.]+)"', text):
+            http.setdefault(kind, set()).update(int(status) for status in re.findall(r"\b\d+\b", statuses))
+    return methods, http
+
+
+def kinds_tables():
+    """The tables of errors.kinds.md, which must have the kinds and numbers of the source."""
+    parts = re.findall(r"^## \w+\n\n(.*?)(?=\n## |\Z)", (FOLDER / "errors.kinds.md").read_text(), re.M | re.S)
+    for table, found in zip(parts, kinds_in_source(), strict=True):
+        listed = {kind: {int(n) for n in numbers.split(", ")} for kind, numbers in re.findall(r"^\| `([^`]+)` \| ([-\d, ]+) \|", table, re.M)}
+        if listed != found:
+            different = sorted(kind for kind in listed | found if listed.get(kind) != found.get(kind))
+            raise SystemExit("errors.kinds.md differs from daemon/service: " +
+                             "; ".join(f"{kind}: {sorted(listed.get(kind, []))} (expected {sorted(found.get(kind, []))})" for kind in different))
+    return [table.strip() for table in parts]
+
+
 def errors_page():
-    """The table of protocols/base/result.cpp."""
+    """The table of protocols/base/result.cpp and those of errors.kinds.md."""
     row = r'\{Errc::\w+, "([^"]+)", "([^"]+)", (\d+), (true|false), "([^"]+)", "([^"]+)"\}'
     text = re.sub(r"\s*\n\s*", " ", (ROOT / "protocols/base/result.cpp").read_text())
     rows = re.findall(row, text)
-    out = ["# Error codes", "", MADE.format("the table in `protocols/base/result.cpp`"),
-           "For programs that use the API and for people who read a message. An error has a code, a place, what is wrong, what was expected, what was found and what to do; "
-           "the command line prints them as one sentence. Over the API `error.code` is the number of the row and `error.data.kind` the kind. "
-           "A retryable request may succeed later without a change. The methods add kinds of their own, such as `lease.held`: [API](api.md).", "",
+    methods, http = kinds_tables()
+    out = [MADE.format("protocols/base/result.cpp and docs/reference/errors.kinds.md"), "# Error codes", "",
+           "For authors of scripts and clients, and for people who read a message: exit statuses, error codes and kinds.", "",
+           "The command line prints an error as one sentence: \"where: what: got (expected X). Hint.\" An empty part is left out.", "",
+           "## Exit statuses", "", "| status of `weft` | meaning |", "|---|---|", "| 0 | Success. |", "| 1 | Refused or failed; the sentence is on standard error. |",
+           "| 2 | Invalid command line. |", "| 3 | `weft run`: complete, but not within the requested accuracy. `weft sim calibrate`: the table is written, but the simulation "
+           "does not resemble the recordings. |", "| 128 + n | Ended by signal n, after clean-up. |", "",
+           "With `--json` a failure is one object on standard output: `{\"error\": {code, number, message, where, expected, got, hint, sentence}}`. `code` is the first column of the "
+           "next table; `number` is that of exported files, not that of the API. A refused recipe or rig adds `problems`, a list with `file`, `pointer`, `message`, `expected`, "
+           "`got`, `hint` and `sentence`. An invalid command line has `code` \"usage\", `message` and `sentence` only.", "",
+           "## Codes", "", "Over the API `error.code` is the number of the row and `error.data.kind` the kind. `error.data.retryable`: the same request may succeed later.", "",
            "| code | kind | number | retryable | meaning | what to do |", "|---|---|---|---|---|---|"]
     out += [f"| {name} | `{kind}` | {number} | {'yes' if again == 'true' else 'no'} | {meaning} | {advice} |"
             for name, kind, number, again, meaning, advice in rows]
     if len(rows) != text.count("{Errc::"):
         raise SystemExit(f"errors.md: {len(rows)} rows read (expected {text.count('{Errc::')}): protocols/base/result.cpp has a row of another form")
+    out += ["", "## Kinds of the methods", "", "The [API](api.md) has these as well. A client tests the kind; a number may have several kinds.", "", methods, "",
+            "## Kinds over HTTP only", "", "`error.code` is 2000; the status of the answer differs.", "", http]
     return "\n".join(out) + "\n"
 
 
