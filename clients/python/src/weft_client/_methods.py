@@ -664,8 +664,8 @@ class RunMethods:
         return self._call("run.list", {"state": state, "search": search, "from": from_, "most": most, "order": order})
 
     def pause(self, *, run: str, at: Optional[str] = None, idem: Optional[str] = None) -> JsonObject:
-        """Pause the run before the next repetition, or now and repeat the interrupted one. If no repetition is left, the queue
-        is paused instead (pause_carried_over).
+        """Pause the run before the next trial, or now and repeat the interrupted trial. If no trial is left, the queue is paused
+        instead (pause_carried_over).
 
         run: id of the run, "R-000318"
         at: pause point (default: boundary; boundary, now)
@@ -690,8 +690,7 @@ class RunMethods:
 
     def resume(self, *, run: str, preview: Optional[bool] = None, lease: Optional[str] = None, break_lease: Optional[str] = None,
                idem: Optional[str] = None) -> JsonObject:
-        """Resume a held run with its next repetition: retract, position, bias; or a recoverable ended run with its interrupted
-        repetition.
+        """Resume a held run with its next trial: retract, position, bias; or a recoverable ended run with its interrupted trial.
 
         run: id of the run, "R-000318"
         preview: for an ended run: only report what would be done
@@ -735,7 +734,7 @@ class RunMethods:
                                         "idem": idem})
 
     def stop(self, *, run: str, idem: Optional[str] = None) -> JsonObject:
-        """End the run after the current repetition and the clean-up.
+        """End the run after the current trial and the clean-up.
 
         run: id of the run, "R-000318"
         idem: idempotency key: a repeated request returns the first answer
