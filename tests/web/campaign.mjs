@@ -21,7 +21,7 @@ async function check_before_anything_moves(daemon, page) {
 /** Force on the fabric, pads with counts and the place of the probe, as the daemon reports them. */
 async function watch(page) {
   await says(page, '#rig-fact', /moving/);
-  await says(page, '#run-count', /of 8 repetitions/);
+  await says(page, '#run-count', /of 8 trials/);
   await says(page, '#run-where', /denim · M1 · repetition 1 · trial 1/);
   await says(page, '#chart-force-key li:nth-child(1)', /Fz\s*−?[45]\.\d\d N/);
   await says(page, '#chart-stages-key li:nth-child(3)', /z\s*\d+\.\d\d mm/);

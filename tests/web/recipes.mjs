@@ -59,7 +59,7 @@ async function edit_another(daemon, page) {
   assert.match(await text_of_editor(page), /"repetitions": 7/);
   assert.match(page.url(), /#edit\/plain$/);
   await page.evaluate(() => { location.hash = '#edit/open_force'; });
-  await page.click('dialog button[type=submit]');
+  await page.click('dialog[open] button[type=submit]');
   await says(page, '#edit-title', /open_force/);
   await page.waitForSelector('#edit-checked .verdict.problem');
   await page.fill('#edit-parameter-force_N', '4');

@@ -122,7 +122,7 @@ await with_daemon(async (daemon, open) => {
   await connected(anew);
   assert.ok(await count_clicks(anew) <= 3);
   await says(anew, '#run-head', /R-000003 · first/);
-  assert.equal(await anew.locator('#run-body table.confusion tbody tr').count(), 3);
+  await anew.waitForFunction(() => document.querySelectorAll('#run-body table.confusion tbody tr').length === 3);
 
   // on a phone, after the end of the run
   const small = await open(daemon.link(), { viewport: phone, colorScheme: 'dark' });
