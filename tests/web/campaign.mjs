@@ -29,7 +29,7 @@ async function watch(page) {
   await says(page, '#probe-place', /u 7\d\.\d\d, v \d+\.\d\d, height −?\d+\.\d\d mm/);
   await says(page, '#run-step', /sliding/);
   await says(page, '#run-left', /left, ends/);
-  assert.match(await page.getAttribute('#pads', 'aria-label'), /16 taxels, .*: (\d+, ){15}\d+/);
+  assert.match(await page.getAttribute('#pads', 'aria-label'), /16 taxels, .*: (-?\d+, ){15}-?\d+/);
   const drawn = await page.evaluate(() => [...document.querySelectorAll('.plot canvas')].map((canvas) => {
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
     return data.some((value) => value !== 0);

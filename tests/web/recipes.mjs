@@ -57,7 +57,7 @@ async function edit_another(daemon, page) {
   await page.evaluate(() => { location.hash = '#edit/open_force'; });
   await page.click('dialog [data-key=cancel]');
   assert.match(await text_of_editor(page), /"repetitions": 7/);
-  assert.match(page.url(), /#edit\/plain$/);
+  await page.waitForURL(/#edit\/plain$/);
   await page.evaluate(() => { location.hash = '#edit/open_force'; });
   await page.click('dialog[open] button[type=submit]');
   await says(page, '#edit-title', /open_force/);
