@@ -193,8 +193,7 @@ void add_options(CLI::App& command, ResumeArgs& args) {
 void add_options(CLI::App& command, RecoverArgs& args) {
   add_options(command, static_cast<SocketArgs&>(args));
   command.add_option("RUN", args.run, "run, such as R-000318")->required();
-  command
-      .add_option("CHOICE", args.choice, "decision: resume, discard or keep-partial")
+  command.add_option("CHOICE", args.choice, "decision: resume, discard or keep-partial")
       ->required()
       ->check(CLI::IsMember({"resume", "discard", "keep-partial"}));
   command.add_flag("--preview", args.preview, "list the steps of the choice; nothing changes");

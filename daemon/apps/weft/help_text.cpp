@@ -61,7 +61,8 @@ std::string HelpText::make_help(const CLI::App* app, std::string name,
   out += make_subcommands(app, mode);
   const CommandSpec& spec = command_spec(command_path(*app));
   if (spec.example.empty()) return out;
-  return out + "\nExample:\n  weft " + std::string(spec.path) + " " + std::string(spec.example) + "\n";
+  return out + "\nExample:\n  weft " + std::string(spec.path) + " " + std::string(spec.example) +
+         "\n";
 }
 
 std::string HelpText::make_option(const CLI::Option* option, bool is_positional) const {
