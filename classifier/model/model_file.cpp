@@ -204,7 +204,7 @@ std::optional<ModelParts> read_parts(LineReader& in, const LearnerHead& head,
   std::vector<std::string> features = read_names(in, "feature", columns);
   const auto other = std::mismatch(features.begin(), features.end(), expected.begin());
   if (other.first != features.end())
-    in.refuse("feature differs from the setup of the file", *other.second, *other.first);
+    in.refuse("feature differs from the settings in the model file", *other.second, *other.first);
   auto learner = read_learner(in, head, std::move(labels), std::move(features));
   if (!learner) return std::nullopt;
   const FabricModel* cores = learner->cores();

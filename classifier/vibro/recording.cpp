@@ -114,9 +114,10 @@ Result<WindowView> window_at(const Recording& recording, double start_s, double 
     if (count == 0)
       return fail({.code = Errc::range,
                    .where = recording.file + ": " + recording.channels[c].name,
-                   .what = "window shorter than one sample of the channel",
-                   .expected = "at least half a sample at " + format_number(rate) + " Hz",
-                   .got = format_number(window_s) + " s"});
+                   .what = "window shorter than half a sample period of the channel",
+                   .expected = "at least half a sample period at " + format_number(rate) + " Hz",
+                   .got = format_number(window_s) + " s",
+                   .hint = "Use a longer --window-s"});
     if (first > own.size() || count > own.size() - first)
       return fail({.code = Errc::range,
                    .where = recording.file + ": " + recording.channels[c].name,

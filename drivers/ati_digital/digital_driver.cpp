@@ -190,7 +190,8 @@ bool DigitalDriver::accepted(const Reply& reply) {
          .where = "function " + std::to_string(static_cast<int>(vendor->function)),
          .what = "command refused by the force/torque sensor",
          .expected = "1",
-         .got = std::to_string(vendor->data)});
+         .got = std::to_string(vendor->data),
+         .hint = "Switch the sensor off and on, then repeat"});
   return false;
 }
 

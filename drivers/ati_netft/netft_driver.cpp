@@ -75,7 +75,7 @@ Status NetftDriver::agree(const BoxPages& pages) {
   if (!page.rdt_enabled)
     return fail({.code = Errc::device_settings,
                  .what = "RDT interface of the box switched off",
-                 .hint = "Switch it on on the page Communications of the box"});
+                 .hint = "Enable RDT on the web page Communications of the box"});
   const auto differ = [&](const char* key, double configured, double device_value) {
     return fail({.code = Errc::device_settings,
                  .where = key,

@@ -163,7 +163,7 @@ std::optional<Error> VibroDriver::unfit(const Channel& channel,
     return Error{.code = Errc::device_settings,
                  .where = key,
                  .what = "sensor without a channel for " + noun,
-                 .hint = "Set its rate to 0 in the rig file"};
+                 .hint = "Set this key to 0 in the rig file"};
   if (std::abs(rate_of(description_seen) - channel.rate_hz) > rate_tolerance * channel.rate_hz)
     return Error{.code = Errc::device_settings,
                  .where = key,
@@ -281,7 +281,8 @@ void VibroDriver::on_silence() {
 void VibroDriver::on_channel_silence(const Channel& channel) {
   raise({.code = Errc::timeout,
          .what = std::string("no ") + noun_of(channel.kind) + " from the vibration sensor",
-         .got = "nothing received"});
+         .got = "nothing received",
+         .hint = "Switch the sensor off and on, then repeat"});
 }
 
 constinit const DriverEntry vibro_entry{

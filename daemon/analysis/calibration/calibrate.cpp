@@ -285,7 +285,8 @@ Status Calibration::polish(const std::vector<std::size_t>& varied) {
     return block;
   };
   for (std::size_t round = 1; round <= options_.rounds; ++round) {
-    say("all blocks, round " + std::to_string(round) + " of " + std::to_string(options_.rounds));
+    say("fitting all parameters again, round " + std::to_string(round) + " of " +
+        std::to_string(options_.rounds));
     for (const BaseCloth& cloth : model_.cloths())
       if (Status ok =
               improve(of_varied(model_.block(Block::cloth, cloth.label)), 1, options_.evaluations);

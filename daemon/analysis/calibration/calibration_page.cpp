@@ -89,8 +89,9 @@ Blocks statistic_table(const CalibrationResult& result, const CalibrationSource&
          value_html(s.before, scale), value_html(s.after, scale), inside_text(s)});
   }
   return figure(table.finish(),
-                "Recorded: with the 95 % bootstrap interval. Statistics for the check only are "
-                "derived from others, used by an estimator, or not affected by a parameter.",
+                "The column \"recorded\" has the 95 % bootstrap interval. A statistic is \"check "
+                "only\" if it is derived from others, used by an estimator, or not affected by a "
+                "parameter.",
                 sides_badge(source));
 }
 

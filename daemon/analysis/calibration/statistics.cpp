@@ -126,7 +126,7 @@ void add_modulation(const Sample& sample, Collector& out) {
   out.add("modulation_median", {}, Scale::log, median(cloths), no_windows);
   out.add("modulation_between", {}, Scale::log, sample_sd(logs), "only one fabric");
   out.add("modulation_within", {}, Scale::log, pooled_within_cells(sample),
-          "no cell with two windows");
+          "no patch with two windows under the same conditions");
 }
 
 // 2
@@ -217,7 +217,8 @@ void add_patterns(const Sample& sample, Collector& out) {
   const NestedSpread spread =
       several ? nested_spread(pattern_observations(sample)) : NestedSpread{};
   const auto why = [&](const char* reason) { return several ? reason : one_channel; };
-  out.add("pattern_path", {}, Scale::log, spread.within, why("no cell with two repetitions"));
+  out.add("pattern_path", {}, Scale::log, spread.within,
+          why("no place with two repetitions under the same conditions"));
   out.add("pattern_patch", {}, Scale::log, spread.inner, why("no mounting with two places"));
   out.add("pattern_mounting", {}, Scale::log, spread.outer,
           why("no fabric with two mountings under the same conditions"));
@@ -295,7 +296,7 @@ void add_repetition(const Sample& sample, Collector& out) {
   for (const PairSummary& pair : pairs)
     if (sample.is_finest(pair.first)) lags_mm.push_back(pair.lag_mm);
   out.add("repetition", {}, Scale::fisher_z, median_correlation(pairs),
-          "no cell with two repetitions");
+          "no patch with two repetitions under the same conditions");
   out.add("repetition_lag", {}, Scale::natural, sample_sd(lags_mm),
           "fewer than two pairs of repetitions");
   out.add("control", {}, Scale::fisher_z, median_correlation(controls),

@@ -88,13 +88,13 @@ constexpr std::string_view no_convergence_note =
 std::string_view meaning_of(ci::Experiment experiment) {
   switch (experiment) {
     case ci::Experiment::one_of_all:
-      return "cross-validation, one imprint at a time";
+      return "cross-validation; each test part is one imprint";
     case ci::Experiment::object_of_all:
-      return "cross-validation, all imprints of one object at a time";
+      return "cross-validation; each test part has all imprints of one object";
     case ci::Experiment::one_of_class:
-      return "cross-validation, one imprint of every class at a time";
+      return "cross-validation; each test part has one imprint of every class";
     case ci::Experiment::object_of_class:
-      return "cross-validation, all imprints of one object of every class at a time";
+      return "cross-validation; each test part has all imprints of one object of every class";
   }
   return {};
 }

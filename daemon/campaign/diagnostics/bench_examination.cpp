@@ -60,8 +60,9 @@ void BenchExamination::reach(DriverState state, Status (Driver::*call)()) {
       report.error = Error{.code = Errc::timeout,
                            .where = report.name,
                            .what = "driver does not respond within 6 s",
-                           .expected = std::string(state == DriverState::open ? "open" : "armed"),
-                           .got = "no response"};
+                           .expected = state == DriverState::open ? "state open" : "state armed",
+                           .got = "no response",
+                           .hint = "Check power and cable of the device"};
   }
 }
 

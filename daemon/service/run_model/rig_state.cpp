@@ -57,7 +57,6 @@ Status RigState::lock(LockOut lock_out) {
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
                  .what = "rig already locked out by " + facts_.lock_out->user,
-                 .expected = lock_out.user,
                  .got = facts_.lock_out->reason,
                  .hint = "Ask that user or an engineer to run weft unlock"});
   end_override();
@@ -73,7 +72,7 @@ Status RigState::unlock(std::string_view user, bool is_allowed_for_others,
   if (!is_own && !is_allowed_for_others)
     return fail({.code = Errc::wrong_state,
                  .where = "rig",
-                 .what = "rig locked out by another user",
+                 .what = "user not permitted to remove the lock-out",
                  .expected = facts_.lock_out->user + ", or an engineer with a reason",
                  .got = std::string(user)});
   if (!is_own && reason.size() < 3)

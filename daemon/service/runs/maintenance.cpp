@@ -111,7 +111,9 @@ Status RunManager::require_movable() const {
                .got = facts.latch      ? "latched by " + facts.latch->why
                       : facts.lock_out ? "locked out by " + facts.lock_out->user
                                        : std::string(to_string(facts.fact)),
-               .hint = "Inspect the rig, then reset it with a reason"});
+               .hint = facts.lock_out && !facts.latch
+                           ? "Ask that user or an engineer to run weft unlock"
+                           : "Inspect the rig, then reset it with a reason"});
 }
 
 // A driver that hangs blocks its thread; after this time the daemon ends without it.

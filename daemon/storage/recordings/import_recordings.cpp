@@ -298,7 +298,7 @@ Status join(const ManifestEntry& entry, Recording file, Recording& whole) {
                       joined(whole.group_values), joined(file.group_values));
   if (!file.gaps.empty() || !whole.gaps.empty())
     return not_of_one(entry, "samples missing in a recording of several files",
-                      "tables without pauses", entry.file);
+                      "tables without gaps", entry.file);
   for (const Channel& channel : file.channels)
     if (std::ranges::find(whole.channels, channel.name, &Channel::name) != whole.channels.end())
       return not_of_one(entry, "channel name repeated in the other file of the recording",
