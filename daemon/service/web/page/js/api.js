@@ -63,6 +63,6 @@ export class Api {
     const response = await fetch(`${encodeURI(path)}?sha256=${sha256}`, { headers: this.headers(), cache: 'no-store' });
     if (response.ok) return response;
     const said = await response.json().catch(() => ({}));
-    throw new ApiError(said.error?.message ?? `refused (${response.status})`, said.error?.data);
+    throw new ApiError(said.error?.message ?? `File request refused: HTTP ${response.status}`, said.error?.data);
   }
 }

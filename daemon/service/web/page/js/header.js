@@ -7,7 +7,7 @@ const said_of = {
   connecting: () => ['◌', 'connecting'],
   live: () => ['●', 'live'],
   stale: (since) => ['▲', since ? `not connected: stale since ${clock(since * 1000)}` : 'not connected'],
-  full: () => ['◐', 'every 2 s: too many live connections'],
+  full: () => ['◐', 'updated every 2 s: too many live connections'],
   refused: () => ['■', 'signed out'],
 };
 

@@ -15,6 +15,7 @@ function data_text(data) {
 const latest_lines = 7;
 const latest_wait_ms = 1000;
 const most_watched = 20; // of the newest runs
+const kind_texts = { asked: 'operator needed', take_rejected: 'attempt rejected', estop: 'e-stop' };
 
 /** The newest lines beside the campaign; requested when the state of a run, the rig or the queue changes. */
 export class Latest {
@@ -38,7 +39,7 @@ export class Latest {
 
   #line({ t_us, run, kind, by, data }) {
     const state = data?.state ?? data?.rig ?? data?.outcome;
-    return el('li', {}, el('span', { class: 'quiet figure' }, clock(t_us)), ` ${run} ${words(kind)}${state ? `: ${words(state)}` : ''} `, el('span', { class: 'quiet' }, who_text(by)));
+    return el('li', {}, el('span', { class: 'quiet figure' }, clock(t_us)), ` ${run} ${kind_texts[kind] ?? words(kind)}${state ? `: ${words(state)}` : ''} `, el('span', { class: 'quiet' }, who_text(by)));
   }
 }
 

@@ -48,8 +48,9 @@ export class People {
     const params = { run: run.run, choice };
     const told = await attempt(() => this.api.call('run.recover', { ...params, preview: true }));
     if (!told) return;
+    const act = title.replace(' …', '');
     const list = el('ol', {}, told.will.map((line) => el('li', {}, line)));
-    if ((await ask({ title: `${run.run}: ${title.replace(' …', '')}?`, text: [list], act: 'Continue', danger: choice === 'discard' })) === null) return;
+    if ((await ask({ title: `${run.run}: ${act}?`, text: [list], act, danger: choice === 'discard' })) === null) return;
     await attempt(async () => {
       await this.api.change('run.recover', { ...params, lease: await this.lease.hold() });
       note(`${run.run}: done.`);

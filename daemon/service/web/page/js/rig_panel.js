@@ -12,7 +12,7 @@ const meaning = {
 };
 
 function meaning_of(rig) {
-  if (rig.locked) return `LOCKED by ${rig.locked.by}: ${rig.locked.reason}. Nothing moves until that user or an engineer unlocks it`;
+  if (rig.locked) return `LOCKED by ${rig.locked.by}: ${rig.locked.reason}. Nothing moves until that user or an engineer unlocks it (weft unlock)`;
   if (rig.run && rig.rig === 'holding') return 'in a run, not moving';
   return rig.maintenance ? `${rig.maintenance}, outside a run` : meaning[rig.rig] ?? '';
 }
@@ -39,7 +39,9 @@ export class RigPanel {
     const { rig, may_operate, live } = this.store;
     if (rig === null) return [];
     const by = rig?.latched_by ? ` by ${rig.latched_by}` : '';
-    const text = fact === 'latched' ? `The rig was halted${by}. Nothing moves until a person has inspected it.`
+    const halted = rig.latch === 'estop' ? `E-stop${by}. Nothing moves until a person has inspected the rig; only an engineer can reset it.`
+      : `The rig was halted${by}. Nothing moves until a person has inspected it.`;
+    const text = fact === 'latched' ? halted
       : fact === 'holding' ? `${rig.left_by} stopped in place; the probe may be on the fabric. Inspect the rig before anything moves.`
         : `${rig.left_by} left the rig at an unknown position. Inspect it before anything moves.`;
     return [el('strong', {}, `${fact === 'latched' ? 'HALTED' : fact.toUpperCase()} `), el('span', {}, text),
