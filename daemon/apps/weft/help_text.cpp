@@ -1,5 +1,6 @@
 #include "daemon/apps/weft/help_text.hpp"
 
+#include <string_view>
 #include <utility>
 
 #include "daemon/apps/weft/command_specs.hpp"
@@ -68,6 +69,9 @@ std::string HelpText::make_help(const CLI::App* app, std::string name,
 std::string HelpText::make_option(const CLI::Option* option, bool is_positional) const {
   constexpr std::size_t text_column = 28;
   std::string out = "  " + make_option_name(option, is_positional);
+  // CLI11 adds the value of a flag that clears a variable: "--no-evaluate{false}"
+  if (const std::size_t value = out.find("{false}"); value != std::string::npos)
+    out.erase(value, std::string_view("{false}").size());
   if (option->get_type_size() != 0) {
     out += " " + value_name(*option);
     if (!option->get_default_str().empty()) out += "=" + option->get_default_str();

@@ -1,6 +1,9 @@
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 
 #include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
@@ -55,9 +58,22 @@ void add_options(CLI::App& command, QueueMoveArgs& args) {
       ->check(CLI::NonNegativeNumber);
 }
 
+/// The author or the automatic cause, as on the page (page/js/format.js).
+std::string pause_text(const std::string& by) {
+  static const std::map<std::string, std::string, std::less<>> causes{
+      {"auto:restart", "the daemon was restarted"},  {"auto:stopped", "a run was stopped"},
+      {"auto:aborted", "a run was aborted"},         {"auto:failed", "a run failed"},
+      {"auto:interrupted", "a run was interrupted"}, {"auto:halted", "the rig was halted"},
+      {"auto:reset", "the rig was reset"},           {"auto:maintenance", "maintenance"},
+      {"auto:disk", "not enough disk space"},        {"auto:rig_file", "rig file invalid"},
+  };
+  const auto cause = causes.find(by);
+  return cause == causes.end() ? "paused by " + by : "paused automatically: " + cause->second;
+}
+
 std::string queue_text(const json& queue) {
   const json by = queue.value("paused_by", json());
-  std::string text = by.is_string() ? "paused by " + by.get<std::string>() + "\n" : "";
+  std::string text = by.is_string() ? pause_text(by.get<std::string>()) + "\n" : "";
   for (const json& run : queue.at("runs")) {
     text += format_run(run);
     if (run.contains("after"))

@@ -49,7 +49,8 @@ void add_options(CLI::App& command, CalibrateArgs& args) {
   command.add_option("--name", args.name,
                      "start the names of the calibrated fabrics with this text");
   add_number(command, "--speed-mm-s", args.speed_mm_s, 0.01, 1000,
-             "set the speed of the strokes if the recordings do not state it");
+             "set the speed of the strokes if the recordings do not state it")
+      ->default_str("");
   add_count(command, "--seed", args.seed, 0, 1'000'000'000,
             "set the seed of bootstrap and simulation");
   add_count(command, "--threads", args.threads, 1, 64,

@@ -39,7 +39,8 @@ void add_options(CLI::App& command, StrokesArgs& args) {
   command.add_option("--name", args.name,
                      "use the calibrated fabrics with names that start with this text");
   add_number(command, "--speed-mm-s", args.speed_mm_s, 0.01, 1000,
-             "set the speed of the strokes if the recordings do not state it");
+             "set the speed of the strokes if the recordings do not state it")
+      ->default_str("");
   add_count(command, "--seed", args.seed, 0, 1'000'000'000, "set the seed of the simulation");
   add_count(command, "--threads", args.threads, 1, 64,
             "use this number of threads; the result does not depend on it");

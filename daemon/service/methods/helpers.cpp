@@ -163,7 +163,7 @@ std::vector<rpc::ParamSpec> run_request_params(const std::vector<rpc::ParamSpec>
        "your lease of the rig; not needed while the lease of another user is kept for an active "
        "run"},
       {"seed", ParamType::integer, false, "seed (default: that of the recipe)"},
-      {"name", ParamType::text, false, "label, added to the folder name"},
+      {"name", ParamType::text, false, "text appended to the name of the run's folder"},
       {"digest", ParamType::text, false,
        "expected digest of the resolved recipe, from recipe.check; a changed recipe is refused"},
       {"keep_going", ParamType::flag, false,

@@ -211,7 +211,7 @@ void add_queue_methods(rpc::Methods& methods, const Services& services) {
                {run_param,
                 place,
                 {"seed", ParamType::integer, false, "seed (default: that of the recipe)"},
-                {"name", ParamType::text, false, "label, added to the folder name"},
+                {"name", ParamType::text, false, "text appended to the name of the run's folder"},
                 after_param,
                 {"lease", ParamType::text, false, "your lease of the rig; needed with after"},
                 {"keep_going", ParamType::flag, false,

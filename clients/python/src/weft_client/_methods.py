@@ -278,7 +278,7 @@ class QueueMethods:
         recipe: name of the recipe, see recipe.list
         lease: your lease of the rig; not needed while the lease of another user is kept for an active run
         seed: seed (default: that of the recipe)
-        name: label, added to the folder name
+        name: text appended to the name of the run's folder
         digest: expected digest of the resolved recipe, from recipe.check; a changed recipe is refused
         keep_going: start the next run even if this one is stopped, aborted or fails
         repeat: number of runs, 1 to 100 (default: 1); a seed increases by 1 from run to run
@@ -311,7 +311,7 @@ class QueueMethods:
         run: id of the run, "R-000318"
         place: place in the queue, from 0 (default: the end)
         seed: seed (default: that of the recipe)
-        name: label, added to the folder name
+        name: text appended to the name of the run's folder
         after: start only after this run, "R-000317", is complete ("": none)
         lease: your lease of the rig; needed with after
         keep_going: start the next run even if this one is stopped, aborted or fails
@@ -720,7 +720,7 @@ class RunMethods:
         recipe: name of the recipe, see recipe.list
         lease: your lease of the rig; not needed while the lease of another user is kept for an active run
         seed: seed (default: that of the recipe)
-        name: label, added to the folder name
+        name: text appended to the name of the run's folder
         digest: expected digest of the resolved recipe, from recipe.check; a changed recipe is refused
         keep_going: start the next run even if this one is stopped, aborted or fails
         repeat: number of runs, 1 to 100 (default: 1); a seed increases by 1 from run to run
