@@ -24,6 +24,9 @@ async function count_clicks(page) {
   return clicks.length;
 }
 
+/** Waits until the confusion matrix has `classes` rows; the page may draw it again while answers arrive. */
+const matrix_of = (page, classes) => page.waitForFunction((n) => document.querySelectorAll('#run-body table.confusion tbody tr').length === n, classes);
+
 await with_daemon(async (daemon, open) => {
   daemon.weft('start', 'plain', '--wait');
   daemon.call('run.wait', { run: 'R-000001', hand_over: true });
@@ -31,7 +34,7 @@ await with_daemon(async (daemon, open) => {
   const page = await open(daemon.link());
   await connected(page);
   assert.ok(await count_clicks(page) <= 3);
-  assert.equal(await page.locator('#run-body table.confusion tbody tr').count(), 2);
+  await matrix_of(page, 2);
   const right = `${(100 * told.accuracy).toFixed(1)} %`;
   await says(page, '#run-head', new RegExp(`M1: accuracy ${right.replace('.', '\\.')}`));
   await page.focus('#run-body button:has-text("Shares")');
@@ -122,7 +125,7 @@ await with_daemon(async (daemon, open) => {
   await connected(anew);
   assert.ok(await count_clicks(anew) <= 3);
   await says(anew, '#run-head', /R-000003 · first/);
-  await anew.waitForFunction(() => document.querySelectorAll('#run-body table.confusion tbody tr').length === 3);
+  await matrix_of(anew, 3);
 
   // on a phone, after the end of the run
   const small = await open(daemon.link(), { viewport: phone, colorScheme: 'dark' });
