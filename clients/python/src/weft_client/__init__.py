@@ -7,7 +7,8 @@
             print(event.state.get("trials_done"), "of", event.state.get("trials_planned"))
         print(run.wait())
 
-Trials as arrays: weft_client.campaign (numpy), weft_client.dataset (h5py), weft_client.frames (pandas).
+Trials as arrays: weft_client.campaign (numpy), weft_client.dataset (h5py), weft_client.frames (pandas),
+weft_client.xarrays (xarray). A data set as Parquet or MCAP: python3 -m weft_client.export.
 """
 from ._client import VERSION as __version__
 from ._client import Client, connect, halt

@@ -2,7 +2,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple, Union
+
+WRENCH_COLUMNS = ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm")
+WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
+
+
+def simulated(bench_kind: str) -> Optional[bool]:
+    """Whether samples of this bench are simulated; None if it is unknown."""
+    return {"simulated": True, "real": False}.get(bench_kind)
+
+
+def count_unit(dtype: Any) -> str:
+    """Unit of taxel values: whole ones are raw counts; of scaled ones it is not recorded."""
+    return "count" if dtype.kind == "u" else "unknown"
+
+
+def stage_columns(axes: Tuple[str, ...], units: Tuple[str, ...]) -> Tuple[str, ...]:
+    return tuple(f"{axis}_{unit}" for axis, unit in zip(axes, units))
 
 
 @dataclass(frozen=True)
@@ -18,6 +35,8 @@ class Trial:
     wrench_t_s, wrench [m, 6]   Fx Fy Fz [N], Tx Ty Tz [N m], in the sensor's frame
     stages_t_s, stages [k, axes]  [m], rotary ones [rad]; `axes` has their names
     bench_kind                  simulated, real or unknown
+    axis_units                  "m" or "rad" of each axis
+    digests                     of a trial of a data set: dataset_sha256, trial_sha256
     """
 
     file: str
@@ -37,6 +56,31 @@ class Trial:
     wrench: Any = field(repr=False)
     stages_t_s: Any = field(repr=False)
     stages: Any = field(repr=False)
+    axis_units: Tuple[str, ...] = ()
+    digests: Dict[str, str] = field(default_factory=dict, repr=False)
+
+    @property
+    def simulated(self) -> Optional[bool]:
+        """None if the kind of the bench is unknown."""
+        return simulated(self.bench_kind)
+
+    @property
+    def units(self) -> Dict[str, Union[str, Tuple[str, ...]]]:
+        """Unit of each array; of `wrench` and `stages` one for each column. Scaled counts of an imported set: "unknown"."""
+        return {"taxel_t_s": "s", "counts": count_unit(self.counts.dtype), "wrench_t_s": "s", "wrench": WRENCH_UNITS, "stages_t_s": "s",
+                "stages": self.axis_units}
+
+    @property
+    def stage_columns(self) -> Tuple[str, ...]:
+        """Names of the columns of `stages` with their units, such as x_m and rx_rad."""
+        return stage_columns(self.axes, self.axis_units)
+
+    @property
+    def attrs(self) -> Dict[str, Any]:
+        """Metadata for a table of this trial; `simulated` is left out if it is unknown."""
+        known = {} if self.simulated is None else {"simulated": self.simulated}
+        return {"file": self.file, "label": self.label, "group": self.group, "exploration": self.exploration, "repetition": self.repetition,
+                "bench_kind": self.bench_kind, **known, **self.digests}
 
     def in_phase(self, phase: str) -> Any:
         """Counts of one phase [n, taxels]: "S", "P", "M" or "E"."""

@@ -13,10 +13,11 @@ import sqlite3
 import zlib
 from typing import Any, Iterator, List, Tuple, Union
 
-import numpy
-
 from ._errors import DataAltered, RequestError
+from ._extras import extra
 from ._trial import Trial
+
+numpy = extra("numpy", "numpy")
 
 _TAXEL, _WRENCH, _STAGES = 0, 1, 2
 _WRENCH_PER_UNIT = 1e6
@@ -41,6 +42,7 @@ class Campaign:
             self._data.close()
             raise RequestError(f"not a campaign file: {problem}", 1001, {"kind": "request.unreadable", "where": str(self._path)}) from problem
         self.axes: Tuple[str, ...] = tuple(name for name, _ in axes)
+        self._axis_units = tuple("rad" if rotary else "m" for _, rotary in axes)
         self._stage_per_unit = numpy.array([1e8 if rotary else 1e9 for _, rotary in axes])
 
     def close(self) -> None:
@@ -65,7 +67,7 @@ class Campaign:
             yield Trial(f"{index:04d}-{label}-{exploration}-r{repetition:02d}", label, group, exploration, index, attempt, repetition, ended,
                         self.bench_kind, self.axes, taxels["t_ns"] / _NS_PER_S, taxels["counts"], taxels["phase"],
                         wrench["t_ns"] / _NS_PER_S, wrench["quanta"] / _WRENCH_PER_UNIT, stages["t_ns"] / _NS_PER_S,
-                        stages["quanta"] / self._stage_per_unit)
+                        stages["quanta"] / self._stage_per_unit, self._axis_units)
 
     def _taxel_row(self) -> Any:
         return numpy.dtype([("t_ns", "<i8"), ("device_us", "<u4"), ("proximity", "<u2"), ("ambient", "<u2"), ("phase", "S1"),

@@ -2,18 +2,24 @@
 
     from weft_client.dataset import DataSet
     with DataSet("out/m1/dataset.h5") as data:
-        print(data.bench_kind, data[0].label, data[0].in_phase("M").shape)
+        print(data.bench_kind, data[0].label, data[0].in_phase("M").shape)   # numpy
+        print(data.overview(), data.frame(0, "wrench"))                      # extra: pandas
+        print(data.xarray(0))                                                # extra: xarray
+        X, y, groups, *_ = data.arrays("features.csv", "M1")                 # for scikit-learn
+        data.to_parquet("m1.parquet"), data.to_mcap("m1.mcap")               # extras: parquet, mcap
 """
 from __future__ import annotations
 
 import os
-from typing import Any, Iterator, Tuple, Union
+from typing import Any, Dict, Iterator, Optional, Tuple, Union
 
-import h5py
-import numpy
-
+from . import _arrays, _trial
 from ._errors import RequestError
+from ._extras import extra
 from ._trial import Trial
+
+numpy = extra("numpy", "h5py")
+h5py = extra("h5py", "h5py")
 
 _NS_PER_S = 1e9
 
@@ -21,7 +27,8 @@ _NS_PER_S = 1e9
 class DataSet:
     """A sequence of trials, read one at a time. Digests are not checked here: `weft verify` does that.
 
-    Attributes: `bench_kind` (simulated, real, unknown), `name`, `dataset_sha256`, `axes`; `h5` is the h5py file.
+    Attributes: `bench_kind` (simulated, real, unknown), `name`, `dataset_sha256`, `axes`, `axis_units` (m, rad), `count_unit` (count, or
+    unknown for scaled values); `h5` is the h5py file, for one thread at a time.
     """
 
     def __init__(self, file: "Union[str, os.PathLike[str]]") -> None:
@@ -32,6 +39,8 @@ class DataSet:
             raise RequestError("not a data set of Weft", 1001, {"kind": "request.unreadable", "where": os.fspath(file)})
         self.bench_kind, self.name, self.dataset_sha256 = (_text(self.h5.attrs[k]) for k in ("bench_kind", "name", "dataset_sha256"))
         self.axes: Tuple[str, ...] = tuple(_text(name) for name in self.h5["stages/axis"][:])
+        self.axis_units: Tuple[str, ...] = tuple(_text(unit) for unit in self.h5["stages/unit"][:])
+        self.count_unit = _trial.count_unit(self.h5["taxel/counts"].dtype) if "taxel/counts" in self.h5 else "count"
 
     def close(self) -> None:
         self.h5.close()
@@ -62,7 +71,79 @@ class DataSet:
         return Trial(file, label, group, exploration, index, attempt, repetition, outcome, self.bench_kind, self.axes,
                      self.h5["taxel/t_ns"][taxel] / _NS_PER_S, self._counts(taxel), phase.view("S1"),
                      self.h5["wrench/t_ns"][wrench] / _NS_PER_S, quanta[wrench] / per_unit,
-                     self.h5["stages/t_ns"][stages] / _NS_PER_S, self.h5["stages/quanta"][stages] / self.h5["stages/per_unit"][:])
+                     self.h5["stages/t_ns"][stages] / _NS_PER_S, self.h5["stages/quanta"][stages] / self.h5["stages/per_unit"][:], self.axis_units,
+                     {"dataset_sha256": self.dataset_sha256, "trial_sha256": self.text("trials/sha256", i)})
+
+    @property
+    def simulated(self) -> Optional[bool]:
+        """None if the kind of the bench is unknown."""
+        return _trial.simulated(self.bench_kind)
+
+    @property
+    def stage_columns(self) -> Tuple[str, ...]:
+        """Names of the axes with their units, such as x_m and rx_rad."""
+        return _trial.stage_columns(self.axes, self.axis_units)
+
+    def text(self, column: str, i: int) -> str:
+        """Value of a text column, such as "trials/sha256", in row `i`."""
+        return _text(self.h5[column][i])
+
+    def times_ns(self, stream: str, i: int) -> Any:
+        """Recorded times of trial `i` [n] int64 [ns]; stream: taxel, wrench or stages."""
+        return self.h5[f"{stream}/t_ns"][self._span(stream, i)]
+
+    def overview(self) -> Any:
+        """A pandas frame with a row for each trial, without reading samples: the columns of /trials, the factors of a sweep [SI], and samples of each stream.
+
+        `attrs` has name, dataset_sha256, bench_kind and `simulated` (left out if unknown). Errors: ImportError without pandas.
+        """
+        pandas = extra("pandas", "pandas")
+        columns: Dict[str, Any] = {}
+        for name, column in self.h5["trials"].items():
+            if not name.endswith("_first"):
+                columns[name] = [_text(value) for value in column[:]] if column.dtype.kind == "S" else column[:]
+        for k, name in enumerate(self._factors()):
+            columns[name] = self.h5["factors/values"][:, k]
+        first = [name for name in ("file", "label", "group", "exploration", "repetition", "outcome") if name in columns]
+        frame = pandas.DataFrame(columns)[[*first, *(name for name in columns if name not in first)]]
+        known = {} if self.simulated is None else {"simulated": self.simulated}
+        frame.attrs = {"name": self.name, "dataset_sha256": self.dataset_sha256, "bench_kind": self.bench_kind, **known}
+        return frame
+
+    def frame(self, i: int, stream: str = "taxels") -> Any:
+        """Samples of trial `i` as a pandas frame: frames.samples(). Errors: IndexError, RequestError; ImportError without pandas."""
+        from .frames import samples
+        return samples(self[i], stream)
+
+    def xarray(self, i: int) -> Any:
+        """Trial `i` as an xarray Dataset: xarrays.dataset(). Errors: IndexError; ImportError without xarray."""
+        from .xarrays import dataset
+        return dataset(self[i])
+
+    def arrays(self, features: "Union[str, os.PathLike[str]]", exploration: str = "") -> _arrays.Arrays:
+        """X, y and groups for scikit-learn, from the CSV that `weft fabric features` writes of this data set; "" takes all explorations.
+
+        Factors of a sweep are left out: overview() has them. Errors: OSError; RequestError if the CSV is of another data set or lacks the exploration.
+        """
+        files, labels, explorations = ([_text(value) for value in self.h5[f"trials/{k}"][:]] for k in ("file", "label", "exploration"))
+        chosen = {file for file, of in zip(files, explorations) if exploration in ("", of)}
+        if not chosen:
+            raise RequestError("exploration not found", 1004, {"kind": "not_found", "where": str(self.h5.filename), "got": exploration,
+                                                               "expected": ", ".join(sorted(set(explorations)))})
+        return _arrays.read(features, dict(zip(files, labels)), chosen, self._factors())
+
+    def to_parquet(self, path: "Union[str, os.PathLike[str]]") -> int:
+        """Writes the taxel samples: export.to_parquet(). Returns the number of rows. Errors: ImportError without pyarrow; RequestError, OSError."""
+        from .export import to_parquet
+        return to_parquet(self, path)
+
+    def to_mcap(self, path: "Union[str, os.PathLike[str]]") -> int:
+        """Writes all streams and phases: export.to_mcap(). Returns the number of messages. Errors: ImportError without mcap; RequestError, OSError."""
+        from .export import to_mcap
+        return to_mcap(self, path)
+
+    def _factors(self) -> Tuple[str, ...]:
+        return tuple(_text(name) for name in self.h5["factors/name"][:]) if "factors" in self.h5 else ()
 
     def _counts(self, taxel: slice) -> Any:
         """A rig without taxels has [n, 0]: its phases refer to the wrench samples."""

@@ -1,15 +1,18 @@
-"""Trials and their phases as pandas frames (extra: pandas).
+"""Trials, their phases and their samples as pandas frames (extra: pandas).
 
-    from weft_client.frames import phases, trials
+    from weft_client.frames import phases, samples, trials
     trials(data).groupby("label").size()
+    samples(data[0], "wrench")["fz_N"].plot()
 """
 from __future__ import annotations
 
-from typing import Any, Iterable
+from typing import Any, Dict, Iterable
 
-import pandas
+from ._errors import RequestError
+from ._extras import extra
+from ._trial import WRENCH_COLUMNS, Trial
 
-from ._trial import Trial
+pandas = extra("pandas", "pandas")
 
 
 def trials(of: Iterable[Trial]) -> Any:
@@ -32,3 +35,31 @@ def phases(of: Iterable[Trial]) -> Any:
     """A row for each phase of each trial: file, label, exploration, repetition, phase, first, samples, begins_s, lasts_s [s]."""
     return pandas.DataFrame([{"file": trial.file, "label": trial.label, "exploration": trial.exploration, "repetition": trial.repetition, **phase}
                              for trial in of for phase in trial.phases()])
+
+
+def samples(trial: Trial, stream: str = "taxels") -> Any:
+    """A row for each sample of one stream; the index is t_s, the campaign's clock [s].
+
+    taxels   phase, ch1 ... chN in `trial.units["counts"]`
+    wrench   fx_N fy_N fz_N tx_Nm ty_Nm tz_Nm, in the sensor's frame
+    stages   a column for each axis with its unit, such as x_m, rx_rad
+
+    `attrs` has file, label, group, exploration, repetition, bench_kind, `simulated` (left out if unknown) and `units` of the columns.
+    Errors: RequestError for another stream.
+    """
+    units: Dict[str, str] = {}
+    if stream == "taxels":
+        units = {f"ch{taxel + 1}": str(trial.units["counts"]) for taxel in range(trial.counts.shape[1])}
+        frame = pandas.DataFrame(trial.counts, index=trial.taxel_t_s, columns=list(units))
+        frame.insert(0, "phase", trial.phase.astype("U1"))
+    elif stream == "wrench":
+        units = dict(zip(WRENCH_COLUMNS, trial.units["wrench"]))
+        frame = pandas.DataFrame(trial.wrench, index=trial.wrench_t_s, columns=list(units))
+    elif stream == "stages":
+        units = dict(zip(trial.stage_columns, trial.axis_units))
+        frame = pandas.DataFrame(trial.stages, index=trial.stages_t_s, columns=list(units))
+    else:
+        raise RequestError("unknown stream", 1003, {"kind": "param.range", "where": "stream", "got": stream, "expected": "taxels, wrench or stages"})
+    frame.index.name = "t_s"
+    frame.attrs = {**trial.attrs, "units": {"t_s": "s", **units}}
+    return frame
