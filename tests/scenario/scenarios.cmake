@@ -236,6 +236,11 @@ add_test(NAME scenario_pypi_clients
          COMMAND ${WEFT_PYTHON} ${cli_tests}/pypi_clients.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/pypi_clients)
 set_tests_properties(scenario_pypi_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# The Python client's arrays and exports with packages from PyPI; their virtual environment stays in the build tree.
+add_test(NAME scenario_python_data
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/python_data.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/python_data)
+set_tests_properties(scenario_python_data PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # The daemon over its socket: a run is started, paused, resumed, halted and killed, with the standard library only.
 add_test(NAME scenario_weftd_runs
          COMMAND ${WEFT_PYTHON} ${cli_tests}/weftd_runs.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
