@@ -23,7 +23,8 @@ string(REGEX REPLACE ".*\"(.*)\"" "\\1" WEFT_CLIENT_VERSION "${WEFT_CLIENT_VERSI
 file(CONFIGURE OUTPUT ${deb_made}/METADATA CONTENT "Metadata-Version: 2.1\nName: weft-client\nVersion: @WEFT_CLIENT_VERSION@\n" @ONLY)
 set(site lib/python3/dist-packages)
 install(DIRECTORY clients/python/src/weft_client DESTINATION ${site} COMPONENT python EXCLUDE_FROM_ALL PATTERN __pycache__ EXCLUDE)
-install(FILES ${deb_made}/METADATA DESTINATION ${site}/weft_client-${WEFT_CLIENT_VERSION}.dist-info COMPONENT python EXCLUDE_FROM_ALL)
+file(WRITE ${deb_made}/entry_points.txt "[pytest11]\nweft_client = weft_client.testing\n")  # as in pyproject.toml
+install(FILES ${deb_made}/METADATA ${deb_made}/entry_points.txt DESTINATION ${site}/weft_client-${WEFT_CLIENT_VERSION}.dist-info COMPONENT python EXCLUDE_FROM_ALL)
 
 foreach(pair weft:weft system:weftd rig:weft-rig sdk:weft-dev python:python3-weft)
   string(REGEX REPLACE "(.*):(.*)" "\\1;\\2" pair ${pair})
