@@ -334,6 +334,10 @@ add_test(NAME scenario_other_clients
          COMMAND ${WEFT_PYTHON} ${cli_tests}/other_clients.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_python_client_methods scenario_python_client scenario_other_clients
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Its pytest plugin: the repository of docs/howto/ci.md, with pytest from PyPI in a virtual environment of the build tree.
+add_test(NAME scenario_pytest_plugin
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/pytest_plugin.py $<TARGET_FILE_DIR:weftd> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/pytest_plugin)
+set_tests_properties(scenario_pytest_plugin PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME lint_python_client_types COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/lint/python_types.py ${PROJECT_SOURCE_DIR})
 set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 
@@ -392,6 +396,7 @@ endfunction()
 weft_waits(1 scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
 weft_waits(2 scenario_docs_commands scenario_pypi_clients scenario_weftd_notify scenario_box_pages scenario_echo_line scenario_vibro_ports
            scenario_real_port)
-weft_waits(3 scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client)
+weft_waits(3 scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client
+           scenario_pytest_plugin)
 weft_waits(4 scenario_apt_client scenario_modbus_clients scenario_weftd_end scenario_train_mpi scenario_plugins scenario_weftd_tls
            scenario_weftd_access unit_python_client)
