@@ -326,7 +326,7 @@ def report(root, checker):
         print(f"{count:6} {folder}")
     for path in sorted(root.rglob("*.md")):
         words = words_of_sentences(path.read_text())
-        if len(words) >= 5 and "node_modules" not in path.parts:
+        if len(words) >= 5 and not {"node_modules", "build"} & set(path.relative_to(root).parts):
             print(f"mean {statistics.mean(words):5.1f}  p90 {sorted(words)[int(0.9 * len(words))]:3}  {path.relative_to(root)}")
 
 
