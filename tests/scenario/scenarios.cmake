@@ -235,6 +235,10 @@ endif()
 add_test(NAME scenario_pypi_clients
          COMMAND ${WEFT_PYTHON} ${cli_tests}/pypi_clients.py $<TARGET_FILE:weft-rig> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/pypi_clients)
 set_tests_properties(scenario_pypi_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Bluesky and ophyd-async from PyPI run plans on the simulated rig through the Python client.
+add_test(NAME scenario_bluesky_rig
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/bluesky_rig.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/bluesky_rig)
+set_tests_properties(scenario_bluesky_rig PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The Python client's arrays and exports with packages from PyPI; their virtual environment stays in the build tree.
 add_test(NAME scenario_python_data
@@ -396,7 +400,7 @@ endfunction()
 weft_waits(1 scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
 weft_waits(2 scenario_docs_commands scenario_pypi_clients scenario_weftd_notify scenario_box_pages scenario_echo_line scenario_vibro_ports
            scenario_real_port)
-weft_waits(3 scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client
+weft_waits(3 scenario_bluesky_rig scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client
            scenario_pytest_plugin)
 weft_waits(4 scenario_apt_client scenario_modbus_clients scenario_weftd_end scenario_train_mpi scenario_plugins scenario_weftd_tls
            scenario_weftd_access unit_python_client)

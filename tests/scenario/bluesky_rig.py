@@ -1,0 +1,323 @@
+#!/usr/bin/env python3
+"""weft_client.bluesky with the real bluesky and ophyd-async, from PyPI at pinned versions (bluesky_rig.txt), against weftd on the simulated rig: a campaign
+is flown, the probe is moved within its limits, plans are paused, resumed and aborted.
+
+    bluesky_rig.py WEFTD SOURCE_ROOT FOLDER      FOLDER has the virtual environment, and is made if it does not exist
+
+Exit 77 (skipped) if PyPI cannot be reached or is too slow. All simulated.
+"""
+import json
+import logging
+import pathlib
+import sys
+import tempfile
+import threading
+import time
+
+import pypi_environment
+
+WEFTD, ROOT = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+
+if __name__ == "__main__":
+    pypi_environment.enter(sys.argv[3], pathlib.Path(__file__).with_suffix(".txt"))
+
+sys.path.insert(0, str(ROOT / "clients/python/src"))
+
+import bluesky.plan_stubs as bps
+import bluesky.preprocessors as bpp
+from bluesky import RunEngine
+from bluesky.plans import count, scan
+from bluesky.utils import FailedStatus, RunEngineInterrupted
+
+import weft_client
+from cli_support import Checks
+from weft_client.bluesky import WeftCampaign, WeftRig, fly_recipe
+from weftd_support import Daemon
+
+TRIALS = 8
+CLEAR_Z_MM, NEAR_MM = 52, 0.02  # bench17: plate at 60 mm, clearance 8 mm
+PATIENCE_S = 60
+
+
+class Documents:
+    def __init__(self, engine):
+        self.all = []
+        engine.subscribe(lambda name, document: self.all.append((name, document)))
+
+    def take(self):
+        """The documents since the last call, by name; pages of events as rows by the name of their stream."""
+        taken, self.all = self.all, []
+        found, streams, rows = {}, {}, {}
+        for name, document in taken:
+            found.setdefault(name, []).append(document)
+            if name == "descriptor":
+                streams[document["uid"]] = document["name"]
+            elif name == "event":
+                rows.setdefault(streams[document["descriptor"]], []).append(document["data"])
+            elif name == "event_page":
+                data = document["data"]
+                rows.setdefault(streams[document["descriptor"]], []).extend(dict(zip(data, row)) for row in zip(*data.values()))
+        return found, rows
+
+
+def until(condition, what):
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end, f"not within {PATIENCE_S} s: {what}"
+        time.sleep(0.02)
+
+
+def lines(client, kind):
+    return client.api.log.query(kind=kind, most=1000)["lines"]
+
+
+def is_safe_and_free(t, client, what):
+    state = client.api.rig.state()
+    t.expect(state["rig"] == "safe" and "maintenance" not in state, f"{what}: {state}")
+    t.expect(client.api.lease.list()["leases"] == [], f"{what}: {client.api.lease.list()}")
+
+
+def refused(t, engine, plan, kind, what):
+    try:
+        engine(plan)
+        t.expect(False, f"{what}: not refused")
+    except (weft_client.WeftError, FailedStatus) as problem:
+        cause = problem if isinstance(problem, weft_client.WeftError) else problem.__cause__ or problem.args[0].exception()
+        t.expect(getattr(cause, "kind", "") == kind, f"{what}: {cause!r}")
+
+
+def before_homing(t, client, engine, rig):
+    refused(t, engine, scan([rig.z], rig.x, 70, 72, 2), "state.conflict", "stages not homed")
+    refused(t, engine, count([rig.wrench]), "state.conflict", "no sample without a run")
+    t.expect(all(line["data"]["state"] != "moving" for line in lines(client, "maintenance")), "nothing moved before the first run")
+    t.expect(client.api.lease.list()["leases"] == [], "no lease after a refused plan")
+
+
+def flies(t, client, engine, rig, documents):
+    """A whole campaign. Its documents have the digests of the certificate."""
+    campaign = WeftCampaign(rig, "small", seed=5)
+    engine(fly_recipe(campaign, md={"purpose": "smoke"}))
+    found, rows = documents.take()
+    certificate = client.api.data.certificate(run=campaign.run.name)
+    start, stop, summary = found["start"][0], found["stop"][0], rows["campaign"]
+    t.expect(start["weft"]["simulated"] is True and start["weft"]["bench"] == "simulated" and start["weft"]["rig"] == "bench17", f"{start}")
+    t.expect((start["recipe"], start["purpose"], stop["exit_status"]) == ("small", "smoke", "success"), f"{start} {stop}")
+    t.expect(stop["num_events"] == {"campaign-trials": TRIALS, "campaign": 1}, f"{stop}")
+    t.expect(len(summary) == 1 and len(certificate["dataset_sha256"]) == 64, f"{summary} {certificate['dataset_sha256']}")
+    expected = {"run": campaign.run.name, "dataset_sha256": certificate["dataset_sha256"], "recipe_digest": campaign.run.state()["digest"], "simulated": True,
+                "outcome": "complete", "cleanup": "done", "rig": "safe", "trials_done": TRIALS, "trials_planned": TRIALS}
+    t.expect({key: summary[0][f"campaign-{key}"] for key in expected} == expected, f"{summary} for {expected}")
+    accuracies = [told["accuracy"] for told in campaign.run.state()["result"]]
+    t.expect(len(accuracies) == 1 and summary[0]["campaign-accuracy"] == accuracies[0] > 0.5, f"{summary} for {accuracies}")
+    trials = [(row["campaign-trials-trial"], row["campaign-trials-sha256"]) for row in rows["campaign-trials"]]
+    t.expect(trials == [(trial["name"], trial["sha256"]) for trial in certificate["trials"]] and all(digest for _, digest in trials), f"{trials}")
+    t.expect(all(row["campaign-trials-simulated"] is True and row["campaign-trials-dataset_sha256"] == certificate["dataset_sha256"]
+                 and 0 < row["campaign-trials-force_rms_error_n"] < 0.1 for row in rows["campaign-trials"]), f"{rows['campaign-trials']}")
+    is_safe_and_free(t, client, "after a flight")
+    refused(t, engine, count([rig.wrench]), "state.conflict", "the last sample of a run that is over")
+    refused(t, engine, count([rig.taxels]), "state.conflict", "the last frame of a run that is over")
+    print(f"SIMULATED campaign {campaign.run.name}: {TRIALS} trials, accuracy {accuracies[0]}, data set {certificate['dataset_sha256'][:12]}")
+    return campaign.run.name
+
+
+def moves(t, client, engine, rig, documents, run):
+    """A scan of two axes with wrench and taxels of the newest run; the journal has the motions."""
+    documents.take()
+    before = len(lines(client, "maintenance"))
+    engine(scan([rig.wrench, rig.taxels, rig.z], rig.x, 74, 78, rig.rx, 0, 1, num=3, md=rig.metadata()))
+    found, rows = documents.take()
+    events = rows["primary"]
+    t.expect([round(event["rig-x"], 1) for event in events] == [74, 76, 78], f"{events}")
+    t.expect(all(abs(event["rig-x"] - mm) < NEAR_MM and abs(event["rig-rx"] - deg) < NEAR_MM and abs(event["rig-z"] - CLEAR_Z_MM) < 2 * NEAR_MM
+                 for event, mm, deg in zip(events, (74, 76, 78), (0, 0.5, 1))), f"{events}")
+    t.expect(all(len(event["rig-taxels"]) == 16 and min(event["rig-taxels"]) > 0 and abs(event["rig-wrench-fz_n"]) < 1 for event in events), f"{events}")
+    t.expect(all((event["rig-wrench-live"], event["rig-wrench-run"], event["rig-wrench-simulated"]) == (False, run, True) for event in events), f"{events}")
+    configuration = found["descriptor"][0]["configuration"]
+    t.expect(configuration["rig-x"]["data"]["rig-x-simulated"] is True and configuration["rig-x"]["data"]["rig-x-high"] == 150, f"{configuration}")
+    t.expect(found["start"][0]["weft"]["simulated"] is True, f"{found['start']}")
+    ended = [line["data"] for line in lines(client, "maintenance")[before:] if line["data"]["state"] == "ended"]
+    t.expect(len(ended) >= 8 and all(line["order"] in ("jog", "retract") and line["outcome"] == "complete" for line in ended), f"{ended}")
+    is_safe_and_free(t, client, "after a scan")
+    engine(bpp.stage_wrapper(bps.mv(rig.z, CLEAR_Z_MM + 2), [rig]))
+    t.expect(abs(lines(client, "maintenance")[-1]["data"]["to"]["z_m"] - CLEAR_Z_MM / 1000) < 1e-4, "unstage() lifts a lowered probe")
+    is_safe_and_free(t, client, "after a lowered probe")
+
+
+def limits(t, client, engine, rig):
+    """Beyond a limit: refused before motion. Without stage(): no lease, no motion."""
+    for stage, target in (rig.x, 150.01), (rig.z, -0.1), (rig.rx, 5.01), (rig.ry, float("nan")):
+        def plan():
+            nonlocal before
+            before = len(lines(client, "maintenance"))
+            yield from bps.mv(stage, target)
+        before = 0
+        refused(t, engine, bpp.stage_wrapper(plan(), [rig]), "param.range", f"{stage.name} to {target}")
+        t.expect(len(lines(client, "maintenance")) == before > 0, f"{stage.name} to {target}: no motion")
+    before = len(lines(client, "maintenance"))
+    refused(t, engine, bps.mv(rig.x, 75), "state.conflict", "not staged")
+
+    def unstaged():
+        yield from bps.open_run()
+        yield from bps.kickoff(WeftCampaign(rig, "small"), wait=True)
+    runs = len(client.runs())
+    refused(t, engine, unstaged(), "state.conflict", "nothing staged")
+    t.expect(len(lines(client, "maintenance")) == before, "nothing moved without stage()")
+    refused(t, engine, bpp.stage_wrapper(unstaged(), [rig]), "state.conflict", "campaign not staged")
+    t.expect(len(client.runs()) == runs, "nothing started without stage()")
+    is_safe_and_free(t, client, "after refusals")
+
+
+def in_background(action, condition, what):
+    """`action` in a thread as soon as `condition` holds."""
+    def act():
+        until(condition, what)
+        action()
+    thread = threading.Thread(target=act, daemon=True)
+    thread.start()
+    return thread
+
+
+def interrupted(t, engine, plan, what):
+    try:
+        engine(plan)
+        t.expect(False, f"{what}: not interrupted")
+    except RunEngineInterrupted:
+        pass
+
+
+def step_of(campaign):
+    return (campaign.run.state().get("at") or {}).get("step") if campaign.run else None
+
+
+def pauses_a_move(t, client, engine, rig):
+    """A pause ends the move after its present jog, and nothing moves meanwhile; the resume completes it."""
+    client.api.sim.clock(pace=4)
+    places = []
+
+    def plan():
+        yield from bps.mv(rig.x, 78)
+        yield from bps.checkpoint()
+        yield from bps.mv(rig.x, 84)
+        places.append((yield from bps.rd(rig.x)))
+    first = len(lines(client, "maintenance"))
+    beyond = lambda: any(line["data"].get("to", {}).get("x_m", 0) > 0.0789 for line in lines(client, "maintenance")[first:])
+    pausing = in_background(engine.request_pause, beyond, "x beyond 78.9 mm")
+    interrupted(t, engine, bpp.stage_wrapper(plan(), [rig]), "pause of a move")
+    pausing.join(PATIENCE_S)
+    held = lines(client, "maintenance")
+    t.expect(held[-1]["data"]["state"] == "ended" and 0.0785 < held[-1]["data"]["to"]["x_m"] < 0.0835, f"{held[-1]}")
+    t.expect(client.api.rig.state()["rig"] == "safe" and len(client.api.lease.list()["leases"]) == 1, "safe and leased during the pause")
+    time.sleep(0.5)
+    t.expect(len(lines(client, "maintenance")) == len(held), "no motion during a pause")
+    client.api.sim.clock(pace=0)
+    engine.resume()
+    t.expect(len(places) == 1 and abs(places[0] - 84) < NEAR_MM, f"{places}")
+    is_safe_and_free(t, client, "after a resumed move")
+
+
+def pauses_a_flight(t, client, engine, rig, documents):
+    """A pause retracts the probe and holds the run; the resumed campaign is complete. Sensors are live during the flight."""
+    client.api.sim.clock(pace=20)
+    live = WeftRig(client, "live")
+    campaign = WeftCampaign(rig, "small", seed=6)
+    documents.take()
+    pausing = in_background(engine.request_pause, lambda: step_of(campaign) == "sliding", "a slide")
+    interrupted(t, engine, fly_recipe(campaign), "pause of a flight")
+    pausing.join(PATIENCE_S)
+    run = campaign.run.name
+    t.expect(campaign.run.state()["state"] == "held", f"{campaign.run.state()}")
+    last = [line["data"] for line in lines(client, "state") if line["run"] == run]
+    time.sleep(0.5)
+    t.expect(last == [line["data"] for line in lines(client, "state") if line["run"] == run], "the run stays held during a pause")
+    samples = client.api.run.samples(most=1)
+    t.expect(dict(zip(samples["columns"], samples["rows"][-1]))["z_mm"] < CLEAR_Z_MM + 0.5, f"the probe is lifted: {samples['rows']}")
+    readings = engine_read(engine, live.wrench)
+    t.expect(readings["live-wrench-live"] is True and readings["live-wrench-run"] == run, f"{readings}")
+    client.api.sim.clock(pace=0)
+    engine.resume()
+    found, rows = documents.take()
+    t.expect(len(rows["campaign"]) == 1 and rows["campaign"][0]["campaign-outcome"] == "complete" and rows["campaign"][0]["campaign-run"] == run, f"{rows}")
+    outcomes = [row["campaign-trials-outcome"] for row in rows["campaign-trials"]]
+    t.expect(outcomes.count("complete") == TRIALS and len(outcomes) == TRIALS + 1, f"one repeated attempt: {outcomes}")
+    t.expect(found["stop"][0]["exit_status"] == "success", f"{found['stop']}")
+    is_safe_and_free(t, client, "after a resumed flight")
+
+
+def engine_read(engine, sensor):
+    """A reading on the loop of a paused engine."""
+    import asyncio
+    told = asyncio.run_coroutine_threadsafe(sensor.read(), engine.loop).result(PATIENCE_S)
+    return {key: reading["value"] for key, reading in told.items()}
+
+
+def aborts(t, client, engine, rig, documents, how):
+    """The RunEngine is aborted while the probe slides: the run is aborted, the probe lifted, the lease released, and the documents have the run."""
+    client.api.sim.clock(pace=20)
+    documents.take()
+    campaign = WeftCampaign(rig, "small", seed=7)
+    plan = {"plan": lambda: fly_recipe(campaign), "paused": lambda: fly_recipe(campaign), "bare": lambda: bare(campaign)}[how]()
+    sliding = lambda: step_of(campaign) == "sliding"
+    acting = in_background(engine.request_pause if how == "paused" else lambda: engine.abort("smoke"), sliding, "a slide")
+    interrupted(t, engine, plan, f"abort ({how})")
+    if how == "paused":
+        engine.abort("smoke")
+    acting.join(PATIENCE_S)
+    client.api.sim.clock(pace=0)
+    until(lambda: client.api.lease.list()["leases"] == [], "lease released")
+    end = campaign.run.wait(PATIENCE_S)
+    t.expect((end.outcome, end.cleanup, end.rig) == ("aborted", "done", "safe"), f"{how}: {end}")
+    is_safe_and_free(t, client, f"after an abort ({how})")
+    found, rows = documents.take()
+    t.expect(found["stop"][0]["exit_status"] == "abort", f"{how}: {found['stop']}")
+    if how != "bare":
+        told = rows["campaign"][0]
+        t.expect((told["campaign-outcome"], told["campaign-rig"], told["campaign-simulated"], told["campaign-run"])
+                 == ("aborted", "safe", True, campaign.run.name), f"{how}: {rows}")
+    print(f"SIMULATED abort ({how}): {end.outcome}, {end.cleanup}, rig {end.rig}")
+
+
+def bare(campaign):
+    """Without the clean-up of fly_recipe(): only the RunEngine's own unstage() is left."""
+    yield from bps.open_run()
+    yield from bps.stage(campaign, wait=True)
+    yield from bps.kickoff(campaign, wait=True)
+    yield from bps.complete(campaign, wait=True)
+
+
+def write_recipes(folder):
+    (folder / "recipes").mkdir()
+    recipe = json.loads((ROOT / "recipes/library/first.json").read_text())
+    recipe.pop("$schema")
+    recipe.update(fabrics=["denim", "silk"], repetitions=TRIALS // 2, hand_over={"learner": "lda", "groups": 2})
+    (folder / "recipes/small.json").write_text(json.dumps(recipe))
+
+
+def main():
+    t = Checks("weft")
+    with tempfile.TemporaryDirectory(prefix="weft-bluesky-") as name:
+        folder = pathlib.Path(name)
+        write_recipes(folder)
+        daemon = Daemon(WEFTD, ROOT, folder)
+        try:
+            with weft_client.connect(daemon.socket) as client:
+                engine = RunEngine()
+                engine.log.setLevel(logging.CRITICAL)
+                documents = Documents(engine)
+                rig = WeftRig(client)
+                before_homing(t, client, engine, rig)
+                run = flies(t, client, engine, rig, documents)
+                moves(t, client, engine, WeftRig(client, last_samples=True), documents, run)
+                limits(t, client, engine, rig)
+                pauses_a_move(t, client, engine, rig)
+                pauses_a_flight(t, client, engine, rig, documents)
+                for how in "plan", "paused", "bare":
+                    aborts(t, client, engine, rig, documents, how)
+            t.expect(daemon.end() == 0, "end of the daemon")
+        finally:
+            daemon.process.kill()
+    print(f"{t.count} checks, {len(t.failures)} failed")
+    return 1 if t.failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
