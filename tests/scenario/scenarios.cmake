@@ -397,7 +397,7 @@ function(weft_waits lane)
     endif()
   endforeach()
 endfunction()
-weft_waits(1 scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
+weft_waits(1 scenario_python_data scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
 weft_waits(2 scenario_docs_commands scenario_pypi_clients scenario_weftd_notify scenario_box_pages scenario_echo_line scenario_vibro_ports
            scenario_real_port)
 weft_waits(3 scenario_bluesky_rig scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client
