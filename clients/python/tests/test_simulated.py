@@ -31,6 +31,17 @@ class Rigs(unittest.TestCase):
         paths = [port["path"] for port in _simulated._ports_of(moved["devices"]) if "path" in port]
         self.assertEqual(len(set(paths)), len(paths))
 
+    def test_a_port_stays_in_the_folder_whatever_its_device_is_called(self):
+        for name in "/dev/ttyUSB0", "../../x", "..", "a/b":
+            rig = rig_of("emulated", {"kind": "serial", "path": "x"})
+            rig["devices"][0]["name"] = name
+            path = pathlib.Path(isolate(rig, FOLDER, "emulated", FOLDER)["devices"][0]["link"]["path"])
+            self.assertEqual(path.resolve().parent, FOLDER / "ports", name)
+
+    def test_a_simulation_that_is_no_object_is_refused(self):
+        with self.assertRaises(RigRefused):
+            isolate({"bench": "simulated", "devices": [], "simulation": None}, FOLDER, "simulated", FOLDER)
+
     def test_a_bench_of_another_kind_is_refused(self):
         for found, expected in (("real", "simulated"), ("real", "emulated"), ("real", "real"), (None, "simulated"), ("emulated", "simulated"),
                                 ("Simulated", "simulated")):
@@ -100,6 +111,19 @@ class Programs(unittest.TestCase):
             child = int(process.text().split()[0])
             self.assertEqual(process.stop(), 3)
             self.assertTrue(has_ended(child))
+
+    def test_a_start_that_is_interrupted_leaves_no_process(self):
+        started = []
+
+        def interrupted(process, *_):
+            started.append(process.pid)
+            raise KeyboardInterrupt
+
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(Process, "_wait_until", interrupted):
+            with self.assertRaises(KeyboardInterrupt):
+                Process(["sleep", "600"], pathlib.Path(folder) / "log", "never")
+        with self.assertRaises(ProcessLookupError):
+            os.kill(started[0], 0)
 
     def test_a_program_that_is_never_ready_ends(self):
         with tempfile.TemporaryDirectory() as name, mock.patch.object(_simulated, "START_S", 0.2):

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 from typing import Any, Dict, List, NamedTuple, Sequence, Set, Tuple, Union
 
 from ._errors import RequestError
@@ -43,7 +44,7 @@ def read(table: "Union[str, os.PathLike[str]]", labels: Dict[str, str], chosen: 
         for row in rows:
             if len(row) != len(head):
                 raise _unreadable(table, rows.line_num, "number of columns", len(row), len(head))
-            trial = row[0].partition("#")[0]
+            trial = row[0] if row[0] in labels else re.sub(r"#w\d+$", "", row[0])  # a window, else the trial
             if labels.get(trial) != row[1]:
                 raise _unreadable(table, rows.line_num, f"label of trial {trial}", row[1], labels.get(trial, "a trial of this data set"))
             if trial in chosen:

@@ -87,7 +87,9 @@ def isolate(rig: Dict[str, Any], base: pathlib.Path, bench: str, folder: pathlib
     if bench not in ("simulated", "emulated") or found != bench:
         raise RigRefused(f'/bench: not a rig for this test: {json.dumps(found)} (expected "{bench}"). Tests never use a real rig: give a rig file with '
                          f'"bench": "{bench}"')
-    simulation = rig.setdefault("simulation", {})
+    if not isinstance(rig.setdefault("simulation", {}), dict):
+        raise RigRefused(f'/simulation: not an object: {json.dumps(rig["simulation"])} (expected an object). Remove the key')
+    simulation = rig["simulation"]
     for key in ("fabrics", "fidelity"):
         if key in simulation:
             simulation[key] = str((base / simulation[key]).resolve())
@@ -98,8 +100,9 @@ def isolate(rig: Dict[str, Any], base: pathlib.Path, bench: str, folder: pathlib
             link = device.get("link", {}).get("kind")
             if link not in ("memory", *_PORT_KINDS):
                 raise RigRefused(f"/devices/{device.get('name')}/link/kind: unknown kind of port: {json.dumps(link)} (expected memory, serial, tcp or udp)")
+            name = re.sub(r"[^\w.-]|^\.+", "_", str(device["name"]))  # a file name, whatever the rig file has
             for number, port in enumerate(_ports_of(device)):
-                _move(port, folder / "ports" / (str(device["name"]) if number == 0 else f"{device['name']}.{number}"), held)
+                _move(port, folder / "ports" / (name if number == 0 else f"{name}.{number}"), held)
         if "console" in simulation:
             simulation["console"].update(host="127.0.0.1", port=_free_port(socket.SOCK_STREAM, held))
     if faults:
@@ -150,12 +153,18 @@ class Process:
             self._process = subprocess.Popen([*([setpriv, "--pdeathsig", "TERM"] if setpriv else []), *command], stdin=subprocess.DEVNULL,
                                              stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
         self.pid = self._process.pid
+        try:
+            self._wait_until(ready, pathlib.Path(command[0]).name)
+        except BaseException:  # also Ctrl-C and the signal of a time limit
+            self.stop()
+            raise
+
+    def _wait_until(self, ready: str, name: str) -> None:
         limit = time.monotonic() + START_S
         while not re.search(ready, self.text(), re.M):
             why = "ended" if self._has_ended() else f"not ready within {START_S} s" if time.monotonic() > limit else ""
             if why:
-                self.stop()
-                raise RuntimeError(f"{pathlib.Path(command[0]).name}: {why} (expected a line {ready!r}):\n{self.text()}")
+                raise RuntimeError(f"{name}: {why} (expected a line {ready!r}):\n{self.text()}")
             time.sleep(0.01)
 
     def text(self) -> str:
@@ -286,11 +295,14 @@ class Weftd:
 
     def stop(self) -> int:
         """Ends the daemon; an active run is aborted. Returns its exit status."""
-        self.client.close()
         try:
-            return self.process.stop()
+            self.client.close()
         finally:
-            self._remove_socket_folder()
+            try:
+                status = self.process.stop()
+            finally:
+                self._remove_socket_folder()
+        return status
 
     def _remove_socket_folder(self) -> None:
         if self._socket_folder is not None:
@@ -305,5 +317,6 @@ def only_daemon(socket_path: pathlib.Path) -> Iterator[None]:
     try:
         yield
     finally:
-        del os.environ["WEFT_SOCKET"]
+        for name in _DAEMON_VARIABLES:
+            os.environ.pop(name, None)
         os.environ.update(before)
