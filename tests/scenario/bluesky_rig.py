@@ -6,6 +6,9 @@ is flown, the probe is moved within its limits, plans are paused, resumed and ab
 
 Exit 77 (skipped) if PyPI cannot be reached or is too slow. All simulated.
 """
+import asyncio
+import concurrent.futures
+import contextlib
 import json
 import logging
 import pathlib
@@ -245,7 +248,6 @@ def pauses_a_flight(t, client, engine, rig, documents):
 
 def engine_read(engine, sensor):
     """A reading on the loop of a paused engine."""
-    import asyncio
     told = asyncio.run_coroutine_threadsafe(sensor.read(), engine.loop).result(PATIENCE_S)
     return {key: reading["value"] for key, reading in told.items()}
 
@@ -276,12 +278,179 @@ def aborts(t, client, engine, rig, documents, how):
     print(f"SIMULATED abort ({how}): {end.outcome}, {end.cleanup}, rig {end.rig}")
 
 
-def bare(campaign):
+def bare(campaign, *more):
     """Without the clean-up of fly_recipe(): only the RunEngine's own unstage() is left."""
     yield from bps.open_run()
-    yield from bps.stage(campaign, wait=True)
+    for device in (*more, campaign):
+        yield from bps.stage(device, wait=True)
     yield from bps.kickoff(campaign, wait=True)
     yield from bps.complete(campaign, wait=True)
+
+
+@contextlib.contextmanager
+def altered(client, method, change):
+    """client.request, with `change(send, count)` in place of requests of `method`: `send()` sends it, `count` is the number of earlier ones. Lists them."""
+    original, asked = client.request, []
+
+    def request(name, params):
+        if name != method:
+            return original(name, params)
+        asked.append(dict(params))
+        return change(lambda: original(name, params), len(asked) - 1)
+    client.request = request
+    try:
+        yield asked
+    finally:
+        del client.request
+
+
+def lost(answer=None):
+    """A future of a lost answer, after `answer` has arrived if it is given."""
+    if answer is not None:
+        answer.result(PATIENCE_S)
+    failed = concurrent.futures.Future()
+    failed.set_exception(weft_client.ConnectionLost("answer lost (test)"))
+    return failed
+
+
+def first_lost(executed):
+    """Loses the first answer, of a request that was executed or not."""
+    return lambda send, count: send() if count else lost(send() if executed else None)
+
+
+def delayed(delay_s):
+    """Delays each answer."""
+    def change(send, count):
+        late, answer = concurrent.futures.Future(), send()
+        answer.add_done_callback(lambda done: threading.Timer(delay_s, lambda: late.set_result(done.result())).start())
+        return late
+    return change
+
+
+def is_aborted(t, client, run, what):
+    """The end of the run by its own, without an order of this test."""
+    until(lambda: client.api.lease.list()["leases"] == [], "lease released")
+    state = client.api.run.get(run=run)
+    ended = state["state"] == "ended"
+    t.expect(ended and (state["outcome"], state["rig"]) == ("aborted", "safe"), f"{what}: {state['state']}, {state.get('outcome')}")
+    if not ended:
+        client.run(run).abort()
+        client.run(run).wait(PATIENCE_S)
+    is_safe_and_free(t, client, what)
+
+
+def new_runs(client, before):
+    return [run.name for run in client.runs()][before:]
+
+
+def aborts_in_kickoff(t, client, engine, rig, documents, how):
+    """An abort between run.start and its answer, and between recipe.check and run.start."""
+    client.api.sim.clock(pace=20)
+    campaign, before = WeftCampaign(rig, "small", seed=8), len(client.runs())
+    method = "recipe.check" if how == "check" else "run.start"
+    plan = bare(campaign, rig) if how == "bare" else fly_recipe(campaign)
+    with altered(client, method, delayed(0.7)) as asked:
+        acting = in_background(lambda: engine.abort("smoke"), lambda: asked, method)
+        interrupted(t, engine, plan, f"abort in kickoff ({how})")
+        acting.join(PATIENCE_S)
+        until(lambda: client.api.lease.list()["leases"] == [], "lease released")
+        time.sleep(0.8)  # the old module started a run after the abort
+    runs = new_runs(client, before)
+    t.expect(len(runs) == (0 if how == "check" else 1), f"abort in kickoff ({how}): {runs}")
+    for run in runs:
+        is_aborted(t, client, run, f"abort in kickoff ({how})")
+    is_safe_and_free(t, client, f"after an abort in kickoff ({how})")
+    client.api.sim.clock(pace=0)
+
+
+def pauses_in_kickoff(t, client, engine, rig, documents, method):
+    """A pause before the answer of run.start holds the run; one before run.start delays it until the resume."""
+    client.api.sim.clock(pace=20)
+    campaign, before = WeftCampaign(rig, "small", seed=9), len(client.runs())
+    documents.take()
+    with altered(client, method, delayed(0.7)) as asked:
+        pausing = in_background(engine.request_pause, lambda: asked, method)
+        interrupted(t, engine, fly_recipe(campaign), f"pause in kickoff ({method})")
+        pausing.join(PATIENCE_S)
+        time.sleep(1)
+    states = [client.api.run.get(run=run)["state"] for run in new_runs(client, before)]
+    t.expect(states == (["held"] if method == "run.start" else []), f"pause in kickoff ({method}): {states}")
+    client.api.sim.clock(pace=0)
+    engine.resume()
+    _, rows = documents.take()
+    t.expect([row["campaign-outcome"] for row in rows["campaign"]] == ["complete"], f"pause in kickoff ({method}): {rows.get('campaign')}")
+    t.expect(len(new_runs(client, before)) == 1, f"pause in kickoff ({method}): {new_runs(client, before)}")
+    is_safe_and_free(t, client, f"after a pause in kickoff ({method})")
+
+
+def loses_start(t, client, engine, rig, documents):
+    """The answer of run.start is lost: the repeated request finds the run, and nothing is started twice."""
+    campaign, before = WeftCampaign(rig, "small", seed=10), len(client.runs())
+    with altered(client, "run.start", first_lost(executed=True)) as asked:
+        with contextlib.suppress(FailedStatus, weft_client.WeftError):
+            engine(fly_recipe(campaign))
+    runs = new_runs(client, before)
+    t.expect(len(runs) == 1 and campaign.run is not None and campaign.run.name == runs[0] and campaign.end.outcome == "complete", f"{runs} {campaign.run}")
+    t.expect(len(asked) == 2 and asked[0]["idem"] == asked[1]["idem"], f"{asked}")
+    for run in runs:
+        client.run(run).wait(PATIENCE_S)
+    is_safe_and_free(t, client, "after a lost answer of run.start")
+
+
+def loses_start_in_abort(t, client, engine, rig, documents, executed):
+    """run.start is lost, and the plan aborted before it is repeated: the repetition starts nothing, and finds what was started."""
+    client.api.sim.clock(pace=20)
+    campaign, before = WeftCampaign(rig, "small", seed=11), len(client.runs())
+
+    def change(send, count):
+        if count == 0:
+            lose = lost(send() if executed else None)
+            engine.abort("smoke")
+            return lose
+        return send()
+    with altered(client, "run.start", change):
+        with contextlib.suppress(FailedStatus, weft_client.WeftError, RunEngineInterrupted):
+            engine(fly_recipe(campaign))
+        until(lambda: client.api.lease.list()["leases"] == [], "lease released")
+    runs = new_runs(client, before)
+    t.expect(len(runs) == (1 if executed else 0), f"start lost in an abort, executed {executed}: {runs}")
+    for run in runs:
+        is_aborted(t, client, run, f"start lost in an abort, executed {executed}")
+    is_safe_and_free(t, client, "after a start lost in an abort")
+    client.api.sim.clock(pace=0)
+
+
+def loses_abort(t, client, engine, rig, documents, executed):
+    """The first run.abort of unstage() is lost: it is repeated before the lease is released."""
+    client.api.sim.clock(pace=20)
+    campaign = WeftCampaign(rig, "small", seed=12)
+    with altered(client, "run.abort", first_lost(executed)) as asked:
+        acting = in_background(lambda: engine.abort("smoke"), lambda: step_of(campaign) == "sliding", "a slide")
+        with contextlib.suppress(FailedStatus):
+            interrupted(t, engine, fly_recipe(campaign), "lost abort")
+        acting.join(PATIENCE_S)
+        until(lambda: client.api.lease.list()["leases"] == [], "lease released")
+    t.expect(len(asked) == 2, f"run.abort sent {len(asked)} times")
+    is_aborted(t, client, campaign.run.name, f"run.abort lost, executed {executed}")
+    client.api.sim.clock(pace=0)
+
+
+def loses_stop(t, client, engine, rig, documents):
+    """stop() repeats its order after a lost connection."""
+    client.api.sim.clock(pace=20)
+    campaign = WeftCampaign(rig, "small", seed=13)
+    with altered(client, "run.abort", first_lost(False)):
+        def stop():
+            with contextlib.suppress(weft_client.WeftError):
+                asyncio.run_coroutine_threadsafe(campaign.stop(success=False), engine.loop).result(PATIENCE_S)
+            acted.append(client.api.run.get(run=campaign.run.name)["state"])
+            client.api.sim.clock(pace=0)
+        acted = []
+        acting = in_background(stop, lambda: step_of(campaign) == "sliding", "a slide")
+        engine(fly_recipe(campaign))
+        acting.join(PATIENCE_S)
+    t.expect(campaign.end.outcome == "aborted", f"stop() with a lost order: {campaign.end} {acted}")
+    is_safe_and_free(t, client, "after a lost order of stop()")
 
 
 def write_recipes(folder):
@@ -312,6 +481,15 @@ def main():
                 pauses_a_flight(t, client, engine, rig, documents)
                 for how in "plan", "paused", "bare":
                     aborts(t, client, engine, rig, documents, how)
+                for how in "answer", "bare", "check":
+                    aborts_in_kickoff(t, client, engine, rig, documents, how)
+                for method in "run.start", "recipe.check":
+                    pauses_in_kickoff(t, client, engine, rig, documents, method)
+                loses_start(t, client, engine, rig, documents)
+                for executed in True, False:
+                    loses_start_in_abort(t, client, engine, rig, documents, executed)
+                    loses_abort(t, client, engine, rig, documents, executed)
+                loses_stop(t, client, engine, rig, documents)
             t.expect(daemon.end() == 0, "end of the daemon")
         finally:
             daemon.process.kill()

@@ -62,6 +62,11 @@ class Client:
         """True after close()."""
         return self._link.closed
 
+    @property
+    def reconnects(self) -> bool:
+        """False after connect(tries=0): a lost connection is not replaced."""
+        return self._link.reconnects
+
     def call(self, method: str, params: Mapping[str, object]) -> JsonObject:
         """Calls a method by its name and omits parameters that are None. Errors: WeftError, TimeoutError."""
         return self.answer(self.request(method, params), self._timeout_s)

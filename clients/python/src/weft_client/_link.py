@@ -31,6 +31,10 @@ class Link:
         """True after close()."""
         return self._closed.is_set()
 
+    @property
+    def reconnects(self) -> bool:
+        return self._tries > 0
+
     def now(self) -> Connection:
         """The present connection, or a new one if it is lost. Errors: ConnectionLost; AccessError, RequestError (of session.open)."""
         held = self._connection

@@ -13,6 +13,7 @@ and releases the lease. The RunEngine calls it at every end of a plan, also afte
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import time
 import uuid
@@ -27,7 +28,7 @@ except ImportError as missing:
     raise ImportError("weft_client.bluesky needs bluesky and ophyd-async (Python 3.11 or newer): pip install 'weft-client[bluesky]'") from missing
 
 from ._client import Client
-from ._errors import ConnectionLost, DeviceError, RequestError, StateError, WeftError
+from ._errors import AccessError, ConnectionLost, DeviceError, RequestError, StateError, WeftError
 from ._lease import Lease
 from ._run import End, Run, end_of
 
@@ -37,6 +38,8 @@ _AXES = ("x", "y", "z", "rx", "ry")
 _ARRIVED = 0.02  # largest distance from the target [mm, deg]
 _LOCATING_M = -1e-5  # upwards
 _SAMPLE_S, _SAMPLES = 0.05, 200  # time between two looks for the first sample of a run [s], and their number
+_REPEAT_S = 0.1  # pause before a request is repeated after a lost connection [s]
+_NO_LEASE = "none"  # run.start with it finds the run of an earlier request with the same idem, and starts nothing
 _FORCES, _TORQUES = ("fx_n", "fy_n", "fz_n"), ("tx_nm", "ty_nm", "tz_nm")
 _OVER = ("ended", "interrupted")
 
@@ -69,6 +72,7 @@ class _Bench:
         self.moving = asyncio.Lock()  # one motion at a time, as in the daemon
         self.flights: "set[asyncio.Event]" = set()  # campaigns in progress
         self.at: Optional[Dict[str, float]] = None  # positions [mm, deg]; None: not known
+        self.moved, self.safe = False, False  # since the lease: anything was moved; the last motion was answered and left the rig safe
         self._lease: Optional[Lease] = None
         self._holders, self._leasing = 0, asyncio.Lock()
 
@@ -77,6 +81,25 @@ class _Bench:
         pending = await asyncio.to_thread(self.client.request, method, params)
         answer: JsonObject = await asyncio.wrap_future(pending)
         return answer
+
+    async def insist(self, method: str, *, sent: "Optional[Future[Any]]" = None, **params: object) -> JsonObject:
+        """Like call(), but repeats the request after a lost connection. For requests that read, or have an `idem`. `sent`: the first one, sent already.
+        Errors: WeftError; ConnectionLost only as in again()."""
+        while True:
+            try:
+                if sent is None:
+                    return await self.call(method, **params)
+                answer: JsonObject = await asyncio.wrap_future(sent)
+                return answer
+            except ConnectionLost as lost:
+                await self.again(lost)
+                sent = None
+
+    async def again(self, lost: ConnectionLost) -> None:
+        """Waits before a request is repeated. Raises `lost` if the client is closed or never reconnects (connect(tries=0))."""
+        if self.client.closed or not self.client.reconnects:
+            raise lost
+        await asyncio.sleep(_REPEAT_S)
 
     @property
     def lease(self) -> str:
@@ -98,7 +121,7 @@ class _Bench:
         async with self._leasing:
             self._holders -= 1
             if self._holders == 0 and self._lease is not None:
-                ended, self._lease, self.at = self._lease, None, None
+                ended, self._lease, self.at, self.moved, self.safe = self._lease, None, None, False, False
                 await asyncio.to_thread(ended.close)
 
     def positions(self) -> Dict[str, float]:
@@ -110,21 +133,58 @@ class _Bench:
     async def locate(self) -> Dict[str, float]:
         """Reads the positions by a motion of 0.01 mm upwards, if they are not known: the API reports them only with a motion."""
         if self.at is None:
+            await self._still()
             await self.jog("z", _LOCATING_M)
         return self.positions()
 
     async def jog(self, axis: str, distance: float) -> None:
         """One motion; `distance` in m or rad. Errors: WeftError; DeviceError if the motion did not complete."""
         async with self.moving:
-            self.arrived(await self.call("rig.jog", lease=self.lease, axis=axis, distance=distance))
+            await self._motion("rig.jog", axis=axis, distance=distance)
 
-    async def lift(self) -> None:
+    def send_lift(self) -> "Optional[Future[Any]]":
+        """Sends rig.retract at once, unless nothing has moved, the rig is safe or in motion, or the connection is lost. lift() takes the answer."""
+        if not self.moved or self.safe or self.moving.locked() or self.flights:
+            return None
+        with contextlib.suppress(WeftError):  # lift() tries again, and has the error
+            return self.client.request("rig.retract", {"lease": self.lease})
+        return None
+
+    async def lift(self, sent: "Optional[Future[Any]]" = None) -> None:
+        """Lifts the probe unless the rig is safe, also over lost connections. Errors: as jog()."""
         async with self.moving:
-            if (await self.call("rig.state"))["rig"] != "safe":
-                self.arrived(await self.call("rig.retract", lease=self.lease))
+            if sent is not None:
+                with contextlib.suppress(WeftError):  # the state of the rig decides
+                    self._arrived(await asyncio.wrap_future(sent))
+            while (await self._still())["rig"] != "safe":
+                try:
+                    return await self._motion("rig.retract")
+                except ConnectionLost as lost:
+                    await self.again(lost)
 
-    def arrived(self, answer: JsonObject) -> None:
+    async def _still(self) -> JsonObject:
+        """Waits for the end of a motion whose answer was lost. Returns the state of the rig."""
+        while True:
+            state = await self.insist("rig.state")
+            if "maintenance" not in state:
+                return state
+            await asyncio.sleep(_SAMPLE_S)
+
+    async def _motion(self, method: str, **params: object) -> None:
+        lease = self.lease
+        try:
+            answer = await self.call(method, lease=lease, **params)
+        except (AccessError, RequestError, StateError):
+            raise  # refused before motion
+        except BaseException:
+            self.at, self.moved, self.safe = None, True, False  # it may have moved
+            raise
+        self.moved = True
+        self._arrived(answer)
+
+    def _arrived(self, answer: JsonObject) -> None:
         self.at = {name.partition("_")[0]: _from_si(name, value) for name, value in answer["to"].items()}
+        self.safe = answer.get("rig") == "safe"
         if answer["outcome"] != "complete":
             raise DeviceError(f"{answer['order']} not complete", 4000, {"kind": "motion.incomplete", "where": str(self.facts["rig"]), "got": answer["outcome"],
                                                                         "expected": "complete", "hint": str(answer.get("error", ""))})
@@ -307,6 +367,7 @@ class WeftRig(_Part):
         axes = {key.partition("_")[0] for key in bench.description["travel"]}
         self._parts: List[Any] = []
         self._staged = False
+        self._landing: Any = None  # status of the last unstage()
         for axis in _AXES:
             if axis in axes:
                 self._parts.append(WeftStage(bench, axis, step_deg if axis.startswith("r") else step_mm))
@@ -339,6 +400,8 @@ class WeftRig(_Part):
     async def stage(self) -> None:
         """Acquires the lease, reads the positions by a motion of 0.01 mm upwards, and lifts the probe unless the rig is safe. Errors: AccessError (lease of
         another user), StateError (stages not homed: a run homes them; latched; a run in progress)."""
+        if self._landing is not None:
+            await asyncio.wait([self._landing.task])
         if self._staged:
             return
         await self._bench.hold()
@@ -346,17 +409,20 @@ class WeftRig(_Part):
         await self._bench.locate()
         await self._bench.lift()
 
-    @AsyncStatus.wrap  # type: ignore[misc,untyped-decorator,unused-ignore]
-    async def unstage(self) -> None:
-        """Waits for the end of campaigns that are being unstaged and of the present jog, lifts the probe unless the rig is safe, releases the lease."""
-        if not self._staged:
-            return
-        self._staged = False
+    def unstage(self) -> Any:
+        """Lifts the probe unless the rig is safe, and releases the lease. rig.retract is sent before this returns, unless a jog or a campaign is in progress:
+        the RunEngine does not always wait for the status. Campaigns in progress are waited for without a limit; unstage them too."""
+        if self._staged:
+            self._staged = False
+            self._landing = AsyncStatus(self._unstage(self._bench.send_lift()), name=self.name)
+        return self._landing or AsyncStatus(asyncio.sleep(0), name=self.name)
+
+    async def _unstage(self, sent: "Optional[Future[Any]]") -> None:
         try:
             for over in list(self._bench.flights):
                 await over.wait()
-            if self._bench.at is not None:  # else this rig has not moved anything
-                await self._bench.lift()
+            if self._bench.moved:
+                await self._bench.lift(sent)
         finally:
             await self._bench.release()
 
@@ -375,9 +441,12 @@ class WeftCampaign(_Part):
         self.recipe, self._seed, self._parameters = recipe, seed, dict(parameters) if parameters else None
         self.run: Optional[Run] = None
         self.end: Optional[End] = None
-        self._digest, self._idem = "", ""
-        self._staged = self._collected = self._paused = self._stopping = False
+        self._digest = ""
+        self._staged = self._collected = self._paused = self._stopping = self._asked = False  # _asked: run.start is sent
         self._over: Optional[asyncio.Event] = None
+        self._starting: "Optional[asyncio.Task[None]]" = None  # kickoff()
+        self._landing: Any = None  # status of the last unstage()
+        self._clear = asyncio.Event()  # not set during a pause
         super().__init__(rig._bench, name=name)
 
     def _configuration(self) -> JsonObject:
@@ -386,35 +455,72 @@ class WeftCampaign(_Part):
     @AsyncStatus.wrap  # type: ignore[misc,untyped-decorator,unused-ignore]
     async def stage(self) -> None:
         """Acquires the lease. Errors: AccessError."""
+        if self._landing is not None:
+            await asyncio.wait([self._landing.task])
         if self._staged:
             return
         await self._bench.hold()
-        self.run = self.end = None
-        self._staged, self._idem = True, uuid.uuid4().hex
-        self._collected = self._paused = self._stopping = False
+        self.run = self.end = self._starting = None
+        self._staged = True
+        self._collected = self._paused = self._stopping = self._asked = False
+        self._clear.set()
 
     @AsyncStatus.wrap  # type: ignore[misc,untyped-decorator,unused-ignore]
     async def kickoff(self) -> None:
-        """Checks the recipe and queues its run. Once for each stage(): a replay after a pause starts nothing. Errors: RequestError (recipe), StateError."""
-        lease = self._bench.lease
+        """Checks the recipe and queues its run. Once for each stage(): a replay after a pause starts nothing, and during a pause nothing starts. Errors:
+        RequestError (recipe), StateError (also if stopped before the start)."""
+        self._bench.lease
         if not self._staged:
             raise StateError("campaign not staged", 3000, {"kind": "state.conflict", "where": self.name, "hint": "Use fly_recipe(), or stage the campaign"})
         if self.run is not None:
             return
+        if self._starting is None or self._starting.done():
+            self._starting = asyncio.create_task(self._start())
+        try:
+            await asyncio.shield(self._starting)  # goes on if nobody waits for it any more: unstage() needs its result
+        except StateError:
+            if self._staged:  # else unstaged meanwhile; a failure would interrupt the clean-up of the plan
+                raise
+
+    async def _start(self) -> None:
         check = await self._bench.call("recipe.check", recipe=self.recipe, seed=self._seed, parameters=self._parameters)
         if not check["ok"]:
             first = (check.get("problems") or [{}])[0]
             raise RequestError(f"recipe refused: {first.get('message', 'no reason given')}", 1000, {**first, "kind": "recipe.invalid"})
         self._over = asyncio.Event()
-        self._bench.flights.add(self._over)
+        self._digest, started = str(check["digest"]), None
         try:
-            started = await self._bench.call("run.start", recipe=self.recipe, lease=lease, seed=self._seed, parameters=self._parameters,
-                                             digest=check["digest"], idem=self._idem)
+            while started is None:
+                await self._clear.wait()
+                if self._stopping:
+                    raise StateError("campaign stopped before its start", 3000, {"kind": "state.conflict", "where": self.name})
+                self._asked = True
+                self._bench.flights.add(self._over)
+                started = await self._queued()
+                self._asked = started is not None
         except WeftError:
+            self._asked = False
             self._landed()
             raise
-        self._digest, self._bench.at = str(check["digest"]), None
+        self._bench.at = None
         self.run = Run(self._bench.client, str(started["run"]))
+
+    async def _queued(self) -> Optional[JsonObject]:
+        """Answer of run.start, repeated after a lost connection. During a pause, and after stop() or unstage(), a repetition only finds what an earlier request
+        has started; None if nothing."""
+        params: JsonObject = {"recipe": self.recipe, "seed": self._seed, "parameters": self._parameters, "digest": self._digest, "idem": uuid.uuid4().hex}
+        lease = self._bench.lease
+        while True:
+            try:
+                return await self._bench.call("run.start", lease=lease, **params)
+            except ConnectionLost as lost:
+                await self._bench.again(lost)
+            except AccessError:
+                if lease == _NO_LEASE:
+                    return None
+                raise
+            if self._stopping or not self._clear.is_set():
+                lease = _NO_LEASE
 
     def _landed(self) -> None:
         if self._over is not None:
@@ -423,13 +529,7 @@ class WeftCampaign(_Part):
 
     async def _ended(self, hand_over: bool) -> End:
         assert self.run is not None
-        params = {"run": self.run.name, **({"hand_over": True} if hand_over else {})}
-        while True:
-            waiting = await asyncio.to_thread(self._bench.client.request, "run.wait", params)  # connects again, or raises ConnectionLost
-            try:
-                return end_of(await asyncio.wrap_future(waiting))
-            except ConnectionLost:
-                continue
+        return end_of(await self._bench.insist("run.wait", run=self.run.name, hand_over=hand_over or None))
 
     @AsyncStatus.wrap  # type: ignore[misc,untyped-decorator,unused-ignore]
     async def complete(self) -> None:
@@ -444,68 +544,84 @@ class WeftCampaign(_Part):
 
     async def pause(self) -> None:
         """Pauses the run at once: the probe is retracted, and the interrupted trial is repeated after resume()."""
+        self._clear.clear()
+        if self._asked and self._starting is not None:
+            await asyncio.wait([self._starting])
         if self.run is None or (await self._state()) in _OVER:
             return
         try:
-            await self._bench.call("run.pause", run=self.run.name, at="now")
+            await self._bench.insist("run.pause", run=self.run.name, at="now", idem=uuid.uuid4().hex)
         except StateError:
             if (await self._state()) in _OVER:
                 return
             raise
         self._paused = True
-        while (await self._state()) in ("running", "pausing", "arming", "resuming"):
+        while (await self._state()) in ("queued", "running", "pausing", "arming", "resuming"):
             await asyncio.sleep(_SAMPLE_S)
 
     async def resume(self) -> None:
         if self.run is not None and self._paused and (await self._state()) == "held":
-            await self._bench.call("run.resume", run=self.run.name)
+            await self._bench.insist("run.resume", run=self.run.name, idem=uuid.uuid4().hex)
         self._paused = False
+        self._clear.set()
 
     async def _state(self) -> str:
         assert self.run is not None
-        return str((await self._bench.call("run.get", run=self.run.name))["state"])
+        return str((await self._bench.insist("run.get", run=self.run.name))["state"])
+
+    def _no_start(self) -> None:
+        """From now on kickoff() sends no run.start that could start anything."""
+        self._stopping = True
+        self._clear.set()
 
     async def stop(self, success: bool = True) -> None:
-        """Ends the run after the present trial; with `success` false at once, as unstage()."""
+        """Ends the run after the present trial; with `success` false at once, as unstage(). Waits for a kickoff() in progress."""
+        self._no_start()
+        if self._starting is not None:
+            await asyncio.wait([self._starting])
         if self.run is not None and self.end is None:
-            self._stopping = True
-            await self._bench.call("run.stop" if success else "run.abort", run=self.run.name)
+            try:
+                await self._bench.insist("run.stop" if success else "run.abort", run=self.run.name, idem=uuid.uuid4().hex)
+            except StateError:
+                if (await self._state()) not in _OVER:
+                    raise
 
     def unstage(self) -> Any:
-        """Aborts a run that is not over, waits until the probe is lifted, and releases the lease. The order is sent before this returns: the RunEngine does
-        not always wait for the status. Errors, through the status: StateError if the rig is not safe afterwards."""
-        sent: "Optional[Future[Any]]" = None
-        lost: Optional[WeftError] = None
-        if self._staged and self.run is not None and self.end is None:
-            self._stopping = True
-            try:
-                sent = self._bench.client.request("run.abort", {"run": self.run.name})
-            except WeftError as problem:
-                lost = problem
-        return AsyncStatus(self._unstage(sent, lost), name=self.name)
+        """Aborts a run that is not over, waits until the probe is lifted, and releases the lease. The order is sent before this returns, or after the answer to
+        a run.start in progress: the RunEngine does not always wait for the status. After a lost connection it is repeated. Errors, through the status:
+        StateError if the rig is not safe afterwards."""
+        if self._staged:
+            self._staged = False
+            self._no_start()
+            sent: "Optional[Future[Any]]" = None
+            idem = uuid.uuid4().hex
+            if self.run is not None and self.end is None:
+                with contextlib.suppress(WeftError):  # _abort() sends it again, and has the error
+                    sent = self._bench.client.request("run.abort", {"run": self.run.name, "idem": idem})
+            self._landing = AsyncStatus(self._unstage(sent, idem), name=self.name)
+        return self._landing or AsyncStatus(asyncio.sleep(0), name=self.name)
 
-    async def _unstage(self, sent: "Optional[Future[Any]]", lost: Optional[WeftError]) -> None:
-        if not self._staged:
-            return
-        self._staged = False
+    async def _unstage(self, sent: "Optional[Future[Any]]", idem: str) -> None:
         try:
-            if lost is not None:
-                raise lost
-            if sent is not None:
-                await self._abort(sent)
+            if self._starting is not None:
+                await asyncio.wait([self._starting])
+            if sent is not None or (self.run is not None and self.end is None):
+                await self._abort(sent, idem)
         finally:
             self._landed()
             await self._bench.release()
 
-    async def _abort(self, sent: "Future[Any]") -> None:
+    async def _abort(self, sent: "Optional[Future[Any]]", idem: str) -> None:
         assert self.run is not None
         try:
-            await asyncio.wrap_future(sent)
-        except StateError:
+            await self._bench.insist("run.abort", sent=sent, run=self.run.name, idem=idem)
+        except ConnectionLost:
+            raise
+        except WeftError:
             if (await self._state()) not in _OVER:
                 raise
         self.end = await self._ended(hand_over=False)
-        state = await self._bench.call("rig.state")
+        state = await self._bench.insist("rig.state")
         if state["rig"] != "safe":
             raise StateError("rig not safe after the abort", 3000, {"kind": "state.conflict", "where": self.run.name, "got": state["rig"], "expected": "safe",
                                                                     "hint": "Inspect the rig, then reset it with a reason"})
