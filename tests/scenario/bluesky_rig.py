@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """weft_client.bluesky with the real bluesky and ophyd-async, from PyPI at pinned versions (bluesky_rig.txt), against weftd on the simulated rig: a campaign
-is flown, the probe is moved within its limits, plans are paused, resumed and aborted.
+is flown, the probe is moved within its limits, plans are paused, resumed and aborted, also during kickoff and when answers are lost.
 
     bluesky_rig.py WEFTD SOURCE_ROOT FOLDER      FOLDER has the virtual environment, and is made if it does not exist
 
@@ -257,7 +257,7 @@ def aborts(t, client, engine, rig, documents, how):
     client.api.sim.clock(pace=20)
     documents.take()
     campaign = WeftCampaign(rig, "small", seed=7)
-    plan = {"plan": lambda: fly_recipe(campaign), "paused": lambda: fly_recipe(campaign), "bare": lambda: bare(campaign)}[how]()
+    plan = {"plan": lambda: fly_recipe(campaign), "paused": lambda: fly_recipe(campaign), "bare": lambda: bare(campaign), "bare, rig": lambda: bare(campaign, rig)}[how]()
     sliding = lambda: step_of(campaign) == "sliding"
     acting = in_background(engine.request_pause if how == "paused" else lambda: engine.abort("smoke"), sliding, "a slide")
     interrupted(t, engine, plan, f"abort ({how})")
@@ -271,7 +271,7 @@ def aborts(t, client, engine, rig, documents, how):
     is_safe_and_free(t, client, f"after an abort ({how})")
     found, rows = documents.take()
     t.expect(found["stop"][0]["exit_status"] == "abort", f"{how}: {found['stop']}")
-    if how != "bare":
+    if not how.startswith("bare"):
         told = rows["campaign"][0]
         t.expect((told["campaign-outcome"], told["campaign-rig"], told["campaign-simulated"], told["campaign-run"])
                  == ("aborted", "safe", True, campaign.run.name), f"{how}: {rows}")
@@ -301,7 +301,7 @@ def altered(client, method, change):
     try:
         yield asked
     finally:
-        del client.request
+        client.request = original
 
 
 def lost(answer=None):
@@ -349,12 +349,14 @@ def aborts_in_kickoff(t, client, engine, rig, documents, how):
     campaign, before = WeftCampaign(rig, "small", seed=8), len(client.runs())
     method = "recipe.check" if how == "check" else "run.start"
     plan = bare(campaign, rig) if how == "bare" else fly_recipe(campaign)
+    on_loop = lambda work: asyncio.run_coroutine_threadsafe(work, engine.loop).result(PATIENCE_S)
+    on_loop(rig._bench.hold())  # else the lease, released by unstage(), would stop a late run.start
     with altered(client, method, delayed(0.7)) as asked:
         acting = in_background(lambda: engine.abort("smoke"), lambda: asked, method)
         interrupted(t, engine, plan, f"abort in kickoff ({how})")
         acting.join(PATIENCE_S)
-        until(lambda: client.api.lease.list()["leases"] == [], "lease released")
-        time.sleep(0.8)  # the old module started a run after the abort
+        time.sleep(0.8)  # longer than the answer is delayed
+        on_loop(rig._bench.release())
     runs = new_runs(client, before)
     t.expect(len(runs) == (0 if how == "check" else 1), f"abort in kickoff ({how}): {runs}")
     for run in runs:
@@ -386,9 +388,12 @@ def pauses_in_kickoff(t, client, engine, rig, documents, method):
 def loses_start(t, client, engine, rig, documents):
     """The answer of run.start is lost: the repeated request finds the run, and nothing is started twice."""
     campaign, before = WeftCampaign(rig, "small", seed=10), len(client.runs())
-    with altered(client, "run.start", first_lost(executed=True)) as asked:
+    documents.take()
+    with altered(client, "run.start", first_lost(executed=True)) as asked, altered(client, "data.trials", first_lost(executed=True)):
         with contextlib.suppress(FailedStatus, weft_client.WeftError):
             engine(fly_recipe(campaign))
+    _, rows = documents.take()
+    t.expect(len(rows.get("campaign-trials", [])) == TRIALS and len(rows.get("campaign", [])) == 1, f"documents after a lost answer: {rows}")
     runs = new_runs(client, before)
     t.expect(len(runs) == 1 and campaign.run is not None and campaign.run.name == runs[0] and campaign.end.outcome == "complete", f"{runs} {campaign.run}")
     t.expect(len(asked) == 2 and asked[0]["idem"] == asked[1]["idem"], f"{asked}")
@@ -453,6 +458,77 @@ def loses_stop(t, client, engine, rig, documents):
     is_safe_and_free(t, client, "after a lost order of stop()")
 
 
+def loses_jog(t, client, engine, rig):
+    """The answer of a jog is lost after it was executed: the position is not known, and the repeated move does not go too deep."""
+    read, first = [], len(lines(client, "maintenance"))
+
+    def plan():
+        with altered(client, "rig.jog", first_lost(executed=True)):
+            try:
+                yield from bps.mv(rig.z, CLEAR_Z_MM + 1)
+            except FailedStatus:
+                pass
+            read.append(rig._bench.at)
+            yield from bps.mv(rig.z, CLEAR_Z_MM + 1)
+        read.append((yield from bps.rd(rig.z)))
+    engine(bpp.stage_wrapper(plan(), [rig]))
+    deepest = max(line["data"]["to"]["z_m"] for line in lines(client, "maintenance")[first:] if "to" in line["data"])
+    t.expect(read[0] is None and abs(read[1] - CLEAR_Z_MM - 1) < 2 * NEAR_MM, f"{read}")
+    t.expect(deepest < (CLEAR_Z_MM + 1 + 2 * NEAR_MM) / 1000, f"one step too deep: {deepest} m")
+    is_safe_and_free(t, client, "after a lost answer of a jog")
+
+
+def lifts_at_once(t, client, engine, rig):
+    """unstage() sends rig.retract before it returns, once; a lost answer of it is no failure."""
+    async def lower_and_unstage():
+        await rig.stage()
+        await rig.z.set(CLEAR_Z_MM + 1)
+        status = rig.unstage()
+        sent = len(asked)
+        await status
+        return sent
+    for change in (lambda send, count: send()), first_lost(True), first_lost(False):
+        with altered(client, "rig.retract", change) as asked:
+            try:
+                sent = asyncio.run_coroutine_threadsafe(lower_and_unstage(), engine.loop).result(PATIENCE_S)
+            except weft_client.WeftError as problem:
+                sent = problem
+        t.expect(sent == 1, f"rig.retract sent before unstage() returns: {sent}")
+        is_safe_and_free(t, client, "after unstage() with a lowered probe")
+
+
+def ends_a_move(t, client, engine, rig, how):
+    """The plan ends early while z moves down: the move ends, the probe is lifted, the lease released."""
+    client.api.sim.clock(pace=4)
+    first = len(lines(client, "maintenance"))
+    motions = lambda: [line["data"] for line in lines(client, "maintenance")[first:] if "to" in line["data"]]
+    lowered = lambda: any(motion["to"]["z_m"] > (CLEAR_Z_MM + 0.9) / 1000 for motion in motions())
+
+    def plan():
+        yield from bps.stage(rig, wait=True)
+        yield from bps.abs_set(rig.z, CLEAR_Z_MM + 5, group="down")
+        while how == "fail":
+            yield from bps.sleep(0.02)
+            if lowered():
+                raise ValueError("failure of the plan (test)")
+        yield from bps.wait("down")
+    acting = in_background({"abort": lambda: engine.abort("smoke"), "halt": engine.halt}.get(how, lambda: None), lowered, "z lowered")
+    with altered(client, "rig.jog", lambda send, count: [send(), lost()][1] if (how, count) == ("lost", 1) else send()):
+        try:
+            engine(plan())
+            t.expect(False, f"{how} of a move: no exception")
+        except (RunEngineInterrupted, ValueError, FailedStatus) as problem:
+            expected = {"fail": ValueError, "lost": FailedStatus}.get(how, RunEngineInterrupted)
+            t.expect(isinstance(problem, expected), f"{how} of a move: {problem!r}")
+        acting.join(PATIENCE_S)
+        client.api.sim.clock(pace=0)
+        until(lambda: client.api.lease.list()["leases"] == [], "lease released")
+    deepest = max(motion["to"]["z_m"] for motion in motions())
+    t.expect(0.9 < deepest * 1000 - CLEAR_Z_MM < 4, f"{how} of a move: down to {deepest} m")
+    t.expect(motions()[-1]["order"] == "retract" and motions()[-1]["outcome"] == "complete", f"{how} of a move: {motions()[-1]}")
+    is_safe_and_free(t, client, f"after a move ({how})")
+
+
 def write_recipes(folder):
     (folder / "recipes").mkdir()
     recipe = json.loads((ROOT / "recipes/library/first.json").read_text())
@@ -479,7 +555,7 @@ def main():
                 limits(t, client, engine, rig)
                 pauses_a_move(t, client, engine, rig)
                 pauses_a_flight(t, client, engine, rig, documents)
-                for how in "plan", "paused", "bare":
+                for how in "plan", "paused", "bare", "bare, rig":
                     aborts(t, client, engine, rig, documents, how)
                 for how in "answer", "bare", "check":
                     aborts_in_kickoff(t, client, engine, rig, documents, how)
@@ -490,6 +566,10 @@ def main():
                     loses_start_in_abort(t, client, engine, rig, documents, executed)
                     loses_abort(t, client, engine, rig, documents, executed)
                 loses_stop(t, client, engine, rig, documents)
+                loses_jog(t, client, engine, rig)
+                lifts_at_once(t, client, engine, rig)
+                for how in "abort", "halt", "fail", "lost":
+                    ends_a_move(t, client, engine, rig, how)
             t.expect(daemon.end() == 0, "end of the daemon")
         finally:
             daemon.process.kill()

@@ -163,7 +163,7 @@ class _Bench:
                     await self.again(lost)
 
     async def _still(self) -> JsonObject:
-        """Waits for the end of a motion whose answer was lost. Returns the state of the rig."""
+        """Waits for the end of a motion, if the answer to its order was lost. Returns the state of the rig."""
         while True:
             state = await self.insist("rig.state")
             if "maintenance" not in state:
@@ -235,7 +235,7 @@ class _Move:
 
 class WeftStage(_Part):
     """One axis: movable, readable [mm, deg]. Moves by jogs of at most `step`, so that stop() takes effect after one of them; each jog runs at a tenth of the
-    axis' speed and stops when the force changes by 1 N."""
+    axis' speed and stops when the force changes by 1 N, except z upwards."""
 
     def __init__(self, bench: _Bench, axis: str, step: float) -> None:
         self.axis, self.step = axis, step
@@ -477,7 +477,7 @@ class WeftCampaign(_Part):
         if self._starting is None or self._starting.done():
             self._starting = asyncio.create_task(self._start())
         try:
-            await asyncio.shield(self._starting)  # goes on if nobody waits for it any more: unstage() needs its result
+            await asyncio.shield(self._starting)  # goes on if this is cancelled: unstage() needs the result
         except StateError:
             if self._staged:  # else unstaged meanwhile; a failure would interrupt the clean-up of the plan
                 raise
@@ -643,12 +643,13 @@ class WeftCampaign(_Part):
         """Once, after the end of the run; before it nothing. `accuracy` is the lowest of the explorations, NaN if it was not evaluated."""
         if self.run is None or self._collected:
             return
-        state = await self._bench.call("run.get", run=self.run.name)
+        state = await self._bench.insist("run.get", run=self.run.name)
         if state["state"] not in _OVER:
             return
-        self._collected = True
         shared = {"run": self.run.name, "dataset_sha256": state.get("dataset_sha256") or "", "simulated": self._bench.facts["simulated"]}
-        async for trial in self._trials():
+        trials = [trial async for trial in self._trials()]
+        self._collected = True  # only now: a failed reading may be repeated
+        for trial in trials:
             yield self._event(f"{self.name}-trials", {**trial, **shared})
         accuracies = [told["accuracy"] for told in state.get("result") or [] if told.get("accuracy") is not None]
         yield self._event(self.name, {
@@ -657,30 +658,31 @@ class WeftCampaign(_Part):
             "accuracy": min(accuracies) if accuracies else math.nan, **shared})
 
     async def _pages(self, method: str, most: int) -> AsyncIterator[JsonObject]:
+        """Nothing if the first page is refused: the run has none. Errors: WeftError of a later page."""
         assert self.run is not None
         first: Optional[int] = 0
         while first is not None:
-            page = await self._bench.call(method, run=self.run.name, most=most, **{"from": first})
-            for told in page["trials"]:
-                yield told
+            try:
+                params: JsonObject = {"run": self.run.name, "most": most, "from": first}
+                page = await self._bench.insist(method, **params)
+            except (RequestError, StateError):
+                if first == 0:
+                    return
+                raise
+            for item in page["trials"]:
+                yield item
             first = page.get("next")
 
     async def _trials(self) -> AsyncIterator[JsonObject]:
         """The attempts; none if the run recorded nothing. A run without certificate has no digests."""
         digests: "Dict[str, List[str]]" = {}
-        try:
-            async for told in self._pages("data.certificate", 1000):
-                digests.setdefault(str(told["name"]), []).append(str(told.get("sha256") or ""))
-        except (RequestError, StateError):
-            digests = {}
-        try:
-            async for told in self._pages("data.trials", 200):
-                rms, share = told.get("force_rms_error_N"), told.get("force_in_band_share")
-                yield {**{key: told[key] for key in ("trial", "label", "exploration", "outcome", "index", "attempt", "repetition", "lost_frames")},
-                       "sha256": (digests.get(told["trial"]) or [""]).pop(0), "force_rms_error_n": math.nan if rms is None else rms,
-                       "force_in_band_share": math.nan if share is None else share}
-        except (RequestError, StateError):
-            return
+        async for item in self._pages("data.certificate", 1000):
+            digests.setdefault(str(item["name"]), []).append(str(item.get("sha256") or ""))
+        async for item in self._pages("data.trials", 200):
+            rms, share = item.get("force_rms_error_N"), item.get("force_in_band_share")
+            yield {**{key: item[key] for key in ("trial", "label", "exploration", "outcome", "index", "attempt", "repetition", "lost_frames")},
+                   "sha256": (digests.get(item["trial"]) or [""]).pop(0), "force_rms_error_n": math.nan if rms is None else rms,
+                   "force_in_band_share": math.nan if share is None else share}
 
     def _event(self, prefix: str, values: JsonObject) -> JsonObject:
         now = time.time()
