@@ -257,7 +257,7 @@ def aborts(t, client, engine, rig, documents, how):
     client.api.sim.clock(pace=20)
     documents.take()
     campaign = WeftCampaign(rig, "small", seed=7)
-    plan = {"plan": lambda: fly_recipe(campaign), "paused": lambda: fly_recipe(campaign), "bare": lambda: bare(campaign), "bare, rig": lambda: bare(campaign, rig)}[how]()
+    plan = {"bare": lambda: bare(campaign), "bare, rig": lambda: bare(campaign, rig)}.get(how, lambda: fly_recipe(campaign))()
     sliding = lambda: step_of(campaign) == "sliding"
     acting = in_background(engine.request_pause if how == "paused" else lambda: engine.abort("smoke"), sliding, "a slide")
     interrupted(t, engine, plan, f"abort ({how})")
