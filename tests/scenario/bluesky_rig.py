@@ -110,7 +110,7 @@ def flies(t, client, engine, rig, documents):
     expected = {"run": campaign.run.name, "dataset_sha256": certificate["dataset_sha256"], "recipe_digest": campaign.run.state()["digest"], "simulated": True,
                 "outcome": "complete", "cleanup": "done", "rig": "safe", "trials_done": TRIALS, "trials_planned": TRIALS}
     t.expect({key: summary[0][f"campaign-{key}"] for key in expected} == expected, f"{summary} for {expected}")
-    accuracies = [told["accuracy"] for told in campaign.run.state()["result"]]
+    accuracies = [result["accuracy"] for result in campaign.run.state()["result"]]
     t.expect(len(accuracies) == 1 and summary[0]["campaign-accuracy"] == accuracies[0] > 0.5, f"{summary} for {accuracies}")
     trials = [(row["campaign-trials-trial"], row["campaign-trials-sha256"]) for row in rows["campaign-trials"]]
     t.expect(trials == [(trial["name"], trial["sha256"]) for trial in certificate["trials"]] and all(digest for _, digest in trials), f"{trials}")
@@ -248,8 +248,8 @@ def pauses_a_flight(t, client, engine, rig, documents):
 
 def engine_read(engine, sensor):
     """A reading on the loop of a paused engine."""
-    told = asyncio.run_coroutine_threadsafe(sensor.read(), engine.loop).result(PATIENCE_S)
-    return {key: reading["value"] for key, reading in told.items()}
+    values = asyncio.run_coroutine_threadsafe(sensor.read(), engine.loop).result(PATIENCE_S)
+    return {key: reading["value"] for key, reading in values.items()}
 
 
 def aborts(t, client, engine, rig, documents, how):
@@ -272,8 +272,8 @@ def aborts(t, client, engine, rig, documents, how):
     found, rows = documents.take()
     t.expect(found["stop"][0]["exit_status"] == "abort", f"{how}: {found['stop']}")
     if not how.startswith("bare"):
-        told = rows["campaign"][0]
-        t.expect((told["campaign-outcome"], told["campaign-rig"], told["campaign-simulated"], told["campaign-run"])
+        values = rows["campaign"][0]
+        t.expect((values["campaign-outcome"], values["campaign-rig"], values["campaign-simulated"], values["campaign-run"])
                  == ("aborted", "safe", True, campaign.run.name), f"{how}: {rows}")
     print(f"SIMULATED abort ({how}): {end.outcome}, {end.cleanup}, rig {end.rig}")
 
@@ -350,13 +350,13 @@ def aborts_in_kickoff(t, client, engine, rig, documents, how):
     method = "recipe.check" if how == "check" else "run.start"
     plan = bare(campaign, rig) if how == "bare" else fly_recipe(campaign)
     on_loop = lambda work: asyncio.run_coroutine_threadsafe(work, engine.loop).result(PATIENCE_S)
-    on_loop(rig._bench.hold())  # else the lease, released by unstage(), would stop a late run.start
+    on_loop(rig._bench.acquire_lease())  # else the lease, released by unstage(), would stop a late run.start
     with altered(client, method, delayed(0.7)) as asked:
         acting = in_background(lambda: engine.abort("smoke"), lambda: asked, method)
         interrupted(t, engine, plan, f"abort in kickoff ({how})")
         acting.join(PATIENCE_S)
         time.sleep(0.8)  # longer than the answer is delayed
-        on_loop(rig._bench.release())
+        on_loop(rig._bench.release_lease())
     runs = new_runs(client, before)
     t.expect(len(runs) == (0 if how == "check" else 1), f"abort in kickoff ({how}): {runs}")
     for run in runs:
@@ -468,7 +468,7 @@ def loses_jog(t, client, engine, rig):
                 yield from bps.mv(rig.z, CLEAR_Z_MM + 1)
             except FailedStatus:
                 pass
-            read.append(rig._bench.at)
+            read.append(rig._bench.last_positions)
             yield from bps.mv(rig.z, CLEAR_Z_MM + 1)
         read.append((yield from bps.rd(rig.z)))
     engine(bpp.stage_wrapper(plan(), [rig]))

@@ -1,9 +1,9 @@
+#include <algorithm>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "daemon/apps/weft/bench_options.hpp"
 #include "daemon/apps/weft/daemon_call.hpp"
@@ -58,17 +58,12 @@ void add_options(CLI::App& command, QueueMoveArgs& args) {
       ->check(CLI::NonNegativeNumber);
 }
 
-/// The author or the automatic cause, as on the page (page/js/format.js).
-std::string pause_text(const std::string& by) {
-  static const std::map<std::string, std::string, std::less<>> causes{
-      {"auto:restart", "the daemon was restarted"},  {"auto:stopped", "a run was stopped"},
-      {"auto:aborted", "a run was aborted"},         {"auto:failed", "a run failed"},
-      {"auto:interrupted", "a run was interrupted"}, {"auto:halted", "the rig was halted"},
-      {"auto:reset", "the rig was reset"},           {"auto:maintenance", "maintenance"},
-      {"auto:disk", "not enough disk space"},        {"auto:rig_file", "rig file invalid"},
-  };
-  const auto cause = causes.find(by);
-  return cause == causes.end() ? "paused by " + by : "paused automatically: " + cause->second;
+/// The user, or the automatic cause: "auto:rig_file" is "automatically: rig file".
+std::string pause_text(std::string by) {
+  constexpr std::string_view automatic = "auto:";
+  if (!by.starts_with(automatic)) return "paused by " + by;
+  std::ranges::replace(by, '_', ' ');
+  return "paused automatically: " + by.substr(automatic.size());
 }
 
 std::string queue_text(const json& queue) {

@@ -41,7 +41,7 @@ _SAMPLE_S, _SAMPLES = 0.05, 200  # time between two looks for the first sample o
 _REPEAT_S = 0.1  # pause before a request is repeated after a lost connection [s]
 _NO_LEASE = "none"  # run.start with it finds the run of an earlier request with the same idem, and starts nothing
 _FORCES, _TORQUES = ("fx_n", "fy_n", "fz_n"), ("tx_nm", "ty_nm", "tz_nm")
-_OVER = ("ended", "interrupted")
+_ENDED = ("ended", "interrupted")
 
 
 def _unit_of(axis: str) -> str:
@@ -66,12 +66,12 @@ class _Bench:
     def __init__(self, client: Client, last_samples: bool) -> None:
         self.client, self.last_samples = client, last_samples
         self.description, info = client.api.rig.describe(), client.api.system.info()
-        self.facts: JsonObject = {"rig": self.description["rig"], "bench": self.description["bench"],
+        self.metadata: JsonObject = {"rig": self.description["rig"], "bench": self.description["bench"],
                                   "simulated": bool(self.description["simulated"]), "version": info["version"]}
-        self.source = f"weft://{self.facts['rig']}"
+        self.source = f"weft://{self.metadata['rig']}"
         self.moving = asyncio.Lock()  # one motion at a time, as in the daemon
         self.flights: "set[asyncio.Event]" = set()  # campaigns in progress
-        self.at: Optional[Dict[str, float]] = None  # positions [mm, deg]; None: not known
+        self.last_positions: Optional[Dict[str, float]] = None  # positions [mm, deg]; None: not known
         self.moved, self.safe = False, False  # since the lease: anything was moved; the last motion was answered and left the rig safe
         self._lease: Optional[Lease] = None
         self._holders, self._leasing = 0, asyncio.Lock()
@@ -105,34 +105,34 @@ class _Bench:
     def lease(self) -> str:
         """Errors: StateError before stage(), or the reason why the lease was lost."""
         if self._lease is None:
-            raise StateError("rig not staged", 3000, {"kind": "state.conflict", "where": str(self.facts["rig"]), "expected": "staged",
+            raise StateError("rig not staged", 3000, {"kind": "state.conflict", "where": str(self.metadata["rig"]), "expected": "staged",
                                                       "hint": "Use bluesky.preprocessors.stage_decorator, or a plan that stages its devices"})
         if self._lease.lost is not None:
             raise self._lease.lost
         return self._lease.name
 
-    async def hold(self) -> None:
+    async def acquire_lease(self) -> None:
         async with self._leasing:
             if self._lease is None:
                 self._lease = await asyncio.to_thread(self.client.lease, "bluesky")
             self._holders += 1
 
-    async def release(self) -> None:
+    async def release_lease(self) -> None:
         async with self._leasing:
             self._holders -= 1
             if self._holders == 0 and self._lease is not None:
-                ended, self._lease, self.at, self.moved, self.safe = self._lease, None, None, False, False
+                ended, self._lease, self.last_positions, self.moved, self.safe = self._lease, None, None, False, False
                 await asyncio.to_thread(ended.close)
 
     def positions(self) -> Dict[str, float]:
         """Errors: StateError if they are not known: before stage(), and after a campaign until the next motion."""
-        if self.at is None:
-            raise StateError("position not known", 3000, {"kind": "state.conflict", "where": str(self.facts["rig"]), "hint": "Stage or move the rig"})
-        return self.at
+        if self.last_positions is None:
+            raise StateError("position not known", 3000, {"kind": "state.conflict", "where": str(self.metadata["rig"]), "hint": "Stage or move the rig"})
+        return self.last_positions
 
     async def locate(self) -> Dict[str, float]:
         """Reads the positions by a motion of 0.01 mm upwards, if they are not known: the API reports them only with a motion."""
-        if self.at is None:
+        if self.last_positions is None:
             await self._still()
             await self.jog("z", _LOCATING_M)
         return self.positions()
@@ -177,17 +177,17 @@ class _Bench:
         except (AccessError, RequestError, StateError):
             raise  # refused before motion
         except BaseException:
-            self.at, self.moved, self.safe = None, True, False  # it may have moved
+            self.last_positions, self.moved, self.safe = None, True, False  # it may have moved
             raise
         self.moved = True
         self._arrived(answer)
 
     def _arrived(self, answer: JsonObject) -> None:
-        self.at = {name.partition("_")[0]: _from_si(name, value) for name, value in answer["to"].items()}
+        self.last_positions = {name.partition("_")[0]: _from_si(name, value) for name, value in answer["to"].items()}
         self.safe = answer.get("rig") == "safe"
         if answer["outcome"] != "complete":
-            raise DeviceError(f"{answer['order']} not complete", 4000, {"kind": "motion.incomplete", "where": str(self.facts["rig"]), "got": answer["outcome"],
-                                                                        "expected": "complete", "hint": str(answer.get("error", ""))})
+            raise DeviceError(f"{answer['order']} not complete", 4000, {"kind": "motion.incomplete", "where": str(self.metadata["rig"]),
+                                                                        "got": answer["outcome"], "expected": "complete", "hint": str(answer.get("error", ""))})
 
     async def sample(self, needed: str) -> JsonObject:
         """Newest values by column, with counts, run, bench_s and live. Errors: StateError without a run in progress (and without `last_samples`)."""
@@ -203,7 +203,7 @@ class _Bench:
             if not live:
                 break
             await asyncio.sleep(_SAMPLE_S)
-        raise StateError("no sample", 3000, {"kind": "state.conflict", "where": str(self.facts["rig"]), "expected": "a run in progress",
+        raise StateError("no sample", 3000, {"kind": "state.conflict", "where": str(self.metadata["rig"]), "expected": "a run in progress",
                                              "hint": "Read sensors while a campaign flies, or the newest run's last sample: last_samples=True"})
 
 
@@ -216,10 +216,10 @@ class _Part(Device):  # type: ignore[misc,unused-ignore]
 
     def metadata(self) -> JsonObject:
         """For a start document: {"weft": {rig, bench, simulated, version}}."""
-        return {"weft": dict(self._bench.facts)}
+        return {"weft": dict(self._bench.metadata)}
 
     def _configuration(self) -> JsonObject:
-        return dict(self._bench.facts)
+        return dict(self._bench.metadata)
 
     async def read_configuration(self) -> JsonObject:
         return {f"{self.name}-{key}": {"value": value, "timestamp": time.time()} for key, value in self._configuration().items()}
@@ -248,7 +248,7 @@ class WeftStage(_Part):
         return {"fields": [self.name]}
 
     def _configuration(self) -> JsonObject:
-        return {**self._bench.facts, "low": self.limits[0], "high": self.limits[1]}
+        return {**self._bench.metadata, "low": self.limits[0], "high": self.limits[1]}
 
     def _require_within(self, value: float) -> None:
         low, high = self.limits
@@ -301,9 +301,9 @@ class WeftStage(_Part):
 class _Sensor(_Part):
     """Each reading has the run and the time [s, clock of the bench] of its sample, and "live": true during that run."""
 
-    def _of(self, sample: JsonObject) -> JsonObject:
+    def _origin(self, sample: JsonObject) -> JsonObject:
         return {f"{self.name}-run": sample["run"], f"{self.name}-bench_s": sample["bench_s"], f"{self.name}-live": sample["live"],
-                f"{self.name}-simulated": self._bench.facts["simulated"]}
+                f"{self.name}-simulated": self._bench.metadata["simulated"]}
 
     def _keys(self) -> JsonObject:
         source = f"{self._bench.source}/run.samples"
@@ -321,7 +321,7 @@ class WeftWrench(_Sensor):
     async def read(self) -> JsonObject:
         """Errors: StateError without a sample."""
         sample = await self._bench.sample("fz_n")
-        values = {**{f"{self.name}-{column}": sample[column] for column in _FORCES + _TORQUES}, **self._of(sample)}
+        values = {**{f"{self.name}-{column}": sample[column] for column in _FORCES + _TORQUES}, **self._origin(sample)}
         return {key: {"value": value, "timestamp": time.time()} for key, value in values.items()}
 
     async def describe(self) -> JsonObject:
@@ -340,7 +340,7 @@ class WeftTaxels(_Sensor):
     async def read(self) -> JsonObject:
         """Errors: StateError without a frame."""
         sample = await self._bench.sample("counts")
-        return {key: {"value": value, "timestamp": time.time()} for key, value in {self.name: sample["counts"], **self._of(sample)}.items()}
+        return {key: {"value": value, "timestamp": time.time()} for key, value in {self.name: sample["counts"], **self._origin(sample)}.items()}
 
     async def describe(self) -> JsonObject:
         return {self.name: _key(f"{self._bench.source}/run.samples", "array", [int(self._bench.description["taxels"])], "counts"), **self._keys()}
@@ -404,7 +404,7 @@ class WeftRig(_Part):
             await asyncio.wait([self._landing.task])
         if self._staged:
             return
-        await self._bench.hold()
+        await self._bench.acquire_lease()
         self._staged = True
         await self._bench.locate()
         await self._bench.lift()
@@ -424,7 +424,7 @@ class WeftRig(_Part):
             if self._bench.moved:
                 await self._bench.lift(sent)
         finally:
-            await self._bench.release()
+            await self._bench.release_lease()
 
 
 class WeftCampaign(_Part):
@@ -442,15 +442,15 @@ class WeftCampaign(_Part):
         self.run: Optional[Run] = None
         self.end: Optional[End] = None
         self._digest = ""
-        self._staged = self._collected = self._paused = self._stopping = self._asked = False  # _asked: run.start is sent
-        self._over: Optional[asyncio.Event] = None
+        self._staged = self._collected = self._paused = self._stopping = self._start_requested = False  # _start_requested: run.start is sent
+        self._flight_ended: Optional[asyncio.Event] = None
         self._starting: "Optional[asyncio.Task[None]]" = None  # kickoff()
         self._landing: Any = None  # status of the last unstage()
         self._clear = asyncio.Event()  # not set during a pause
         super().__init__(rig._bench, name=name)
 
     def _configuration(self) -> JsonObject:
-        return {**self._bench.facts, "recipe": self.recipe}
+        return {**self._bench.metadata, "recipe": self.recipe}
 
     @AsyncStatus.wrap  # type: ignore[misc,untyped-decorator,unused-ignore]
     async def stage(self) -> None:
@@ -459,10 +459,10 @@ class WeftCampaign(_Part):
             await asyncio.wait([self._landing.task])
         if self._staged:
             return
-        await self._bench.hold()
+        await self._bench.acquire_lease()
         self.run = self.end = self._starting = None
         self._staged = True
-        self._collected = self._paused = self._stopping = self._asked = False
+        self._collected = self._paused = self._stopping = self._start_requested = False
         self._clear.set()
 
     @AsyncStatus.wrap  # type: ignore[misc,untyped-decorator,unused-ignore]
@@ -477,7 +477,7 @@ class WeftCampaign(_Part):
         if self._starting is None or self._starting.done():
             self._starting = asyncio.create_task(self._start())
         try:
-            await asyncio.shield(self._starting)  # goes on if this is cancelled: unstage() needs the result
+            await asyncio.shield(self._starting)  # continues if this is cancelled: unstage() needs the result
         except StateError:
             if self._staged:  # else unstaged meanwhile; a failure would interrupt the clean-up of the plan
                 raise
@@ -487,25 +487,25 @@ class WeftCampaign(_Part):
         if not check["ok"]:
             first = (check.get("problems") or [{}])[0]
             raise RequestError(f"recipe refused: {first.get('message', 'no reason given')}", 1000, {**first, "kind": "recipe.invalid"})
-        self._over = asyncio.Event()
+        self._flight_ended = asyncio.Event()
         self._digest, started = str(check["digest"]), None
         try:
             while started is None:
                 await self._clear.wait()
                 if self._stopping:
                     raise StateError("campaign stopped before its start", 3000, {"kind": "state.conflict", "where": self.name})
-                self._asked = True
-                self._bench.flights.add(self._over)
-                started = await self._queued()
-                self._asked = started is not None
+                self._start_requested = True
+                self._bench.flights.add(self._flight_ended)
+                started = await self._request_start()
+                self._start_requested = started is not None
         except WeftError:
-            self._asked = False
-            self._landed()
+            self._start_requested = False
+            self._end_flight()
             raise
-        self._bench.at = None
+        self._bench.last_positions = None
         self.run = Run(self._bench.client, str(started["run"]))
 
-    async def _queued(self) -> Optional[JsonObject]:
+    async def _request_start(self) -> Optional[JsonObject]:
         """Answer of run.start, repeated after a lost connection. During a pause, and after stop() or unstage(), a repetition only finds what an earlier request
         has started; None if nothing."""
         params: JsonObject = {"recipe": self.recipe, "seed": self._seed, "parameters": self._parameters, "digest": self._digest, "idem": uuid.uuid4().hex}
@@ -522,10 +522,10 @@ class WeftCampaign(_Part):
             if self._stopping or not self._clear.is_set():
                 lease = _NO_LEASE
 
-    def _landed(self) -> None:
-        if self._over is not None:
-            self._over.set()
-            self._bench.flights.discard(self._over)
+    def _end_flight(self) -> None:
+        if self._flight_ended is not None:
+            self._flight_ended.set()
+            self._bench.flights.discard(self._flight_ended)
 
     async def _ended(self, hand_over: bool) -> End:
         assert self.run is not None
@@ -537,7 +537,7 @@ class WeftCampaign(_Part):
         if self.run is None:
             raise StateError("campaign not started", 3000, {"kind": "state.conflict", "where": self.name, "hint": "Call kickoff() first"})
         self.end = await self._ended(hand_over=True)
-        self._landed()
+        self._end_flight()
         if self.end.outcome != "complete" and not self._stopping:
             raise StateError("run not complete", 3000, {"kind": "run.incomplete", "where": self.run.name, "got": self.end.outcome, "expected": "complete",
                                                         "hint": self.end.error})
@@ -545,14 +545,14 @@ class WeftCampaign(_Part):
     async def pause(self) -> None:
         """Pauses the run at once: the probe is retracted, and the interrupted trial is repeated after resume()."""
         self._clear.clear()
-        if self._asked and self._starting is not None:
+        if self._start_requested and self._starting is not None:
             await asyncio.wait([self._starting])
-        if self.run is None or (await self._state()) in _OVER:
+        if self.run is None or (await self._state()) in _ENDED:
             return
         try:
             await self._bench.insist("run.pause", run=self.run.name, at="now", idem=uuid.uuid4().hex)
         except StateError:
-            if (await self._state()) in _OVER:
+            if (await self._state()) in _ENDED:
                 return
             raise
         self._paused = True
@@ -583,7 +583,7 @@ class WeftCampaign(_Part):
             try:
                 await self._bench.insist("run.stop" if success else "run.abort", run=self.run.name, idem=uuid.uuid4().hex)
             except StateError:
-                if (await self._state()) not in _OVER:
+                if (await self._state()) not in _ENDED:
                     raise
 
     def unstage(self) -> Any:
@@ -608,8 +608,8 @@ class WeftCampaign(_Part):
             if sent is not None or (self.run is not None and self.end is None):
                 await self._abort(sent, idem)
         finally:
-            self._landed()
-            await self._bench.release()
+            self._end_flight()
+            await self._bench.release_lease()
 
     async def _abort(self, sent: "Optional[Future[Any]]", idem: str) -> None:
         assert self.run is not None
@@ -618,7 +618,7 @@ class WeftCampaign(_Part):
         except ConnectionLost:
             raise
         except WeftError:
-            if (await self._state()) not in _OVER:
+            if (await self._state()) not in _ENDED:
                 raise
         self.end = await self._ended(hand_over=False)
         state = await self._bench.insist("rig.state")
@@ -633,25 +633,25 @@ class WeftCampaign(_Part):
         shared = {"run": "string", "dataset_sha256": "string", "simulated": "boolean"}
         trials = {"trial": "string", "label": "string", "exploration": "string", "outcome": "string", "sha256": "string", "index": "integer",
                   "attempt": "integer", "repetition": "integer", "lost_frames": "integer", "force_rms_error_n": "number", "force_in_band_share": "number"}
-        facts = {"recipe": "string", "recipe_digest": "string", "outcome": "string", "cleanup": "string", "rig": "string", "trials_done": "integer",
+        columns = {"recipe": "string", "recipe_digest": "string", "outcome": "string", "cleanup": "string", "rig": "string", "trials_done": "integer",
                  "trials_planned": "integer", "accuracy": "number"}
         units = {"force_rms_error_n": "N"}
         return {f"{self.name}-trials": {f"{self.name}-trials-{key}": _key(trial, kind, units=units.get(key, "")) for key, kind in {**trials, **shared}.items()},
-                self.name: {f"{self.name}-{key}": _key(run, kind) for key, kind in {**facts, **shared}.items()}}
+                self.name: {f"{self.name}-{key}": _key(run, kind) for key, kind in {**columns, **shared}.items()}}
 
     async def collect(self) -> AsyncIterator[JsonObject]:
         """Once, after the end of the run; before it nothing. `accuracy` is the lowest of the explorations, NaN if it was not evaluated."""
         if self.run is None or self._collected:
             return
         state = await self._bench.insist("run.get", run=self.run.name)
-        if state["state"] not in _OVER:
+        if state["state"] not in _ENDED:
             return
-        shared = {"run": self.run.name, "dataset_sha256": state.get("dataset_sha256") or "", "simulated": self._bench.facts["simulated"]}
+        shared = {"run": self.run.name, "dataset_sha256": state.get("dataset_sha256") or "", "simulated": self._bench.metadata["simulated"]}
         trials = [trial async for trial in self._trials()]
         self._collected = True  # only now: a failed reading may be repeated
         for trial in trials:
             yield self._event(f"{self.name}-trials", {**trial, **shared})
-        accuracies = [told["accuracy"] for told in state.get("result") or [] if told.get("accuracy") is not None]
+        accuracies = [result["accuracy"] for result in state.get("result") or [] if result.get("accuracy") is not None]
         yield self._event(self.name, {
             "recipe": self.recipe, "recipe_digest": self._digest, "outcome": state.get("outcome") or "", "cleanup": state.get("cleanup") or "",
             "rig": state.get("rig") or "", "trials_done": state["trials_done"], "trials_planned": state["trials_planned"],

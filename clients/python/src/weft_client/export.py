@@ -51,12 +51,12 @@ def to_parquet(data: DataSet, path: Place) -> int:
                                          *(pyarrow.field(f"ch{i + 1}", kind, metadata={"unit": unit}) for i in range(trial.counts.shape[1]))],
                                         metadata={f"weft.{key}": value for key, value in _metadata(data).items()})
                 writer = stack.enter_context(parquet.ParquetWriter(partial, schema))
-            many = len(trial.taxel_t_s)
-            texts = [pyarrow.repeat(pyarrow.scalar(value, text), many) for value in (trial.file, trial.label, trial.group, trial.exploration)]
+            count = len(trial.taxel_t_s)
+            texts = [pyarrow.repeat(pyarrow.scalar(value, text), count) for value in (trial.file, trial.label, trial.group, trial.exploration)]
             writer.write_table(pyarrow.Table.from_arrays(
                 [*texts, pyarrow.array(trial.phase.astype("U1"), text), pyarrow.array(trial.taxel_t_s),
                  *(pyarrow.array(trial.counts[:, i]) for i in range(trial.counts.shape[1]))], schema=schema))
-            rows += many
+            rows += count
         if writer is None:
             raise RequestError("number of trials in the data set", 1001, {"kind": "request.unreadable", "where": str(data.h5.filename), "got": 0,
                                                                           "expected": "1 or more", "hint": "Export a data set with trials"})
@@ -165,8 +165,8 @@ def main(arguments: List[str]) -> int:
     write, what = _FORMATS[chosen.output.suffix]
     try:
         with DataSet(chosen.dataset) as data:
-            many = write(data, chosen.output)
-            print(f"{chosen.output}: {many} {what} of {len(data)} trials, data set {data.dataset_sha256}")
+            count = write(data, chosen.output)
+            print(f"{chosen.output}: {count} {what} of {len(data)} trials, data set {data.dataset_sha256}")
             if data.simulated:
                 print("SIMULATED data: computed by the plant model; no real fabric was touched.")
     except (WeftError, ImportError, OSError) as problem:
