@@ -41,6 +41,8 @@ struct CampaignRequest {
   std::optional<std::string> recipe_text = {};
   /// The recipe's parameters, {NAME: value}; empty: their defaults.
   std::string parameters_json = {};
+  /// Only the trials on this fabric of the recipe are run, see recipes::part_on(); nothing: all.
+  std::optional<std::string> only_fabric = {};
   /// With `resume`: an ended campaign is accepted, and its summary comes from its file. Otherwise
   /// it is refused, because nothing is left. A daemon may die between a campaign's end and its own
   /// record of it.
@@ -146,6 +148,9 @@ struct CampaignHooks {
 /// The recipe's text, not resolved: from the request or from its file. Errors: read_text_file()'s.
 Result<std::string> load_recipe_text(const CampaignRequest& request);
 
+/// Journal kind of a campaign on one fabric of its recipe: {"fabric": NAME}.
+inline constexpr const char* part_kind = "part";
+
 /// Plan and rig of a request that passed all checks. The error lists all problems.
 struct CheckedRequest {
   recipes::Plan plan;
@@ -153,6 +158,7 @@ struct CheckedRequest {
   std::string rig_text;
   std::vector<recipes::Diagnostic> warnings;
   LiveModels models = {};
+  std::optional<std::string> only_fabric = {};  ///< as requested
 };
 Result<CheckedRequest> check_request(const CampaignRequest& request);
 /// check_request() for a waiting client. Reads only the heads of models and returns no `models`:

@@ -113,6 +113,11 @@ Result<Recorder> created(const std::filesystem::path& file, const SettledRequest
                                     nlohmann::json{{"rules", recipes::engine_rules}}.dump());
       !ok)
     return pass(ok.error());
+  if (checked.only_fabric)
+    if (Status ok = recorder->journal(session.loop().now(), part_kind,
+                                      nlohmann::json{{"fabric", *checked.only_fabric}}.dump());
+        !ok)
+      return pass(ok.error());
   if (const auto models = live_models_json(checked.plan, checked.models); models != "[]")
     if (Status ok = recorder->journal(session.loop().now(), live_models_kind, models); !ok)
       return pass(ok.error());

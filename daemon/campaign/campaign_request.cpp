@@ -1,5 +1,7 @@
 // Checks and settles the request of a campaign before anything moves.
 
+#include <algorithm>
+
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
 #include "daemon/campaign/bench_check.hpp"
@@ -8,6 +10,7 @@
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "daemon/storage/recorder/campaign_folder.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
+#include "protocols/base/closest.hpp"
 
 namespace weft::daemon {
 namespace {
@@ -65,6 +68,20 @@ Result<SimulationNote> settle_fidelity(const CampaignRequest& request, CheckedRe
   return std::move(chosen->note);
 }
 
+/// Leaves the trials on one fabric, if one is named.
+Status restrict_to(const std::optional<std::string>& fabric, recipes::Plan& plan) {
+  if (!fabric) return {};
+  const auto found = std::ranges::find(plan.fabrics, *fabric);
+  if (found == plan.fabrics.end())
+    return fail({.code = Errc::not_found,
+                 .where = "/fabrics",
+                 .what = "fabric not in the recipe",
+                 .got = *fabric,
+                 .hint = did_you_mean(*fabric, {plan.fabrics.begin(), plan.fabrics.end()})});
+  plan = recipes::part_on(std::move(plan), static_cast<std::size_t>(found - plan.fabrics.begin()));
+  return {};
+}
+
 /// check_request() without the models.
 Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   Result<std::string> rig_text = rig_text_of(request);
@@ -76,8 +93,15 @@ Result<CheckedRequest> check_recipe_and_rig(const CampaignRequest& request) {
   recipes::CheckReport report =
       recipes::check_recipe(*recipe, *limits, request.seed, request.parameters_json);
   if (!report.plan) return fail(refusal(request.recipe, report.problems));
-  return CheckedRequest{std::move(*report.plan), std::move(report.recipe_json), *rig_text,
-                        std::move(report.warnings)};
+  CheckedRequest out{std::move(*report.plan),
+                     std::move(report.recipe_json),
+                     *rig_text,
+                     std::move(report.warnings),
+                     {},
+                     request.only_fabric};
+  if (Status ok = restrict_to(request.only_fabric, out.plan); !ok)
+    return pass(ok.error(), request.recipe.string());
+  return out;
 }
 
 /// Collects all problems of the rig file or its bench with the plan.

@@ -106,13 +106,18 @@ Status same_conditions(const std::filesystem::path& campaign, const CheckedReque
                        bool left) {
   const auto journal = load_journal(campaign);
   if (!journal) return pass(journal.error());
-  std::string models = "[]", rules;
+  std::string models = "[]", rules, part = "{}";
   for (const JournalEntry& line : *journal) {
+    if (line.kind == part_kind) part = line.payload_json;
     if (line.kind == live_models_kind) models = line.payload_json;
     if (line.kind == recipes::rules_kind) rules = line.payload_json;
   }
-  const Status same =
-      same_text("model for its live votes", models, live_models_json(checked.plan, checked.models));
+  json requested = json::object();
+  if (checked.only_fabric) requested["fabric"] = *checked.only_fabric;
+  Status same = same_text("fabric as its part", part, requested.dump());
+  if (same)
+    same = same_text("model for its live votes", models,
+                     live_models_json(checked.plan, checked.models));
   return same && left ? same_rules(rules) : same;
 }
 

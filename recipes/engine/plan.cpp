@@ -270,4 +270,12 @@ Forecast forecast(const Plan& plan) {
   return out;
 }
 
+Plan part_on(Plan plan, std::size_t fabric) {
+  std::erase_if(plan.trials, [&](const TrialSpec& trial) { return trial.fabric != fabric; });
+  for (std::size_t i = 0; i < plan.trials.size(); ++i) plan.trials[i].index = i;
+  plan.handover.reset();
+  plan.forecast = forecast(plan);
+  return plan;
+}
+
 }  // namespace weft::recipes

@@ -240,6 +240,11 @@ inline constexpr std::size_t max_trials = 1'000'000;
 CheckReport check_recipe(std::string_view recipe_json, const RigLimits& limits,
                          std::optional<std::uint64_t> seed = {}, std::string_view values_json = {});
 
+/// The trials on one fabric, an index into Plan::fabrics, as a plan of their own: renumbered from
+/// 0, with their own forecast and without a handover. Seeds and places stay, so these trials touch
+/// what they touch in the whole campaign.
+Plan part_on(Plan plan, std::size_t fabric);
+
 /// The seed of a trial's touch: FNV-1a 64 over the decimal seed, fabric, exploration and
 /// repetition, separated by '/', then mixed by splitmix64.
 std::uint64_t patch_seed(std::uint64_t recipe_seed, std::string_view fabric,

@@ -6,9 +6,11 @@
 #include "daemon/base/file/atomic_file.hpp"
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
-#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/dataset_hasher.hpp"
+#include "daemon/storage/dataset/dataset_writer.hpp"
 #include "daemon/storage/recorder/recorder.hpp"
 #include "daemon/storage/recorder/sqlite.hpp"
+#include "daemon/storage/recorder/trial_reader.hpp"
 #include "protocols/base/json_text.hpp"
 
 namespace weft::daemon {
@@ -90,18 +92,6 @@ Result<std::optional<CertifiedSimulation>> simulation_on_record(
   return out;
 }
 
-/// Moves out the complete trials, which form the data set.
-Dataset take_complete(Dataset& all) {
-  Dataset out;
-  out.info = std::move(all.info);
-  for (std::size_t i = 0; i < all.trials.size(); ++i) {
-    if (all.records[i].outcome != TrialOutcome::complete) continue;
-    out.trials.push_back(std::move(all.trials[i]));
-    out.records.push_back(std::move(all.records[i]));
-  }
-  return out;
-}
-
 /// Names, outcomes and catalogue entries; the digests of the content are added later.
 Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Certificate& out) {
   auto database = sqlite::Database::open(campaign, sqlite::Mode::read_only);
@@ -128,42 +118,94 @@ Status add_trials(const std::filesystem::path& campaign, const Dataset& all, Cer
 
 /// A campaign that was read once, for both its data set and its certificate.
 struct Contents {
-  Certificate certificate;  ///< without `files` and `dataset_sha256`
+  Certificate certificate;  ///< without `files`
   bool is_discarded = false;
-  Dataset complete;
-  DatasetDigest digest;  ///< digest of `complete`
 };
 
-Result<Contents> read_contents(const std::filesystem::path& campaign) {
+/// Reads every attempt. `dataset`: the complete ones are also written there; empty: not.
+Result<Contents> read_contents(const std::filesystem::path& campaign,
+                               const std::filesystem::path& dataset) {
   const auto progress = load_progress(campaign);
   if (!progress) return pass(progress.error());
-  auto loaded = load_campaign(campaign, {.all_outcomes = true});
-  if (!loaded) return pass(loaded.error());
-  Dataset& all = *loaded;
   Contents out;
   out.is_discarded = progress->discarded;
+  std::optional<DatasetHasher> hasher;
+  std::optional<DatasetWriter> writer;
+  Dataset all;  // without samples
+  std::vector<std::string> digests;
+  const auto info = visit_attempts(campaign, Attempts::all,
+                                   [&](const DatasetInfo& header, TrialData attempt) -> Status {
+                                     const auto& [trial, record] = attempt;
+                                     if (!hasher) hasher.emplace(header);
+                                     if (!writer && !dataset.empty() && !out.is_discarded) {
+                                       auto created = DatasetWriter::create(dataset, header);
+                                       if (!created) return pass(created.error());
+                                       writer.emplace(std::move(*created));
+                                     }
+                                     all.trials.push_back(without_samples(trial));
+                                     all.records.push_back(without_samples(record));
+                                     if (record.outcome != TrialOutcome::complete) {
+                                       digests.push_back(trial_sha256(trial, record));
+                                     } else if (writer) {
+                                       auto added = writer->add(trial, record);
+                                       if (!added) return pass(added.error());
+                                       digests.push_back(std::move(*added));
+                                     } else {
+                                       digests.push_back(hasher->add(trial, record));
+                                     }
+                                     return {};
+                                   });
+  if (!info) return pass(info.error());
+  all.info = *info;
   describe(all.info, out.certificate);
   out.certificate.trials_planned = progress->planned;
   auto simulation = simulation_on_record(campaign);
   if (!simulation) return pass(simulation.error());
   out.certificate.simulation = std::move(*simulation);
   if (Status ok = add_trials(campaign, all, out.certificate); !ok) return pass(ok.error());
-  out.complete = take_complete(all);
-  out.digest = compute_digest(out.complete);
-  auto digest = out.digest.trial_sha256.begin();
-  for (std::size_t i = 0; i < all.trials.size(); ++i)
-    out.certificate.trials[i].sha256 = all.records[i].outcome == TrialOutcome::complete
-                                           ? *digest++
-                                           : trial_sha256(all.trials[i], all.records[i]);
+  for (std::size_t i = 0; i < digests.size(); ++i)
+    out.certificate.trials[i].sha256 = std::move(digests[i]);
+  if (writer) {
+    const auto written = writer->finish(info->ended_early);
+    if (!written) return pass(written.error());
+    out.certificate.dataset_sha256 = written->dataset_sha256;
+  } else {
+    if (!hasher) hasher.emplace(*info);
+    out.certificate.dataset_sha256 = hasher->finish().dataset_sha256;
+  }
   return out;
+}
+
+/// Writes the complete trials of a campaign file as a data set.
+Status export_complete(const std::filesystem::path& campaign,
+                       const std::filesystem::path& dataset) {
+  std::optional<DatasetWriter> writer;
+  const auto info = visit_attempts(campaign, Attempts::complete,
+                                   [&](const DatasetInfo& header, TrialData attempt) -> Status {
+                                     if (!writer) {
+                                       auto created = DatasetWriter::create(dataset, header);
+                                       if (!created) return pass(created.error());
+                                       writer.emplace(std::move(*created));
+                                     }
+                                     const auto added = writer->add(attempt.trial, attempt.record);
+                                     if (!added) return pass(added.error());
+                                     return {};
+                                   });
+  if (!info) return pass(info.error());
+  if (!writer)
+    return fail({.code = Errc::not_found,
+                 .where = campaign.string(),
+                 .what = "no complete trial in the campaign"});
+  const auto written = writer->finish(info->ended_early);
+  if (!written) return pass(written.error());
+  return {};
 }
 
 /// A campaign that cannot be certified is still exported if its complete trials can be read.
 Result<std::string> export_uncertified(const std::filesystem::path& campaign,
                                        const std::filesystem::path& dataset, const Error& why) {
-  const auto complete = load_campaign(campaign);
-  if (!complete) return pass(complete.error());
-  if (const auto written = write_hdf5(*complete, dataset); !written) return written;
+  if (const auto written = export_complete(campaign, dataset); !written)
+    return pass(written.error());
   return pass(why, "certificate");
 }
 
@@ -245,12 +287,12 @@ Result<FileChecksums> file_checksums(const std::filesystem::path& file,
 
 Result<Certificate> certify(const std::filesystem::path& campaign,
                             const std::filesystem::path& dataset) {
-  auto contents = read_contents(campaign);
+  auto contents = read_contents(campaign, {});
   if (!contents) return pass(contents.error());
   Certificate& out = contents->certificate;
+  if (dataset.empty()) out.dataset_sha256.clear();
   if (Status ok = add_file(file_checksums(campaign), out); !ok) return pass(ok.error());
   if (dataset.empty()) return std::move(out);
-  out.dataset_sha256 = contents->digest.dataset_sha256;
   if (Status ok = add_file(file_checksums(dataset), out); !ok) return pass(ok.error());
   return std::move(out);
 }
@@ -265,15 +307,12 @@ Status write_certificate(const std::filesystem::path& campaign,
 Result<std::string> export_certified(const std::filesystem::path& campaign,
                                      const std::filesystem::path& dataset) {
   auto checksums = std::async(std::launch::async, [&] { return file_checksums(campaign); });
-  auto contents = read_contents(campaign);
+  auto contents = read_contents(campaign, dataset);
   if (!contents) return export_uncertified(campaign, dataset, contents.error());
   if (contents->is_discarded)
     return export_uncertified(campaign, dataset, {});  // export_uncertified()
                                                        // refuses it
-  auto written = write_hdf5(contents->complete, contents->digest, dataset);
-  if (!written) return pass(written.error());
   Certificate& certificate = contents->certificate;
-  certificate.dataset_sha256 = contents->digest.dataset_sha256;
   Status ok = add_file(checksums.get(), certificate);
   if (ok) ok = add_file(file_checksums(dataset), certificate);
   if (!ok) return pass(ok.error(), "certificate");

@@ -192,7 +192,7 @@ Result<WrittenSamples> write_samples_csv(const std::filesystem::path& campaign, 
   WrittenSamples written{std::string(to_string(info.kind)), {}, 0};
   written.trials = static_cast<std::size_t>(
       std::ranges::count(listed->records, TrialOutcome::complete, &TrialRecord::outcome));
-  DatasetHasher hasher(info, written.trials);
+  DatasetHasher hasher(info);
   out << "bench,trial,label,exploration,repetition,phase,t_s" << columns << '\n';
   for (std::size_t i = 0; i < listed->records.size(); ++i) {
     if (listed->records[i].outcome != TrialOutcome::complete) continue;
@@ -211,7 +211,7 @@ Result<WrittenSamples> write_samples_csv(const std::filesystem::path& campaign, 
                    .what = "table not written",
                    .hint = "Free some space on the disk"});
   }
-  written.dataset_sha256 = hasher.finish();
+  written.dataset_sha256 = hasher.finish().dataset_sha256;
   return written;
 }
 

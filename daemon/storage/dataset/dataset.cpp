@@ -222,26 +222,56 @@ double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
   return quanta[6 * i + 3 + axis] / torque_quanta_per_nm;
 }
 
+classifier::Trial without_samples(const classifier::Trial& trial) {
+  classifier::Trial out;
+  out.file = trial.file;
+  out.label = trial.label;
+  out.group = trial.group;
+  out.taxels = trial.taxels;
+  return out;
+}
+
+TrialRecord without_samples(const TrialRecord& record) {
+  TrialRecord out;
+  out.spec = record.spec;
+  out.outcome = record.outcome;
+  out.quality = record.quality;
+  out.lost_samples = record.lost_samples;
+  return out;
+}
+
+Status check_trial(const classifier::Trial& trial, const TrialRecord& record,
+                   const DatasetInfo& info) {
+  const std::string where = "trial " + trial.file;
+  if (trial.label.empty()) return fail({.where = where, .what = "trial without label"});
+  if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
+  auto fine = check_record(record, trial.samples(), info);
+  if (!fine) return pass(std::move(fine).error(), where);
+  return {};
+}
+
+Status TrialSequence::check(const classifier::Trial& trial) {
+  const std::string where = "trial " + trial.file;
+  if (trial.file.empty() || !files_.insert(trial.file).second)
+    return fail({.where = where, .what = "trial name missing or repeated"});
+  if (!taxels_) taxels_ = trial.taxels;
+  if (trial.taxels == *taxels_) return {};
+  return fail({.where = where,
+               .what = "number of taxels differs between trials",
+               .expected = std::to_string(*taxels_),
+               .got = std::to_string(trial.taxels)});
+}
+
 Status check(const Dataset& dataset) {
   if (dataset.trials.empty()) return fail({.what = "data set without trials"});
   if (dataset.records.size() != dataset.trials.size())
     return sizes_disagree("records", dataset.trials.size(), dataset.records.size());
   if (auto fine = check_group_names(dataset.info.group_columns); !fine) return fine;
-  std::unordered_set<std::string_view> files;
+  TrialSequence sequence;
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const classifier::Trial& trial = dataset.trials[i];
-    const std::string where = "trial " + trial.file;
-    if (trial.file.empty() || !files.insert(trial.file).second)
-      return fail({.where = where, .what = "trial name missing or repeated"});
-    if (trial.label.empty()) return fail({.where = where, .what = "trial without label"});
-    if (trial.taxels != dataset.trials.front().taxels)
-      return fail({.where = where,
-                   .what = "number of taxels differs between trials",
-                   .expected = std::to_string(dataset.trials.front().taxels),
-                   .got = std::to_string(trial.taxels)});
-    if (auto fine = check_taxels(trial); !fine) return pass(std::move(fine).error(), where);
-    auto fine = check_record(dataset.records[i], trial.samples(), dataset.info);
-    if (!fine) return pass(std::move(fine).error(), where);
+    Status fine = sequence.check(dataset.trials[i]);
+    if (fine) fine = check_trial(dataset.trials[i], dataset.records[i], dataset.info);
+    if (!fine) return fine;
   }
   return {};
 }
@@ -292,7 +322,7 @@ DatasetDigest compute_digest(const Dataset& dataset) {
   return *compute_digest(dataset, {});  // without a stop request there is no error
 }
 
-DatasetHasher::DatasetHasher(const DatasetInfo& info, std::uint64_t trials) {
+DatasetHasher::DatasetHasher(const DatasetInfo& info) {
   hash_.text("weft dataset 1\n");
   hash_.sized_text(to_string(info.kind));
   hash_.number(static_cast<std::uint32_t>(info.axes.size()));
@@ -306,28 +336,31 @@ DatasetHasher::DatasetHasher(const DatasetInfo& info, std::uint64_t trials) {
     for (const std::string& factor : info.factors) hash_.sized_text(factor);
   }
   add_group_values(hash_, info.group_columns);
-  hash_.number(trials);
 }
 
 std::string DatasetHasher::add(const classifier::Trial& trial, const TrialRecord& record) {
-  const Sha256Digest digest = trial_digest(trial, record);
-  hash_.update(digest);
-  return to_hex(digest);
+  trials_.push_back(trial_digest(trial, record));
+  return to_hex(trials_.back());
 }
 
-std::string DatasetHasher::finish() {
-  return to_hex(hash_.finish());
+DatasetDigest DatasetHasher::finish() {
+  DatasetDigest out;
+  hash_.number(static_cast<std::uint64_t>(trials_.size()));
+  for (const Sha256Digest& digest : trials_) {
+    hash_.update(digest);
+    out.trial_sha256.push_back(to_hex(digest));
+  }
+  out.dataset_sha256 = to_hex(hash_.finish());
+  return out;
 }
 
 Result<DatasetDigest> compute_digest(const Dataset& dataset, const StopRequested& stop_requested) {
-  DatasetDigest digest;
-  DatasetHasher hasher(dataset.info, dataset.trials.size());
+  DatasetHasher hasher(dataset.info);
   for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
     if (stop_requested && stop_requested()) return pass(stopped_early("digests"));
-    digest.trial_sha256.push_back(hasher.add(dataset.trials[i], dataset.records[i]));
+    hasher.add(dataset.trials[i], dataset.records[i]);
   }
-  digest.dataset_sha256 = hasher.finish();
-  return digest;
+  return hasher.finish();
 }
 
 std::string dataset_sha256(const Dataset& dataset) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "classifier/features/trial.hpp"
@@ -201,6 +202,30 @@ struct Dataset {
   std::vector<Warning> warnings = {};  ///< from an import; not stored and in no digest
 };
 
+/// One trial of a data set with its samples.
+struct TrialData {
+  classifier::Trial trial;
+  TrialRecord record;
+};
+
+/// Copies of everything but the samples and their times.
+classifier::Trial without_samples(const classifier::Trial& trial);
+TrialRecord without_samples(const TrialRecord& record);
+
+/// The first violated invariant of one trial, if any: a missing label, sizes that disagree with
+/// each other or with `info`, NaN or infinity.
+Status check_trial(const classifier::Trial& trial, const TrialRecord& record,
+                   const DatasetInfo& info);
+/// The invariants between the trials of one data set, checked one trial after the other.
+class TrialSequence {
+ public:
+  /// Errors: a missing or repeated name; a number of taxels that differs from the first trial's.
+  Status check(const classifier::Trial& trial);
+
+ private:
+  std::unordered_set<std::string> files_;
+  std::optional<std::size_t> taxels_;
+};
 /// The first violated invariant of `dataset`, if any: sizes that disagree, two trials of the same
 /// file name, NaN or infinity, mixed taxel counts. All code that writes or hashes a data set calls
 /// this first.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/storage/dataset/dataset.hpp"
@@ -12,15 +13,16 @@ namespace weft::daemon {
 /// Same digest as compute_digest(), which needs all trials in memory.
 class DatasetHasher {
  public:
-  /// `trials`: the number of trials to be added.
-  DatasetHasher(const DatasetInfo& info, std::uint64_t trials);
+  /// Copies what it needs of `info`.
+  explicit DatasetHasher(const DatasetInfo& info);
   /// Returns the trial's own digest.
   std::string add(const classifier::Trial& trial, const TrialRecord& record);
   /// Call once, after the last trial.
-  std::string finish();
+  DatasetDigest finish();
 
  private:
   Sha256 hash_;
+  std::vector<Sha256Digest> trials_;
 };
 
 }  // namespace weft::daemon

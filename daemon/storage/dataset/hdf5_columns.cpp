@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 #include "daemon/base/file/file_holders.hpp"
@@ -17,6 +18,8 @@ namespace {
 constexpr std::size_t chunk_bytes = std::size_t{256} << 10;
 /// Higher levels gain little on shuffled counts.
 constexpr int deflate_level = 1;
+/// H5S_UNLIMITED, without its macro, which contains an old-style cast.
+constexpr hsize_t unlimited = std::numeric_limits<hsize_t>::max();
 /// Number of chunks packed at once, so that a long column is never copied as a whole.
 constexpr std::size_t packed_at_once = 64;
 
@@ -43,6 +46,7 @@ Handle timeless_properties(hid_t kind) {
   return properties;
 }
 
+/// `rows`: 0 for a column without chunks.
 Handle column_properties(hsize_t rows, hsize_t width, std::size_t item_bytes) {
   Handle properties = timeless_properties(H5P_DATASET_CREATE);
   if (rows == 0) return properties;
@@ -53,11 +57,12 @@ Handle column_properties(hsize_t rows, hsize_t width, std::size_t item_bytes) {
   return properties;
 }
 
-/// Writes chunks that are already packed: the library would pack them on one core.
+/// Writes chunks that are already packed: the library would pack them on one core. `first`: row of
+/// the first chunk.
 bool write_chunks(const Handle& column, ByteView rows, const std::array<hsize_t, 2>& size,
-                  std::size_t item_bytes) {
+                  std::size_t item_bytes, hsize_t first = 0) {
   const std::size_t bytes = size[0] * size[1] * item_bytes;
-  std::array<hsize_t, 2> at{0, 0};
+  std::array<hsize_t, 2> at{first, 0};
   for (; !rows.empty(); rows = rows.subspan(std::min(rows.size(), packed_at_once * bytes))) {
     const ByteView some = rows.first(std::min(rows.size(), packed_at_once * bytes));
     for (const Bytes& chunk : pack_chunks(some, {bytes, item_bytes, deflate_level})) {
@@ -205,6 +210,49 @@ void Writer::document(const std::string& name, std::string_view text) {
           "HDF5 document not written");
 }
 
+void GrowingColumn::add_bytes(Writer& out, ByteView rows) {
+  waiting_.insert(waiting_.end(), rows.begin(), rows.end());
+  if (waiting_.size() < kept_bytes) return;
+  const auto chunk = chunk_size(unlimited, width_, item_bytes_);
+  const std::size_t bytes = chunk[0] * chunk[1] * item_bytes_;
+  const std::size_t whole = waiting_.size() / bytes * bytes;
+  write(out, ByteView(waiting_).first(whole));
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(whole));
+}
+
+void GrowingColumn::write(Writer& out, ByteView rows) {
+  if (out.failed() || rows.empty()) return;
+  const int dimensions = width_ == 0 ? 1 : 2;
+  const auto chunk = chunk_size(unlimited, width_, item_bytes_);
+  const std::uint64_t count = rows.size() / (chunk[1] * item_bytes_);
+  const std::array<hsize_t, 2> size{rows_ + count, width_};
+  if (!column_.ok()) {
+    const std::array<hsize_t, 2> longest{unlimited, width_};
+    const Handle space(H5Screate_simple(dimensions, size.data(), longest.data()), H5Sclose);
+    const Handle properties = column_properties(unlimited, width_, item_bytes_);
+    column_ = Handle(H5Dcreate2(out.file_.id(), name_.c_str(), type_, space.id(), H5P_DEFAULT,
+                                properties.id(), H5P_DEFAULT),
+                     H5Dclose);
+    if (!out.require(column_.ok(), "HDF5 column not created")) return;
+  } else if (!out.require(H5Dset_extent(column_.id(), size.data()) >= 0,
+                          "HDF5 column not extended")) {
+    return;
+  }
+  out.require(write_chunks(column_, rows, chunk, item_bytes_, rows_), "HDF5 column not written");
+  rows_ += count;
+}
+
+void GrowingColumn::finish(Writer& out) {
+  if (column_.ok()) {
+    write(out, waiting_);
+    out.require(column_.close(), "HDF5 column not written");
+  } else {
+    out.write_column(name_, type_, waiting_.data(), waiting_.size() / item_bytes_, width_,
+                     item_bytes_);
+  }
+  waiting_ = {};
+}
+
 Status Writer::close() {
   require(file_.close(), "file not completely written to the disk");
   return status_;
@@ -333,6 +381,16 @@ void Reader::read_into(const Column& column, const std::string& name, hid_t type
   if (column.items == 0) return;
   require(H5Dread(column.handle.id(), type, whole_column, whole_column, H5P_DEFAULT, values) >= 0,
           name, damaged_column);
+}
+
+void Reader::read_slice(const SlicedColumn& column, std::uint64_t first, std::uint64_t rows,
+                        hid_t type, void* values) {
+  const std::array<hsize_t, 2> start{first, 0}, count{rows, column.width};
+  const Handle space(H5Dget_space(column.handle.id()), H5Sclose);
+  H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
+  const Handle slice(H5Screate_simple(column.width == 0 ? 1 : 2, count.data(), nullptr), H5Sclose);
+  require(H5Dread(column.handle.id(), type, slice.id(), space.id(), H5P_DEFAULT, values) >= 0,
+          column.name, damaged_column);
 }
 
 std::vector<std::string> Reader::texts(const std::string& name) {

@@ -4,6 +4,7 @@
 
 #include <hdf5.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -15,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocols/base/bytes.hpp"
 #include "protocols/base/result.hpp"
 
 namespace weft::daemon::hdf5 {
@@ -144,6 +146,43 @@ auto concatenate(const std::vector<Item>& items, List list) {
   return all;
 }
 
+class Writer;
+
+/// A column that is written while its length is not known yet. Rows are packed and written in whole
+/// chunks, so that little of the column is in memory. A column shorter than `kept_bytes` has the
+/// same layout as one of Writer::column().
+class GrowingColumn {
+ public:
+  static constexpr std::size_t kept_bytes = std::size_t{1} << 20;
+
+  /// `width` as in Writer::column.
+  template <class Number>
+  static GrowingColumn of(std::string name, std::size_t width = 0) {
+    return {std::move(name), native_type<Number>(), width, sizeof(Number)};
+  }
+
+  template <class Number>
+  void add(Writer& out, const std::vector<Number>& values) {
+    add_bytes(out, {reinterpret_cast<const std::uint8_t*>(values.data()),
+                    values.size() * sizeof(Number)});
+  }
+  /// Writes the rest. Call once, after the last row; attributes are possible afterwards.
+  void finish(Writer& out);
+
+ private:
+  GrowingColumn(std::string name, hid_t type, std::size_t width, std::size_t item_bytes)
+      : name_(std::move(name)), type_(type), width_(width), item_bytes_(item_bytes) {}
+  void add_bytes(Writer& out, ByteView rows);
+  void write(Writer& out, ByteView rows);
+
+  std::string name_;
+  hid_t type_;
+  std::size_t width_, item_bytes_;
+  Handle column_;           ///< created with the first chunks
+  std::uint64_t rows_ = 0;  ///< written
+  Bytes waiting_;
+};
+
 /// A file or group being written. The first failure is kept and makes every later call a no-op, so
 /// a sequence of writes is checked once, at its end.
 class Writer {
@@ -171,10 +210,13 @@ class Writer {
   /// Writes one long text.
   void document(const std::string& name, std::string_view text);
 
+  /// The first failure, if any.
+  [[nodiscard]] const Status& status() const { return status_; }
   /// Closes the file and returns the first failure, if any.
   Status close();
 
  private:
+  friend class GrowingColumn;
   Writer() = default;
   bool failed() const { return !status_.has_value(); }
   /// Records a failure unless `fine`.
@@ -186,6 +228,14 @@ class Writer {
 
   Handle file_;
   Status status_;
+};
+
+/// A column that is read in slices of rows and stays open between them.
+struct SlicedColumn {
+  std::string name{};
+  Handle handle{};
+  std::uint64_t rows = 0;
+  std::size_t width = 0;  ///< as in Writer::column
 };
 
 /// A file being read. The first failure is kept and makes every later call return an empty value,
@@ -218,6 +268,24 @@ class Reader {
       return values;
     }
   }
+  /// The same for a column that slice() reads.
+  template <class Number>
+  SlicedColumn sliced(const std::string& name, std::size_t width = 0) {
+    std::optional<Column> found =
+        open_column(name, std::is_same_v<Number, double> ? H5T_FLOAT : H5T_INTEGER, width);
+    if (!found ||
+        !require(found->item_bytes == sizeof(Number), name, "column has numbers of the wrong size"))
+      return {name};
+    return {name, std::move(found->handle), found->items / std::max<std::size_t>(width, 1), width};
+  }
+  /// Some rows of a column; they must lie within it.
+  template <class Number>
+  std::vector<Number> slice(const SlicedColumn& column, std::uint64_t first, std::uint64_t rows) {
+    if (!status_ || rows == 0) return {};
+    std::vector<Number> values(rows * std::max<std::size_t>(column.width, 1));
+    read_slice(column, first, rows, native_type<Number>(), values.data());
+    return values;
+  }
   std::vector<std::string> texts(const std::string& name);
   std::string document(const std::string& name);
 
@@ -249,6 +317,8 @@ class Reader {
                                     std::size_t width);
   void read_number(const std::string& object, const std::string& name, hid_t type, void* value,
                    std::string_view complaint);
+  void read_slice(const SlicedColumn& column, std::uint64_t first, std::uint64_t rows, hid_t type,
+                  void* values);
   void read_into(const Column& column, const std::string& name, hid_t type, void* values);
 
   Handle file_;

@@ -24,32 +24,37 @@ void compare(Reader& in, const std::string& name, const std::vector<Number>& exp
 
 }  // namespace
 
+void PhaseRuns::add(const std::vector<Phase>& phases) {
+  bool new_run = true;
+  for (const Phase p : phases) {
+    const auto letter = static_cast<std::uint8_t>(p);
+    if (new_run || phase.back() != letter) {
+      trial.push_back(trials_);
+      phase.push_back(letter);
+      first.push_back(rows_);
+      samples.push_back(0);
+      new_run = false;
+    }
+    ++samples.back();
+    ++rows_;
+  }
+  ++trials_;
+}
+
 PhaseRuns phase_runs(const Dataset& dataset) {
   PhaseRuns out;
-  std::uint64_t row = 0;
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    bool new_run = true;
-    for (const Phase p : dataset.trials[i].phase) {
-      const auto letter = static_cast<std::uint8_t>(p);
-      if (new_run || out.phase.back() != letter) {
-        out.trial.push_back(static_cast<std::uint32_t>(i));
-        out.phase.push_back(letter);
-        out.first.push_back(row);
-        out.samples.push_back(0);
-        new_run = false;
-      }
-      ++out.samples.back();
-      ++row;
-    }
-  }
+  for (const classifier::Trial& trial : dataset.trials) out.add(trial.phase);
   return out;
 }
 
 std::optional<PhaseRuns> read_phase_runs(Reader& in) {
   if (!in.has("/phases")) return std::nullopt;
-  return PhaseRuns{
-      in.column<std::uint32_t>("/phases/trial"), in.column<std::uint8_t>("/phases/phase"),
-      in.column<std::uint64_t>("/phases/first"), in.column<std::uint64_t>("/phases/samples")};
+  PhaseRuns out;
+  out.trial = in.column<std::uint32_t>("/phases/trial");
+  out.phase = in.column<std::uint8_t>("/phases/phase");
+  out.first = in.column<std::uint64_t>("/phases/first");
+  out.samples = in.column<std::uint64_t>("/phases/samples");
+  return out;
 }
 
 std::vector<std::uint64_t> compute_begins(const std::vector<std::uint64_t>& samples) {

@@ -19,7 +19,16 @@ struct PhaseRuns {
   std::vector<std::uint8_t> phase;     ///< ASCII
   std::vector<std::uint64_t> first;    ///< first row in /taxel
   std::vector<std::uint64_t> samples;  ///< number of rows
-  bool operator==(const PhaseRuns&) const = default;
+  /// Adds the next trial.
+  void add(const std::vector<Phase>& phases);
+  bool operator==(const PhaseRuns& other) const {
+    return trial == other.trial && phase == other.phase && first == other.first &&
+           samples == other.samples;
+  }
+
+ private:
+  std::uint32_t trials_ = 0;
+  std::uint64_t rows_ = 0;
 };
 PhaseRuns phase_runs(const Dataset& dataset);
 /// The runs stored in the file; nothing if it has none.

@@ -13,13 +13,9 @@ namespace weft::daemon {
 
 /// Writes to a temporary file beside `path` and renames it on success: an older file survives every
 /// failure. Returns the digest stored in the file. Errors: check(dataset)'s; io; wrong_state if
-/// stopped. `stop_requested` is checked before each trial's digest and each group of columns.
+/// stopped. `stop_requested` is checked before each trial.
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
                                const StopRequested& stop_requested = {});
-
-/// The same for a data set with a known digest.
-Status write_hdf5(const Dataset& dataset, const DatasetDigest& digest,
-                  const std::filesystem::path& path, const StopRequested& stop_requested = {});
 
 /// Errors: not_found; busy; parse (not HDF5, or not a Weft data set); unsupported (a later layout);
 /// corrupt (truncated, altered, or a digest that disagrees: names the trial); wrong_state if

@@ -2,10 +2,9 @@
 #include <cmath>
 #include <functional>
 #include <new>
-#include <numeric>
 #include <type_traits>
 
-#include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/dataset_reader.hpp"
 #include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
@@ -16,6 +15,7 @@ namespace weft::daemon {
 namespace {
 
 using hdf5::Reader;
+using hdf5::SlicedColumn;
 
 double rate_of(Reader& in, const std::string& group) {
   const double rate_hz = in.real_attribute(group, "rate_hz");
@@ -174,19 +174,6 @@ Status read_trial_table(Reader& in, Dataset& dataset) {
   return in.status();
 }
 
-/// Cuts a column of all trials, `width` numbers per row, into trials; `list`: destination in an
-/// item.
-template <class Number, class Item, class List>
-void split(const std::vector<Number>& all, const std::vector<std::uint64_t>& extents,
-           std::size_t width, std::vector<Item>& items, List list) {
-  auto at = all.begin();
-  for (std::size_t i = 0; i < extents.size(); ++i) {
-    const auto end = at + static_cast<std::ptrdiff_t>(extents[i] * width);
-    std::invoke(list, items[i]).assign(at, end);
-    at = end;
-  }
-}
-
 Status read_factors(Reader& in, Dataset& dataset) {
   if (!in.has("/factors")) return in.status();
   auto& names = dataset.info.factors;
@@ -195,10 +182,12 @@ Status read_factors(Reader& in, Dataset& dataset) {
   in.require(values.size() == names.size() * dataset.records.size(), "/factors/values",
              "length differs from /trials/file");
   if (!in.status()) return in.status();
-  const std::vector<std::uint64_t> one_row(dataset.records.size(), 1);
-  split(
-      values, one_row, names.size(), dataset.records,
-      [](TrialRecord & record) -> auto& { return record.spec.factors; });
+  auto row = values.begin();
+  for (TrialRecord& record : dataset.records) {
+    const auto end = row + static_cast<std::ptrdiff_t>(names.size());
+    record.spec.factors.assign(row, end);
+    row = end;
+  }
   return {};
 }
 
@@ -208,78 +197,6 @@ Status read_columns_of_groups(Reader& in, Dataset& dataset) {
   for (std::size_t i = 0; i < stored.of_row.size(); ++i)
     dataset.records[i].spec.group_values = std::move(stored.of_row[i]);
   return in.status();
-}
-
-Status read_phases(Reader& in, const std::vector<std::uint64_t>& extents, Dataset& dataset) {
-  const auto letters = in.column<std::uint8_t>("/taxel/phase");
-  std::vector<Phase> phases;
-  phases.reserve(letters.size());
-  for (const std::uint8_t letter : letters) {
-    const auto phase = phase_from_char(static_cast<char>(letter));
-    if (!in.require(phase.has_value(), "/taxel/phase", "unknown phase")) return in.status();
-    phases.push_back(*phase);
-  }
-  const std::uint64_t rows = std::accumulate(extents.begin(), extents.end(), std::uint64_t{0});
-  in.require(letters.size() == rows, "/taxel/phase", "length differs from /taxel/t_ns");
-  if (!in.status()) return in.status();
-  split(phases, extents, 1, dataset.trials, &classifier::Trial::phase);
-  return {};
-}
-
-/// 0 if no taxels were recorded: the rows then have times and phases only.
-std::size_t read_taxel_count(Reader& in) {
-  if (!in.has("/taxel/counts")) return 0;
-  const std::size_t taxels = in.text_width("/taxel/counts");
-  in.require(taxels > 0 && taxels <= most_taxels, "/taxel/counts", "number of taxels out of range");
-  return taxels;
-}
-
-Status read_taxels(Reader& in, Dataset& dataset) {
-  const std::size_t taxels = read_taxel_count(in);
-  if (!in.status()) return in.status();
-  const auto t_ns = in.column<std::int64_t>("/taxel/t_ns");
-  const auto extents = hdf5::read_extents(in, "taxel", dataset.trials.size(), t_ns.size());
-  if (auto done = read_phases(in, extents, dataset); !done) return done;
-  split(t_ns, extents, 1, dataset.records, &TrialRecord::t_ns);
-  const auto place = [&](const auto& counts) {
-    if (in.require(counts.size() == t_ns.size() * taxels, "/taxel/counts",
-                   "length differs from /taxel/t_ns"))
-      split(counts, extents, taxels, dataset.trials, &classifier::Trial::counts);
-  };
-  if (taxels > 0 && in.is_integer("/taxel/counts")) {
-    place(in.column<std::uint16_t>("/taxel/counts", taxels));
-  } else if (taxels > 0) {
-    place(in.column<double>("/taxel/counts", taxels));
-  }
-  for (classifier::Trial& trial : dataset.trials) trial.taxels = taxels;
-
-  const auto device_us = in.column<std::uint32_t>("/taxel/device_us");
-  const auto clocked = hdf5::read_extents(in, "device_us", dataset.trials.size(), device_us.size());
-  if (!in.status()) return in.status();
-  split(device_us, clocked, 1, dataset.records, &TrialRecord::device_us);
-  return {};
-}
-
-/// The times and quanta of one stream. A row has `row_values` numbers, and the file's column has
-/// `width`. `family`: family of the extents, which are returned.
-template <class StreamData>
-std::vector<std::uint64_t> read_stream(Reader& in, const std::string& group,
-                                       const std::string& family, std::size_t row_values,
-                                       std::size_t width, Dataset& dataset,
-                                       StreamData TrialRecord::*member) {
-  const auto t_ns = in.column<std::int64_t>(group + "/t_ns");
-  const auto quanta = in.column<std::int32_t>(group + "/quanta", width);
-  in.require(quanta.size() == t_ns.size() * row_values, group + "/quanta",
-             "length differs from its times");
-  auto extents = hdf5::read_extents(in, family, dataset.trials.size(), t_ns.size());
-  if (!in.status()) return extents;
-  split(
-      t_ns, extents, 1,
-      dataset.records, [&](TrialRecord & record) -> auto& { return (record.*member).t_ns; });
-  split(
-      quanta, extents, row_values,
-      dataset.records, [&](TrialRecord & record) -> auto& { return (record.*member).quanta; });
-  return extents;
 }
 
 /// Format of the blocks, if the file has the stream.
@@ -292,118 +209,312 @@ void read_block_format(Reader& in, const std::string& group, BlockFormat& format
   format.readings = static_cast<std::uint32_t>(readings);
 }
 
-void read_blocks(Reader& in, const std::string& group, std::size_t axes, const BlockFormat& format,
-                 Dataset& dataset, BlockStream TrialRecord::*member) {
-  if (format.readings == 0) return;
-  const auto extents = read_stream(in, group, group.substr(1) + "_blocks", format.readings * axes,
-                                   axes == 1 ? 0 : axes, dataset, member);
-  const std::uint64_t blocks = std::accumulate(extents.begin(), extents.end(), std::uint64_t{0});
-  const auto numbers = [&](const std::string& name,
-                           std::vector<std::uint32_t> BlockStream::*column) {
-    const auto all = in.column<std::uint32_t>(group + name);
-    in.require(all.size() == blocks, group + name, "length differs from its times");
-    if (in.status())
-      split(
-          all, extents, 1,
-          dataset.records, [&](TrialRecord & record) -> auto& { return record.*member.*column; });
-  };
-  if (!in.status()) return;
-  numbers("/device_us", &BlockStream::device_us);
-  numbers("/lost", &BlockStream::lost);
-  numbers("/clipped", &BlockStream::clipped);
-}
+}  // namespace
 
-Status read_streams(Reader& in, Dataset& dataset) {
-  const DatasetInfo& info = dataset.info;
-  const std::size_t axes = info.axes.size();
-  read_stream(in, "/wrench", "wrench", 6, 6, dataset, &TrialRecord::wrench);
-  hdf5::compare_quantum(in, "/wrench/quanta", force_quanta_per_n);
-  read_stream(in, "/stages", "stages", axes, axes, dataset, &TrialRecord::stages);
-  read_blocks(in, "/acceleration", acceleration_axes, info.acceleration, dataset,
-              &TrialRecord::acceleration);
-  hdf5::compare_quantum(in, "/acceleration/quanta", acceleration_quanta_per_mps2);
-  hdf5::compare_quantum(in, "/sound/quanta", sound_quanta_per_pa);
-  read_blocks(in, "/sound", 1, info.sound, dataset, &TrialRecord::sound);
-  return in.status();
-}
+namespace reading {
 
-/// Digests and phase runs stored in the file.
-struct ReportedCounts {
-  DatasetDigest digest;
-  std::optional<hdf5::PhaseRuns> phases;
+/// The rows of each trial in one family of columns.
+struct Extents {
+  std::vector<std::uint64_t> first, samples;
+
+  /// `rows`: of the columns.
+  static Extents read(Reader& in, const std::string& family, std::size_t trials,
+                      std::uint64_t rows) {
+    Extents out;
+    out.samples = hdf5::read_extents(in, family, trials, rows);
+    out.first = hdf5::compute_begins(out.samples);
+    return out;
+  }
+  template <class Number>
+  std::vector<Number> slice(Reader& in, const SlicedColumn& column, std::size_t trial,
+                            std::size_t rows_per_sample = 1) const {
+    return in.slice<Number>(column, first[trial] * rows_per_sample,
+                            samples[trial] * rows_per_sample);
+  }
 };
 
-Status read_reported_counts(Reader& in, const Dataset& dataset, ReportedCounts& out) {
-  auto& trials = out.digest.trial_sha256;
-  trials = in.texts("/trials/sha256");
-  in.require(trials.size() == dataset.trials.size(), "/trials/sha256",
-             "length differs from /trials/file");
-  out.digest.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
-  out.phases = hdf5::read_phase_runs(in);
-  return in.status();
+/// A column with `per_time` rows for each row of `times`.
+template <class Number>
+SlicedColumn open_beside(Reader& in, const SlicedColumn& times, const std::string& name,
+                         std::size_t width = 0, std::size_t per_time = 1,
+                         const char* complaint = "length differs from its times") {
+  SlicedColumn out = in.sliced<Number>(name, width);
+  in.require(out.rows == times.rows * per_time, name, complaint);
+  return out;
+}
+
+/// Times and quanta of the wrench or of the stages.
+struct StreamColumns {
+  SlicedColumn t_ns, quanta;
+  Extents extents;
+
+  static StreamColumns open(Reader& in, const std::string& group, std::size_t width,
+                            std::size_t trials) {
+    StreamColumns out;
+    out.t_ns = in.sliced<std::int64_t>(group + "/t_ns");
+    if (width > 0) out.quanta = open_beside<std::int32_t>(in, out.t_ns, group + "/quanta", width);
+    out.extents = Extents::read(in, group.substr(1), trials, out.t_ns.rows);
+    return out;
+  }
+  template <class StreamData>
+  void load(Reader& in, std::size_t trial, StreamData& stream) const {
+    stream.t_ns = extents.slice<std::int64_t>(in, t_ns, trial);
+    if (quanta.width > 0) stream.quanta = extents.slice<std::int32_t>(in, quanta, trial);
+  }
+};
+
+/// The columns of acceleration or sound; none if the file has no such stream.
+struct BlockColumns {
+  std::size_t readings = 0;
+  SlicedColumn t_ns, device_us, lost, clipped, quanta;
+  Extents extents;
+
+  static BlockColumns open(Reader& in, const std::string& group, std::size_t axes,
+                           const BlockFormat& format, std::size_t trials) {
+    BlockColumns out;
+    if (format.readings == 0) return out;
+    out.readings = format.readings;
+    out.t_ns = in.sliced<std::int64_t>(group + "/t_ns");
+    out.quanta = open_beside<std::int32_t>(in, out.t_ns, group + "/quanta", axes == 1 ? 0 : axes,
+                                           out.readings);
+    out.device_us = open_beside<std::uint32_t>(in, out.t_ns, group + "/device_us");
+    out.lost = open_beside<std::uint32_t>(in, out.t_ns, group + "/lost");
+    out.clipped = open_beside<std::uint32_t>(in, out.t_ns, group + "/clipped");
+    out.extents = Extents::read(in, group.substr(1) + "_blocks", trials, out.t_ns.rows);
+    return out;
+  }
+  void load(Reader& in, std::size_t trial, BlockStream& stream) const {
+    if (readings == 0) return;
+    stream.t_ns = extents.slice<std::int64_t>(in, t_ns, trial);
+    stream.device_us = extents.slice<std::uint32_t>(in, device_us, trial);
+    stream.lost = extents.slice<std::uint32_t>(in, lost, trial);
+    stream.clipped = extents.slice<std::uint32_t>(in, clipped, trial);
+    stream.quanta = extents.slice<std::int32_t>(in, quanta, trial, readings);
+  }
+};
+
+/// The columns of /taxel.
+struct TaxelColumns {
+  std::size_t taxels = 0;  ///< 0 if none were recorded: the rows then have times and phases only
+  bool is_whole = true;
+  SlicedColumn t_ns, phase, counts, device_us;
+  Extents extents, clocked;
+
+  static TaxelColumns open(Reader& in, std::size_t trials) {
+    constexpr const char* complaint = "length differs from /taxel/t_ns";
+    TaxelColumns out;
+    if (in.has("/taxel/counts")) {
+      out.taxels = in.text_width("/taxel/counts");
+      in.require(out.taxels > 0 && out.taxels <= most_taxels, "/taxel/counts",
+                 "number of taxels out of range");
+      out.is_whole = in.is_integer("/taxel/counts");
+    }
+    out.t_ns = in.sliced<std::int64_t>("/taxel/t_ns");
+    out.extents = Extents::read(in, "taxel", trials, out.t_ns.rows);
+    out.phase = open_beside<std::uint8_t>(in, out.t_ns, "/taxel/phase", 0, 1, complaint);
+    if (out.taxels > 0 && out.is_whole)
+      out.counts =
+          open_beside<std::uint16_t>(in, out.t_ns, "/taxel/counts", out.taxels, 1, complaint);
+    if (out.taxels > 0 && !out.is_whole)
+      out.counts = open_beside<double>(in, out.t_ns, "/taxel/counts", out.taxels, 1, complaint);
+    out.device_us = in.sliced<std::uint32_t>("/taxel/device_us");
+    out.clocked = Extents::read(in, "device_us", trials, out.device_us.rows);
+    return out;
+  }
+  void load(Reader& in, std::size_t index, TrialData& out) const {
+    auto& [trial, record] = out;
+    trial.taxels = taxels;
+    for (const std::uint8_t letter : extents.slice<std::uint8_t>(in, phase, index)) {
+      const auto read = phase_from_char(static_cast<char>(letter));
+      if (!in.require(read.has_value(), "/taxel/phase", "unknown phase")) return;
+      trial.phase.push_back(*read);
+    }
+    record.t_ns = extents.slice<std::int64_t>(in, t_ns, index);
+    if (taxels > 0 && is_whole) {
+      const auto whole = extents.slice<std::uint16_t>(in, counts, index);
+      trial.counts.assign(whole.begin(), whole.end());
+    } else if (taxels > 0) {
+      trial.counts = extents.slice<double>(in, counts, index);
+    }
+    record.device_us = clocked.slice<std::uint32_t>(in, device_us, index);
+  }
+};
+
+}  // namespace reading
+
+struct DatasetReader::Impl {
+  std::filesystem::path path;
+  Reader in;
+  Dataset listed = {};
+  DatasetDigest digest = {};
+  reading::TaxelColumns taxels = {};
+  reading::StreamColumns wrench = {}, stages = {};
+  reading::BlockColumns acceleration = {}, sound = {};
+
+  Status open_streams() {
+    DatasetInfo& info = listed.info;
+    const std::size_t trials = listed.trials.size();
+    taxels = reading::TaxelColumns::open(in, trials);
+    for (classifier::Trial& trial : listed.trials) trial.taxels = taxels.taxels;
+    read_block_format(in, "/acceleration", info.acceleration);
+    read_block_format(in, "/sound", info.sound);
+    wrench = reading::StreamColumns::open(in, "/wrench", 6, trials);
+    hdf5::compare_quantum(in, "/wrench/quanta", force_quanta_per_n);
+    stages = reading::StreamColumns::open(in, "/stages", info.axes.size(), trials);
+    acceleration = reading::BlockColumns::open(in, "/acceleration", acceleration_axes,
+                                               info.acceleration, trials);
+    hdf5::compare_quantum(in, "/acceleration/quanta", acceleration_quanta_per_mps2);
+    sound = reading::BlockColumns::open(in, "/sound", 1, info.sound, trials);
+    hdf5::compare_quantum(in, "/sound/quanta", sound_quanta_per_pa);
+    return in.status();
+  }
+
+  Status read_digests() {
+    digest.trial_sha256 = in.texts("/trials/sha256");
+    in.require(digest.trial_sha256.size() == listed.trials.size(), "/trials/sha256",
+               "length differs from /trials/file");
+    digest.dataset_sha256 = in.text_attribute("/", "dataset_sha256");
+    return in.status();
+  }
+
+  /// Everything but the samples.
+  Status read_lists() {
+    Status done = read_root(in, listed.info);
+    if (done) done = read_provenance(in, listed.info);
+    if (done) done = read_selection(in, listed.info);
+    if (done) done = read_axes(in, listed.info);
+    if (done) done = read_trial_table(in, listed);
+    if (done) done = read_factors(in, listed);
+    if (done) done = read_columns_of_groups(in, listed);
+    if (done) done = open_streams();
+    if (done) done = read_digests();
+    if (!done) return pass(hdf5::with_damaged_trials(std::move(done).error(), path, listed));
+    return {};
+  }
+};
+
+DatasetReader::DatasetReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+DatasetReader::DatasetReader(DatasetReader&&) noexcept = default;
+DatasetReader& DatasetReader::operator=(DatasetReader&&) noexcept = default;
+DatasetReader::~DatasetReader() {
+  const hdf5::QuietErrors quiet;  // handles close
+  impl_.reset();
+}
+
+const Dataset& DatasetReader::listed() const {
+  return impl_->listed;
+}
+
+const DatasetDigest& DatasetReader::digest() const {
+  return impl_->digest;
+}
+
+namespace {
+
+Status compare_digests(std::string where, std::string_view whose, const std::string& recorded,
+                       const std::string& got) {
+  if (got == recorded) return {};
+  return fail({.code = Errc::corrupt,
+               .where = std::move(where),
+               .what = std::string(whose) + " altered, SHA-256 differs",
+               .expected = recorded,
+               .got = got});
+}
+
+Status corrupt(Status found) {
+  if (!found) found.error().code = Errc::corrupt;
+  return found;
+}
+
+}  // namespace
+
+Result<DatasetReader> DatasetReader::open(const std::filesystem::path& path) {
+  const hdf5::QuietErrors quiet;
+  auto in = Reader::open(path);
+  if (!in) return pass(std::move(in).error());
+  DatasetReader out(std::make_unique<Impl>(Impl{path, std::move(*in)}));
+  if (Status done = out.impl_->read_lists(); !done) return pass(done.error(), path.string());
+  return out;
+}
+
+Result<TrialData> DatasetReader::read(std::size_t trial) {
+  const hdf5::QuietErrors quiet;
+  Impl& file = *impl_;
+  TrialData out{file.listed.trials[trial], file.listed.records[trial]};
+  file.taxels.load(file.in, trial, out);
+  file.wrench.load(file.in, trial, out.record.wrench);
+  file.stages.load(file.in, trial, out.record.stages);
+  file.acceleration.load(file.in, trial, out.record.acceleration);
+  file.sound.load(file.in, trial, out.record.sound);
+  if (const Status& done = file.in.status(); !done)
+    return pass(hdf5::with_damaged_trials(done.error(), file.path, file.listed),
+                file.path.string());
+  return out;
+}
+
+Result<TrialData> DatasetReader::load(std::size_t trial) {
+  auto out = read(trial);
+  if (!out) return out;
+  Status fine = corrupt(check_trial(out->trial, out->record, impl_->listed.info));
+  if (fine)
+    fine = compare_digests("trial " + out->trial.file, "trial", impl_->digest.trial_sha256[trial],
+                           trial_sha256(out->trial, out->record));
+  if (!fine) return pass(fine.error(), impl_->path.string());
+  return out;
+}
+
+namespace {
+
+Result<Dataset> read_columns(const std::filesystem::path& path, DatasetDigest& digest) {
+  auto file = DatasetReader::open(path);
+  if (!file) return pass(file.error());
+  digest = file->digest();
+  Dataset out;
+  out.info = file->listed().info;
+  for (std::size_t i = 0; i < file->listed().trials.size(); ++i) {
+    auto one = file->read(i);
+    if (!one) return pass(one.error());
+    out.trials.push_back(std::move(one->trial));
+    out.records.push_back(std::move(one->record));
+  }
+  return out;
 }
 
 /// Compares the trials first, so that the error can name one.
 Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
                       const StopRequested& stop_requested) {
-  const auto compare = [](std::string where, std::string_view whose, const std::string& recorded,
-                          const std::string& got) -> Status {
-    if (got == recorded) return {};
-    return fail({.code = Errc::corrupt,
-                 .where = std::move(where),
-                 .what = std::string(whose) + " altered, SHA-256 differs",
-                 .expected = recorded,
-                 .got = got});
-  };
   const auto got = compute_digest(dataset, stop_requested);
   if (!got) return pass(got.error());
   for (std::size_t i = 0; i < dataset.trials.size(); ++i)
-    if (Status same = compare("trial " + dataset.trials[i].file, "trial", expected.trial_sha256[i],
-                              got->trial_sha256[i]);
+    if (Status same = compare_digests("trial " + dataset.trials[i].file, "trial",
+                                      expected.trial_sha256[i], got->trial_sha256[i]);
         !same)
       return same;
-  return compare("dataset_sha256", "data set", expected.dataset_sha256, got->dataset_sha256);
+  return compare_digests("dataset_sha256", "data set", expected.dataset_sha256,
+                         got->dataset_sha256);
 }
 
-/// All work inside the HDF5 library.
-Result<Dataset> read_columns(const std::filesystem::path& path, bool verify_digest,
-                             ReportedCounts& reported) {
+/// /phases follows from /taxel/phase.
+Status verify_phases(const std::filesystem::path& path, const Dataset& dataset) {
   const hdf5::QuietErrors quiet;
   auto in = Reader::open(path);
-  if (!in) return pass(std::move(in).error());
-  Dataset dataset;
-  Status done = read_root(*in, dataset.info);
-  if (done) done = read_provenance(*in, dataset.info);
-  if (done) done = read_selection(*in, dataset.info);
-  if (done) done = read_axes(*in, dataset.info);
-  if (done) done = read_trial_table(*in, dataset);
-  if (done) done = read_factors(*in, dataset);
-  if (done) done = read_columns_of_groups(*in, dataset);
-  if (done) done = read_taxels(*in, dataset);
-  if (done) {
-    read_block_format(*in, "/acceleration", dataset.info.acceleration);
-    read_block_format(*in, "/sound", dataset.info.sound);
-    done = in->status();
-  }
-  if (done) done = read_streams(*in, dataset);
-  if (done && verify_digest) done = read_reported_counts(*in, dataset, reported);
-  if (!done)
-    return pass(hdf5::with_damaged_trials(std::move(done).error(), path, dataset), path.string());
-  return dataset;
+  if (!in) return pass(in.error());
+  const auto phases = hdf5::read_phase_runs(*in);
+  if (!in->status()) return in->status();
+  if (!phases || *phases == hdf5::phase_runs(dataset)) return {};
+  return fail(
+      {.code = Errc::corrupt, .where = "/phases", .what = "phases differ from /taxel/phase"});
 }
 
 Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest,
                          const StopRequested& stop_requested) {
-  ReportedCounts reported;
-  auto dataset = read_columns(path, verify_digest, reported);
+  DatasetDigest digest;
+  auto dataset = read_columns(path, digest);
   if (!dataset) return dataset;
-  Status done = check(*dataset);
-  if (!done) done.error().code = Errc::corrupt;
-  if (done && verify_digest) done = verify_digests(reported.digest, *dataset, stop_requested);
+  Status done = corrupt(check(*dataset));
+  if (done && verify_digest) done = verify_digests(digest, *dataset, stop_requested);
   // After the digests, which can name the trial with an altered phase.
-  if (done && reported.phases && *reported.phases != hdf5::phase_runs(*dataset))
-    done = fail(
-        {.code = Errc::corrupt, .where = "/phases", .what = "phases differ from /taxel/phase"});
+  if (done && verify_digest) done = verify_phases(path, *dataset);
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }

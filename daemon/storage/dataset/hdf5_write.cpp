@@ -1,10 +1,10 @@
-// Dataset to HDF5 file; layout in docs/reference/dataset.md, "HDF5 layout".
-#include <array>
-#include <functional>
+// Trials to an HDF5 file; layout in docs/reference/dataset.md, "HDF5 layout".
+#include <algorithm>
 #include <limits>
 
 #include "daemon/base/file/atomic_file.hpp"
-#include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/dataset_hasher.hpp"
+#include "daemon/storage/dataset/dataset_writer.hpp"
 #include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_derived.hpp"
@@ -15,6 +15,7 @@ namespace {
 
 using hdf5::concatenate;
 using hdf5::gather;
+using hdf5::GrowingColumn;
 using hdf5::Writer;
 
 void write_root(Writer& out, const Dataset& dataset, const std::string& digest) {
@@ -131,176 +132,321 @@ void write_trial_table(Writer& out, const Dataset& dataset, const DatasetDigest&
   write_rests(out, records);
 }
 
-/// Writes `name`_samples and `name`_first of every trial; trials follow each other without gaps.
-/// `list`: the rows, or one column of them.
-template <class List>
-void write_extents(Writer& out, const Dataset& dataset, const std::string& name, List list) {
-  const auto samples = gather(dataset.records, [&](const TrialRecord& record) {
-    return std::uint64_t{std::invoke(list, record).size()};
-  });
-  out.column("/trials/" + name + "_first", hdf5::compute_begins(samples));
-  out.column("/trials/" + name + "_samples", samples);
-}
+}  // namespace
 
-/// The lists of all trials as one column; `unit`: its attribute, if given.
-template <class List>
-void write_lists(Writer& out, const Dataset& dataset, const std::string& name, List list,
-                 std::string_view unit = {}, std::size_t width = 0) {
-  out.column(name, concatenate(dataset.records, list), width);
-  if (!unit.empty()) out.attribute(name, "unit", unit);
-}
+namespace writing {
 
-void write_counts(Writer& out, const std::vector<double>& counts, std::size_t taxels) {
-  if (const auto exact = as_u16(counts)) {
-    out.column("/taxel/counts", *exact, taxels);
-  } else {
-    out.column("/taxel/counts", counts, taxels);
+/// Numbers of rows that the trials have in one family of columns.
+struct Extents {
+  std::string family;  ///< "taxel": /trials/taxel_first and /trials/taxel_samples
+  std::vector<std::uint64_t> samples = {};
+
+  /// Trials follow each other without gaps.
+  void write(Writer& out) const {
+    out.column("/trials/" + family + "_first", hdf5::compute_begins(samples));
+    out.column("/trials/" + family + "_samples", samples);
   }
-  out.attribute("/taxel/counts", "unit", "count");
-}
+};
 
-void write_taxels(Writer& out, const Dataset& dataset) {
-  const std::size_t taxels = dataset.trials.front().taxels;
-  out.group("/taxel");
-  out.attribute("/taxel", "rate_hz", dataset.info.taxel_rate_hz);
-  if (taxels > 0)
-    write_counts(out, concatenate(dataset.trials, &classifier::Trial::counts), taxels);
-  out.column("/taxel/phase", gather(concatenate(dataset.trials, &classifier::Trial::phase),
-                                    [](Phase phase) { return static_cast<std::uint8_t>(phase); }));
-  out.attribute("/taxel/phase", "meaning",
-                "ASCII: S rest, P pressure, M motion, E rest at the end, - transfer");
-  write_lists(out, dataset, "/taxel/t_ns", &TrialRecord::t_ns, "ns");
-  // The device's clock is stored per trial: a set may join sources with and without one.
-  write_lists(out, dataset, "/taxel/device_us", &TrialRecord::device_us, "us");
-  write_extents(out, dataset, "taxel", &TrialRecord::t_ns);
-  write_extents(out, dataset, "device_us", &TrialRecord::device_us);
-}
+/// The columns of /taxel, and /phases, which follows from them.
+class TaxelColumns {
+ public:
+  explicit TaxelColumns(CountFormat format) : format_(format) {}
 
-void write_phase_runs(Writer& out, const Dataset& dataset) {
-  const hdf5::PhaseRuns runs = hdf5::phase_runs(dataset);
-  out.group("/phases");
-  out.column("/phases/trial", runs.trial);
-  out.column("/phases/phase", runs.phase);
-  out.column("/phases/first", runs.first);
-  out.column("/phases/samples", runs.samples);
-}
+  void begin(Writer& out, const DatasetInfo& info, std::size_t taxels) {
+    out.group("/taxel");
+    out.attribute("/taxel", "rate_hz", info.taxel_rate_hz);
+    if (taxels > 0)
+      counts_ = format_ == CountFormat::whole
+                    ? GrowingColumn::of<std::uint16_t>("/taxel/counts", taxels)
+                    : GrowingColumn::of<double>("/taxel/counts", taxels);
+  }
 
-void write_wrench(Writer& out, const Dataset& dataset) {
-  const auto t_ns = [](const TrialRecord& record) -> auto& {
-    return record.wrench.t_ns;
-  };
-  const auto quanta = [](const TrialRecord& record) -> auto& {
-    return record.wrench.quanta;
-  };
+  /// `counts`: as whole numbers; unused with CountFormat::real.
+  void add(Writer& out, const classifier::Trial& trial, const TrialRecord& record,
+           const std::vector<std::uint16_t>& counts) {
+    if (counts_ && format_ == CountFormat::whole) counts_->add(out, counts);
+    if (counts_ && format_ == CountFormat::real) counts_->add(out, trial.counts);
+    phase_.add(out,
+               gather(trial.phase, [](Phase phase) { return static_cast<std::uint8_t>(phase); }));
+    t_ns_.add(out, record.t_ns);
+    device_us_.add(out, record.device_us);
+    runs_.add(trial.phase);
+    samples_.samples.push_back(record.t_ns.size());
+    clocked_.samples.push_back(record.device_us.size());
+  }
+
+  void finish(Writer& out) {
+    if (counts_) {
+      counts_->finish(out);
+      out.attribute("/taxel/counts", "unit", "count");
+    }
+    phase_.finish(out);
+    out.attribute("/taxel/phase", "meaning",
+                  "ASCII: S rest, P pressure, M motion, E rest at the end, - transfer");
+    t_ns_.finish(out);
+    out.attribute("/taxel/t_ns", "unit", "ns");
+    device_us_.finish(out);
+    out.attribute("/taxel/device_us", "unit", "us");
+    samples_.write(out);
+    clocked_.write(out);
+    out.group("/phases");
+    out.column("/phases/trial", runs_.trial);
+    out.column("/phases/phase", runs_.phase);
+    out.column("/phases/first", runs_.first);
+    out.column("/phases/samples", runs_.samples);
+  }
+
+ private:
+  CountFormat format_;
+  std::optional<GrowingColumn> counts_;  ///< none without taxels
+  GrowingColumn phase_ = GrowingColumn::of<std::uint8_t>("/taxel/phase");
+  GrowingColumn t_ns_ = GrowingColumn::of<std::int64_t>("/taxel/t_ns");
+  // The device's clock has its own extents: a set may join sources with and without one.
+  GrowingColumn device_us_ = GrowingColumn::of<std::uint32_t>("/taxel/device_us");
+  hdf5::PhaseRuns runs_;
+  Extents samples_{"taxel"}, clocked_{"device_us"};
+};
+
+/// Times and quanta of the wrench or of the stages.
+class StreamColumns {
+ public:
+  StreamColumns(const std::string& group, std::size_t width)
+      : t_ns_(GrowingColumn::of<std::int64_t>(group + "/t_ns")),
+        quanta_(GrowingColumn::of<std::int32_t>(group + "/quanta", width)),
+        group_(group),
+        samples_{group.substr(1)} {}
+
+  template <class StreamData>
+  void add(Writer& out, const StreamData& stream) {
+    t_ns_.add(out, stream.t_ns);
+    quanta_.add(out, stream.quanta);
+    samples_.samples.push_back(stream.t_ns.size());
+  }
+
+  void finish(Writer& out) {
+    t_ns_.finish(out);
+    out.attribute(group_ + "/t_ns", "unit", "ns");
+    quanta_.finish(out);
+    samples_.write(out);
+  }
+
+ private:
+  GrowingColumn t_ns_, quanta_;
+  std::string group_;
+  Extents samples_;
+};
+
+void begin_wrench(Writer& out, const DatasetInfo& info) {
   out.group("/wrench");
-  out.attribute("/wrench", "rate_hz", dataset.info.wrench_rate_hz);
+  out.attribute("/wrench", "rate_hz", info.wrench_rate_hz);
   out.attribute("/wrench", "frame", "sensor; +Fz pushes the plate down; bias removed");
-  write_lists(out, dataset, "/wrench/t_ns", t_ns, "ns");
-  write_lists(out, dataset, "/wrench/quanta", quanta, {}, 6);
+}
+
+void describe_wrench(Writer& out) {
   out.attribute("/wrench/quanta", "columns", "Fx Fy Fz Tx Ty Tz");
   out.attribute("/wrench/quanta", "unit", "N N N N.m N.m N.m, after division by per_unit");
   out.attribute("/wrench/quanta", "per_unit", force_quanta_per_n);
-  write_extents(out, dataset, "wrench", t_ns);
 }
 
-void write_stages(Writer& out, const Dataset& dataset) {
-  const auto t_ns = [](const TrialRecord& record) -> auto& {
-    return record.stages.t_ns;
-  };
-  const auto quanta = [](const TrialRecord& record) -> auto& {
-    return record.stages.quanta;
-  };
-  const std::vector<Axis>& axes = dataset.info.axes;
+void begin_stages(Writer& out, const DatasetInfo& info) {
+  const std::vector<Axis>& axes = info.axes;
   out.group("/stages");
-  out.attribute("/stages", "rate_hz", dataset.info.stage_rate_hz);
+  out.attribute("/stages", "rate_hz", info.stage_rate_hz);
   out.column("/stages/axis", gather(axes, &Axis::name));
   out.column("/stages/unit",
              gather(axes, [](const Axis& axis) { return std::string(axis.rotary ? "rad" : "m"); }));
   out.column("/stages/per_unit", gather(axes, &Axis::quanta_per_unit));
-  write_lists(out, dataset, "/stages/t_ns", t_ns, "ns");
-  write_lists(out, dataset, "/stages/quanta", quanta, {}, axes.size());
-  write_extents(out, dataset, "stages", t_ns);
 }
 
-/// The differences between acceleration and sound.
-struct BlockLayout {
-  std::string group;  ///< "/sound"
-  BlockStream TrialRecord::*stream;
-  BlockFormat DatasetInfo::*format;
-  std::size_t axes;
-  std::string unit;
-  double per_unit;
+/// The columns of acceleration or sound.
+class BlockColumns {
+ public:
+  struct Layout {
+    std::string group;  ///< "/sound"
+    std::size_t axes;
+    std::string unit;
+    double per_unit;
+  };
+  explicit BlockColumns(Layout layout) : layout_(std::move(layout)) {}
+
+  /// Creates no group for a set without the stream.
+  void begin(Writer& out, const BlockFormat& format) {
+    if (format.readings == 0) return;
+    out.group(layout_.group);
+    out.attribute(layout_.group, "rate_hz", format.rate_hz);
+    out.attribute(layout_.group, "block_readings", format.readings);
+    is_used_ = true;
+  }
+
+  void add(Writer& out, const BlockStream& stream) {
+    if (!is_used_) return;
+    t_ns_.add(out, stream.t_ns);
+    device_us_.add(out, stream.device_us);
+    lost_.add(out, stream.lost);
+    clipped_.add(out, stream.clipped);
+    quanta_.add(out, stream.quanta);
+    blocks_.samples.push_back(stream.blocks());
+  }
+
+  void finish(Writer& out) {
+    if (!is_used_) return;
+    for (GrowingColumn* column : {&t_ns_, &device_us_, &lost_, &clipped_, &quanta_})
+      column->finish(out);
+    out.attribute(layout_.group + "/t_ns", "unit", "ns");
+    out.attribute(layout_.group + "/device_us", "unit", "us");
+    out.attribute(layout_.group + "/quanta", "unit", layout_.unit + ", after division by per_unit");
+    out.attribute(layout_.group + "/quanta", "per_unit", layout_.per_unit);
+    blocks_.write(out);
+  }
+
+ private:
+  Layout layout_;
+  bool is_used_ = false;
+  GrowingColumn t_ns_ = GrowingColumn::of<std::int64_t>(layout_.group + "/t_ns");
+  GrowingColumn device_us_ = GrowingColumn::of<std::uint32_t>(layout_.group + "/device_us");
+  GrowingColumn lost_ = GrowingColumn::of<std::uint32_t>(layout_.group + "/lost");
+  GrowingColumn clipped_ = GrowingColumn::of<std::uint32_t>(layout_.group + "/clipped");
+  GrowingColumn quanta_ = GrowingColumn::of<std::int32_t>(layout_.group + "/quanta",
+                                                          layout_.axes == 1 ? 0 : layout_.axes);
+  Extents blocks_{layout_.group.substr(1) + "_blocks"};
 };
 
-/// Creates no group for a set without the stream.
-void write_blocks(Writer& out, const Dataset& dataset, const BlockLayout& layout) {
-  const BlockFormat& format = dataset.info.*layout.format;
-  const std::string& group = layout.group;
-  if (format.readings == 0) return;
-  const auto list = [&](auto member) {
-    return [&layout, member ](const TrialRecord& record) -> auto& {
-      return record.*layout.stream.*member;
-    };
-  };
-  out.group(group);
-  out.attribute(group, "rate_hz", format.rate_hz);
-  out.attribute(group, "block_readings", format.readings);
-  write_lists(out, dataset, group + "/t_ns", list(&BlockStream::t_ns), "ns");
-  write_lists(out, dataset, group + "/device_us", list(&BlockStream::device_us), "us");
-  write_lists(out, dataset, group + "/lost", list(&BlockStream::lost));
-  write_lists(out, dataset, group + "/clipped", list(&BlockStream::clipped));
-  write_lists(out, dataset, group + "/quanta", list(&BlockStream::quanta),
-              layout.unit + ", after division by per_unit", layout.axes == 1 ? 0 : layout.axes);
-  out.attribute(group + "/quanta", "per_unit", layout.per_unit);
-  write_extents(out, dataset, group.substr(1) + "_blocks", list(&BlockStream::t_ns));
-}
+}  // namespace writing
 
-void write_vibrations(Writer& out, const Dataset& dataset) {
-  write_blocks(out, dataset,
-               {"/acceleration", &TrialRecord::acceleration, &DatasetInfo::acceleration,
-                acceleration_axes, "m/s2", acceleration_quanta_per_mps2});
-  write_blocks(out, dataset,
-               {"/sound", &TrialRecord::sound, &DatasetInfo::sound, 1, "Pa", sound_quanta_per_pa});
-}
-
-/// Writes and closes the whole file. No HDF5 handle stays open.
-Status write_columns(const Dataset& dataset, const DatasetDigest& digest,
-                     const std::filesystem::path& path, const StopRequested& stop_requested) {
-  const hdf5::QuietErrors quiet;
-  Writer out = Writer::create(path);
-  write_root(out, dataset, digest.dataset_sha256);
-  write_provenance(out, dataset.info);
-  write_selection(out, dataset.info);
-  write_trial_table(out, dataset, digest);
-  write_factors(out, dataset);
-  write_columns_of_groups(out, dataset);
-  constexpr std::array groups{write_taxels, write_phase_runs, write_wrench, write_stages,
-                              write_vibrations};
-  for (const auto write_group : groups) {
-    if (stop_requested && stop_requested()) return pass(stopped_early("columns"));
-    write_group(out, dataset);
+struct DatasetWriter::Impl {
+  /// Within QuietErrors.
+  Impl(const std::filesystem::path& target, DatasetInfo about, CountFormat counts)
+      : path(target),
+        atomic(target),
+        format(counts),
+        hasher(about),
+        taxels(counts),
+        stages("/stages", about.axes.size()) {
+    listed.info = std::move(about);
+    out.emplace(Writer::create(atomic.temporary()));
   }
-  return out.close();
+
+  /// Before the first trial's samples; the layout is known then.
+  void begin(std::size_t taxels_of_trial) {
+    taxels.begin(*out, listed.info, taxels_of_trial);
+    writing::begin_wrench(*out, listed.info);
+    writing::begin_stages(*out, listed.info);
+    acceleration.begin(*out, listed.info.acceleration);
+    sound.begin(*out, listed.info.sound);
+  }
+
+  void write_lists(const DatasetDigest& digest) {
+    write_root(*out, listed, digest.dataset_sha256);
+    write_provenance(*out, listed.info);
+    write_selection(*out, listed.info);
+    write_trial_table(*out, listed, digest);
+    write_factors(*out, listed);
+    write_columns_of_groups(*out, listed);
+    taxels.finish(*out);
+    wrench.finish(*out);
+    writing::describe_wrench(*out);
+    stages.finish(*out);
+    acceleration.finish(*out);
+    sound.finish(*out);
+  }
+
+  /// Keeps the first error.
+  template <class Value>
+  Result<Value> fail_for_good(Error error) {
+    if (!failed) failed = std::move(error);
+    return pass(*failed, path.string());
+  }
+
+  std::filesystem::path path;
+  AtomicFile atomic;
+  CountFormat format;
+  DatasetHasher hasher;
+  Dataset listed;  ///< trials without samples
+  TrialSequence sequence;
+  std::optional<Writer> out;
+  writing::TaxelColumns taxels;
+  writing::StreamColumns wrench{"/wrench", 6}, stages;
+  writing::BlockColumns acceleration{
+      {"/acceleration", acceleration_axes, "m/s2", acceleration_quanta_per_mps2}};
+  writing::BlockColumns sound{{"/sound", 1, "Pa", sound_quanta_per_pa}};
+  std::optional<Error> failed;
+};
+
+DatasetWriter::DatasetWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+DatasetWriter::DatasetWriter(DatasetWriter&&) noexcept = default;
+DatasetWriter::~DatasetWriter() {
+  const hdf5::QuietErrors quiet;  // handles close
+  impl_.reset();
 }
 
-}  // namespace
+Result<DatasetWriter> DatasetWriter::create(const std::filesystem::path& path, DatasetInfo info,
+                                            CountFormat counts) {
+  if (auto fine = check_group_names(info.group_columns); !fine)
+    return pass(fine.error(), path.string());
+  const hdf5::QuietErrors quiet;
+  return DatasetWriter(std::make_unique<Impl>(path, std::move(info), counts));
+}
 
-Status write_hdf5(const Dataset& dataset, const DatasetDigest& digest,
-                  const std::filesystem::path& path, const StopRequested& stop_requested) {
-  if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
-  AtomicFile atomic(path);
-  if (auto done = write_columns(dataset, digest, atomic.temporary(), stop_requested); !done)
-    return pass(std::move(done).error(), path.string());
-  return atomic.publish();
+Result<std::string> DatasetWriter::add(const classifier::Trial& trial, const TrialRecord& record) {
+  Impl& impl = *impl_;
+  if (impl.failed) return pass(*impl.failed, impl.path.string());
+  Status fine = impl.sequence.check(trial);
+  if (fine) fine = check_trial(trial, record, impl.listed.info);
+  if (!fine) return impl.fail_for_good<std::string>(fine.error());
+  auto counts = as_u16(trial.counts);
+  if (!counts && impl.format == CountFormat::whole)
+    return impl.fail_for_good<std::string>({.where = "trial " + trial.file,
+                                            .what = "count does not fit the file",
+                                            .expected = "whole numbers from 0 to 65535"});
+  std::string digest = impl.hasher.add(trial, record);
+  const hdf5::QuietErrors quiet;
+  if (impl.listed.trials.empty()) impl.begin(trial.taxels);
+  impl.taxels.add(*impl.out, trial, record, counts.value_or(std::vector<std::uint16_t>{}));
+  impl.wrench.add(*impl.out, record.wrench);
+  impl.stages.add(*impl.out, record.stages);
+  impl.acceleration.add(*impl.out, record.acceleration);
+  impl.sound.add(*impl.out, record.sound);
+  impl.listed.trials.push_back(without_samples(trial));
+  impl.listed.records.push_back(without_samples(record));
+  if (const Status& written = impl.out->status(); !written)
+    return impl.fail_for_good<std::string>(written.error());
+  return digest;
+}
+
+Result<DatasetDigest> DatasetWriter::finish(std::vector<EndedEarly> ended_early) {
+  Impl& impl = *impl_;
+  if (!impl.failed && impl.listed.trials.empty())
+    impl.failed = Error{.what = "data set without trials"};
+  if (impl.failed) return pass(*impl.failed, impl.path.string());
+  impl.listed.info.ended_early = std::move(ended_early);
+  DatasetDigest digest = impl.hasher.finish();
+  {
+    const hdf5::QuietErrors quiet;
+    impl.write_lists(digest);
+    if (const Status closed = impl.out->close(); !closed)
+      return impl.fail_for_good<DatasetDigest>(closed.error());
+  }
+  if (Status published = impl.atomic.publish(); !published) return pass(published.error());
+  return digest;
 }
 
 Result<std::string> write_hdf5(const Dataset& dataset, const std::filesystem::path& path,
                                const StopRequested& stop_requested) {
   if (auto fine = check(dataset); !fine) return pass(std::move(fine).error(), path.string());
-  auto digest = compute_digest(dataset, stop_requested);
-  if (!digest) return pass(std::move(digest).error(), path.string());
-  if (auto done = write_hdf5(dataset, *digest, path, stop_requested); !done)
-    return pass(std::move(done).error());
+  const bool whole = std::ranges::all_of(dataset.trials, [](const classifier::Trial& trial) {
+    return as_u16(trial.counts).has_value();
+  });
+  auto out =
+      DatasetWriter::create(path, dataset.info, whole ? CountFormat::whole : CountFormat::real);
+  if (!out) return pass(out.error());
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
+    if (stop_requested && stop_requested()) return pass(stopped_early("digests"));
+    if (const auto added = out->add(dataset.trials[i], dataset.records[i]); !added)
+      return pass(added.error());
+  }
+  auto digest = out->finish(dataset.info.ended_early);
+  if (!digest) return pass(digest.error());
   return std::move(digest->dataset_sha256);
 }
 

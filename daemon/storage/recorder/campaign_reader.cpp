@@ -309,11 +309,12 @@ Status read_samples(sqlite::Database& database, const WantedTrials& wanted, std:
   });
 }
 
+/// Adds `ended_early` to `info` at the end.
 Status read_trials(sqlite::Database& database, const WantedTrials& options, std::size_t taxels,
-                   Dataset& dataset) {
-  auto chunks = ChunkReader::prepare(database, taxels, dataset.info, options.last_stream);
+                   DatasetInfo& info, const AttemptVisitor& visitor) {
+  auto chunks = ChunkReader::prepare(database, taxels, info, options.last_stream);
   if (!chunks) return pass(std::move(chunks).error());
-  auto factors = read_factor_values(database, dataset.info);
+  auto factors = read_factor_values(database, info);
   if (!factors) return pass(std::move(factors).error());
   const auto places = read_by_trial(
       database, "trial_place", "SELECT trial, piece, mounting, patch FROM trial_place", &place_of);
@@ -332,11 +333,11 @@ Status read_trials(sqlite::Database& database, const WantedTrials& options, std:
     if (const auto rest = rests->find(row.integer(0)); rest != rests->end())
       record->quality.rest = rest->second;
     record->spec.factors = std::move((*factors)[row.integer(0)]);
-    if (spec.factors.size() != dataset.info.factors.size())
+    if (spec.factors.size() != info.factors.size())
       return fail({.code = Errc::corrupt,
                    .where = trial_name(spec),
                    .what = "wrong number of factor values",
-                   .expected = std::to_string(dataset.info.factors.size()),
+                   .expected = std::to_string(info.factors.size()),
                    .got = std::to_string(spec.factors.size())});
     if (record->outcome == TrialOutcome::ended_early) ++ended_early[{spec.label, spec.exploration}];
     if (record->outcome != TrialOutcome::complete && !options.all_outcomes) return {};
@@ -350,9 +351,7 @@ Status read_trials(sqlite::Database& database, const WantedTrials& options, std:
     trial.taxels = taxels;
     auto done = read_samples(database, options, row.integer(0), *chunks, trial, *record);
     if (!done) return pass(std::move(done).error(), "trial " + trial.file);
-    dataset.trials.push_back(std::move(trial));
-    dataset.records.push_back(std::move(*record));
-    return {};
+    return visitor(info, {std::move(trial), std::move(*record)});
   };
   auto rows = database.prepare(
       "SELECT id, plan_index, attempt, label, trial_group, exploration, repetition, patch_seed, "
@@ -363,11 +362,12 @@ Status read_trials(sqlite::Database& database, const WantedTrials& options, std:
                                static_cast<std::int64_t>(options.from))
                     .each(read_trial);
   for (const auto& [what, trials] : ended_early)
-    dataset.info.ended_early.push_back({what.first, what.second, trials});
+    info.ended_early.push_back({what.first, what.second, trials});
   return done;
 }
 
-Result<Dataset> load_trials(const std::filesystem::path& path, const WantedTrials& wanted) {
+Result<DatasetInfo> visit_trials(const std::filesystem::path& path, const WantedTrials& wanted,
+                                 const AttemptVisitor& visitor) {
   auto database = open_campaign(path);
   if (!database) return pass(std::move(database).error());
   const auto discarded = is_discarded(*database);
@@ -376,13 +376,25 @@ Result<Dataset> load_trials(const std::filesystem::path& path, const WantedTrial
     return fail({.code = Errc::wrong_state,
                  .where = path,
                  .what = "campaign discarded, it has no data set"});
-  Dataset dataset;
-  auto taxels = read_header(*database, dataset.info);
+  DatasetInfo info;
+  auto taxels = read_header(*database, info);
   if (!taxels) return pass(std::move(taxels).error(), path.string());
-  Status done = read_block_streams(*database, dataset.info);
-  if (done) done = read_factor_names(*database, dataset.info);
-  if (done) done = read_trials(*database, wanted, *taxels, dataset);
+  Status done = read_block_streams(*database, info);
+  if (done) done = read_factor_names(*database, info);
+  if (done) done = read_trials(*database, wanted, *taxels, info, visitor);
   if (!done) return pass(std::move(done).error(), path.string());
+  return info;
+}
+
+Result<Dataset> load_trials(const std::filesystem::path& path, const WantedTrials& wanted) {
+  Dataset dataset;
+  auto info = visit_trials(path, wanted, [&](const DatasetInfo&, TrialData attempt) -> Status {
+    dataset.trials.push_back(std::move(attempt.trial));
+    dataset.records.push_back(std::move(attempt.record));
+    return {};
+  });
+  if (!info) return pass(std::move(info).error());
+  dataset.info = std::move(*info);
   return dataset;
 }
 
@@ -397,6 +409,12 @@ Result<Dataset> load_campaign(const std::filesystem::path& path,
 Result<Dataset> load_attempts(const std::filesystem::path& path,
                               const AttemptSelection& selection) {
   return load_trials(path, {selection});
+}
+
+Result<DatasetInfo> visit_attempts(const std::filesystem::path& path, Attempts which,
+                                   const AttemptVisitor& visitor,
+                                   const StopRequested& stop_requested) {
+  return visit_trials(path, {{.stop_requested = stop_requested}, which == Attempts::all}, visitor);
 }
 
 Result<CampaignHeader> load_header(const std::filesystem::path& path) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "daemon/base/file/read_file.hpp"
@@ -24,5 +25,16 @@ struct AttemptSelection {
 /// Like load_campaign(), but also for a discarded campaign. If samples are not read, the phases and
 /// times of the taxel frames are empty. Errors: load_campaign()'s.
 Result<Dataset> load_attempts(const std::filesystem::path& path, const AttemptSelection& selection);
+
+/// Receives one attempt; `info` is that of the file, without `ended_early`. An error ends the
+/// reading.
+using AttemptVisitor = std::function<Status(const DatasetInfo& info, TrialData attempt)>;
+/// Which attempts are visited.
+enum class Attempts { all, complete };
+/// Like load_campaign(), but with only one attempt in memory at a time. Returns the info with
+/// `ended_early`. Errors: load_campaign()'s, the visitor's.
+Result<DatasetInfo> visit_attempts(const std::filesystem::path& path, Attempts which,
+                                   const AttemptVisitor& visitor,
+                                   const StopRequested& stop_requested = {});
 
 }  // namespace weft::daemon

@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "daemon/storage/certificate/verify.hpp"
+#include "daemon/storage/dataset/dataset_reader.hpp"
+#include "daemon/storage/dataset/dataset_writer.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recordings/recording_set.hpp"
@@ -414,18 +416,21 @@ TEST_CASE("one thread exports while another ends a run, and both files are whole
   CHECK(same_content(read_hdf5(folder / "dataset.h5").value(), ended));
 }
 
-TEST_CASE("digests are made and given up while another thread has the library") {
+TEST_CASE("a writer that waits for the library gives up at its next trial") {
   const TemporaryFolder folder;
   const Dataset dataset = recorded(folder);
+  REQUIRE(dataset.trials.size() > 2);
   REQUIRE(write_hdf5(dataset, folder / "whole.h5"));
   std::atomic<int> inspections = 0;
   const auto give_up = [&inspections] { return ++inspections == 2; };
   std::optional<Error> refused;
   {
-    const std::lock_guard alone(hdf5::library());
-    std::thread([&] {
-      refused = write_hdf5(dataset, folder / "stopped.h5", give_up).error();
-    }).join();
+    std::unique_lock alone(hdf5::library());
+    std::jthread writer(
+        [&] { refused = write_hdf5(dataset, folder / "stopped.h5", give_up).error(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    CHECK(inspections == 0);  // it waits
+    alone.unlock();
   }
   REQUIRE(refused);
   CHECK(refused->code == Errc::wrong_state);
@@ -435,20 +440,73 @@ TEST_CASE("digests are made and given up while another thread has the library") 
   CHECK(read_hdf5(folder / "whole.h5", true, once).error().code == Errc::wrong_state);
 }
 
-TEST_CASE("columns are written with the library to oneself, digests made with it free") {
+TEST_CASE("the library is free between the trials of a long file") {
   const TemporaryFolder folder;
   const Dataset dataset = recorded(folder);
-  std::size_t free = 0, taken = 0;
+  std::size_t free = 0;
   const auto inspect = [&] {
     std::thread([&] {
       const std::unique_lock other(hdf5::library(), std::try_to_lock);
-      ++(other.owns_lock() ? free : taken);
+      free += other.owns_lock() ? 1 : 0;
     }).join();
     return false;
   };
   REQUIRE(write_hdf5(dataset, folder / "d.h5", inspect));
   CHECK(free == dataset.trials.size());
-  CHECK(taken > 0);
+  REQUIRE(read_hdf5(folder / "d.h5", true, inspect));
+  CHECK(free == 2 * dataset.trials.size());
+}
+
+TEST_CASE("a data set is written and read trial by trial, with long columns too") {
+  const TemporaryFolder folder;
+  Dataset dataset = recorded(folder, 6, 200);
+  // Longer than GrowingColumn::kept_bytes, so that these columns are written while they grow.
+  for (TrialRecord& record : dataset.records) {
+    record.wrench.t_ns.clear();
+    record.wrench.quanta.clear();
+    for (int i = 0; i < 30'000; ++i) {
+      record.wrench.t_ns.push_back(1'000 * i + record.spec.index);
+      for (int axis = 0; axis < 6; ++axis) record.wrench.quanta.push_back(i * 7 + axis);
+    }
+  }
+  const auto digest = write_hdf5(dataset, folder / "d.h5");
+  REQUIRE(digest);
+  CHECK(*digest == dataset_sha256(dataset));
+  CHECK(same_content(read_hdf5(folder / "d.h5").value(), dataset));
+  auto reader = DatasetReader::open(folder / "d.h5");
+  REQUIRE(reader);
+  CHECK(reader->digest().dataset_sha256 == *digest);
+  for (const std::size_t i : {std::size_t{5}, std::size_t{0}, std::size_t{3}}) {  // any order
+    const auto one = reader->load(i);
+    REQUIRE(one);
+    CHECK(one->trial.counts == dataset.trials[i].counts);
+    CHECK(one->record.wrench == dataset.records[i].wrench);
+    CHECK(one->record.stages == dataset.records[i].stages);
+    CHECK(trial_sha256(one->trial, one->record) == reader->digest().trial_sha256[i]);
+  }
+}
+
+TEST_CASE("a writer keeps its first error, and leaves no file") {
+  const TemporaryFolder folder;
+  const Dataset dataset = recorded(folder);
+  {
+    auto out = DatasetWriter::create(folder / "d.h5", dataset.info);
+    REQUIRE(out);
+    REQUIRE(out->add(dataset.trials[0], dataset.records[0]));
+    classifier::Trial odd = dataset.trials[1];
+    odd.counts.front() = 0.5;
+    CHECK(out->add(odd, dataset.records[1]).error().where.find(odd.file) != std::string::npos);
+    CHECK_FALSE(out->add(dataset.trials[2], dataset.records[2]));
+    CHECK_FALSE(out->finish({}));
+  }
+  CHECK_FALSE(std::filesystem::exists(folder / "d.h5"));
+  auto twice = DatasetWriter::create(folder / "e.h5", dataset.info);
+  REQUIRE(twice);
+  REQUIRE(twice->add(dataset.trials[0], dataset.records[0]));
+  CHECK_FALSE(twice->add(dataset.trials[0], dataset.records[0]));
+  auto empty = DatasetWriter::create(folder / "f.h5", dataset.info);
+  REQUIRE(empty);
+  CHECK_FALSE(empty->finish({}));
 }
 
 }  // namespace hdf5_test
