@@ -19,7 +19,7 @@ constexpr std::array<CommandGroupSpec, 5> group_rows{{
     {"Studies", "compare settings", "weft design repetitions out/a/dataset.h5 --predict 20"},
 }};
 
-constexpr std::array<CommandSpec, 84> command_rows{{
+constexpr std::array<CommandSpec, 85> command_rows{{
     {"Acquire", "check", "check a recipe against a rig; nothing moves",
      "recipes/library/first.json --rig sim/rigs/bench17.json"},
     {"Acquire", "run", "run a campaign: record, evaluate, report",
@@ -75,6 +75,8 @@ constexpr std::array<CommandSpec, 84> command_rows{{
      "recordings/manifest.csv -o mine.h5"},
     {"Data", "dataset export", "write the complete trials of a campaign as a data set",
      "out/a/campaign.sqlite -o a.h5"},
+    {"Data", "dataset merge", "merge the parts of a campaign into one data set",
+     "part-1 part-2 -o merged.h5"},
     {"Data", "dataset info", "describe the contents of a data set", "out/a/dataset.h5"},
     {"Data", "export", "write the complete trials of a campaign to one file",
      "out/a --format hdf5"},

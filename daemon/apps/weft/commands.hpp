@@ -89,6 +89,7 @@ void add_doctor_command(const CommandGroup& weft);
 void add_init_command(const CommandGroup& weft);
 void add_align_command(const CommandGroup& weft);
 void add_dataset_commands(const CommandGroup& weft);
+void add_merge_command(const CommandGroup& dataset);
 void add_verify_command(const CommandGroup& weft);
 void add_export_command(const CommandGroup& weft);
 void add_report_command(const CommandGroup& weft);

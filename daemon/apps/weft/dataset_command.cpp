@@ -428,6 +428,7 @@ void add_dataset_commands(const CommandGroup& weft) {
   const CommandGroup dataset = weft.group("dataset");
   dataset.add<ImportArgs>("import", run_import);
   dataset.add<ExportArgs>("export", run_export);
+  add_merge_command(dataset);
   dataset.add<InfoArgs>("info", run_info);
 }
 

@@ -11,6 +11,7 @@
 #include "daemon/apps/weft/commands.hpp"
 #include "daemon/apps/weft/dataset_file.hpp"
 #include "daemon/apps/weft/options.hpp"
+#include "daemon/apps/weft/part_run.hpp"
 #include "daemon/apps/weft/progress.hpp"
 #include "daemon/apps/weft/stop_signals.hpp"
 #include "daemon/apps/weft/train_command.hpp"
@@ -48,6 +49,7 @@ struct RunArgs {
   std::size_t repeats = 30;                        ///< random splits of the evaluation
   std::vector<std::filesystem::path> beside = {};  ///< campaigns that differ in the repetition
   std::filesystem::path socket = {};               ///< empty: OUT/weftd.sock
+  std::string part = {};                           ///< "2/3"; empty: the whole campaign
 };
 
 using Campaign = std::function<Result<CampaignSummary>(const CampaignHooks& hooks)>;
@@ -361,9 +363,25 @@ void add_options(CLI::App& command, RunArgs& args) {
                    "with --resume: list the remaining steps; nothing moves");
   command.add_option("--socket", args.socket,
                      "serve this run at this Unix socket, for weft watch, pause, stop ...");
+  command.add_option("--part", args.part,
+                     "run part K/N of a simulated campaign, for `weft dataset merge`");
   add_count(command, "--repeats", args.repeats, 1, 100000,
             "evaluate on this number of random splits");
   add_beside_option(command, args.beside);
+}
+
+/// Refuses options that do not apply to a part.
+Status check_part_options(const RunArgs& args) {
+  for (const auto& [option, is_given] :
+       {std::pair("--preview", args.preview), std::pair("--socket", !args.socket.empty()),
+        std::pair("--accuracy-strict", args.fidelity.strict),
+        std::pair("--beside", !args.beside.empty())})
+    if (is_given)
+      return fail({.code = Errc::invalid_argument,
+                   .where = option,
+                   .what = "option not possible with --part",
+                   .hint = "Leave it out"});
+  return {};
 }
 
 /// Returns exit_failure if not every trial is complete; exit_promise_missed if they are, but not
@@ -384,7 +402,7 @@ Result<int> run_run(const RunArgs& args, Console& console) {
                  .where = "--accuracy-strict",
                  .what = "option not possible with --resume",
                  .hint = "Leave it out, or start a new campaign in another folder"});
-  if (args.resume) {
+  if (args.resume && args.part.empty()) {
     const auto preview = preview_resume(request_of(args, console));
     if (!preview) return pass(preview.error());
     if (args.preview) {
@@ -402,6 +420,14 @@ Result<int> run_run(const RunArgs& args, Console& console) {
                  .got = std::to_string(found->plan->forecast.prompts) + " operator steps",
                  .hint = "Run it in a terminal, or with weftd and `weft confirm`; --yes is for a "
                          "bench without operator"});
+  if (!args.part.empty()) {
+    const auto part = part_number_from(args.part);
+    if (!part) return pass(part.error());
+    if (Status ok = check_part_options(args); !ok) return pass(ok.error());
+    CampaignRequest request = request_of(args, console);
+    request.fidelity.is_evaluated = false;
+    return run_part_here(request, *part, args.yes, console);
+  }
   const double began_s = steady_wall_seconds();
   const auto [summary, signal] = run_until_stopped(args, prompts, console);
   if (!summary && signal == 0) return pass(summary.error());

@@ -222,6 +222,18 @@ double WrenchStream::torque_nm(std::size_t i, std::size_t axis) const {
   return quanta[6 * i + 3 + axis] / torque_quanta_per_nm;
 }
 
+std::string trial_name(const TrialSpec& spec) {
+  const auto padded = [](std::uint32_t number, std::size_t width) {
+    const std::string digits = std::to_string(number);
+    return std::string(width - std::min(width, digits.size()), '0') + digits;
+  };
+  std::string name = padded(spec.index, 4) + "-" + spec.label;
+  if (!spec.exploration.empty()) name += "-" + spec.exploration;
+  name += "-r" + padded(spec.repetition, 2);
+  if (spec.attempt > 0) name += "-a" + std::to_string(spec.attempt);
+  return name;
+}
+
 classifier::Trial without_samples(const classifier::Trial& trial) {
   classifier::Trial out;
   out.file = trial.file;

@@ -208,6 +208,10 @@ struct TrialData {
   TrialRecord record;
 };
 
+/// Name of a recorded trial, unique within a campaign: "0007-Denim-M1-r03", with "-a1" for a second
+/// attempt.
+std::string trial_name(const TrialSpec& spec);
+
 /// Copies of everything but the samples and their times.
 classifier::Trial without_samples(const classifier::Trial& trial);
 TrialRecord without_samples(const TrialRecord& record);

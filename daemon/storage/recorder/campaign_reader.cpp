@@ -177,19 +177,6 @@ RestForces rest_of(const sqlite::Statement& row) {
           real_or_nothing(row, 3).value_or(unknown)};
 }
 
-/// Unique within a campaign and readable: "0007-Denim-M1-r03", with "-a1" for a second attempt.
-std::string trial_name(const TrialSpec& spec) {
-  const auto padded = [](std::uint32_t number, std::size_t width) {
-    const std::string digits = std::to_string(number);
-    return std::string(width - std::min(width, digits.size()), '0') + digits;
-  };
-  std::string name = padded(spec.index, 4) + "-" + spec.label;
-  if (!spec.exploration.empty()) name += "-" + spec.exploration;
-  name += "-r" + padded(spec.repetition, 2);
-  if (spec.attempt > 0) name += "-a" + std::to_string(spec.attempt);
-  return name;
-}
-
 /// One row of the trial table, without samples. A trial without an end was interrupted.
 Result<TrialRecord> read_trial_row(const sqlite::Statement& query) {
   TrialRecord record;

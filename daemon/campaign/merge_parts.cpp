@@ -1,0 +1,259 @@
+// Merges the data sets of parts, see parts.hpp.
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
+
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/campaign/parts.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/dataset/dataset_reader.hpp"
+#include "daemon/storage/dataset/dataset_writer.hpp"
+#include "protocols/base/json_text.hpp"
+
+namespace weft::daemon {
+namespace {
+
+using nlohmann::json;
+
+/// A data set to be merged.
+struct Source {
+  std::filesystem::path file;
+  DatasetReader reader;
+};
+
+/// Files of the inputs, and the parts among them.
+struct Inputs {
+  struct File {
+    std::filesystem::path path;
+    std::string sha256;  ///< as its part states it; empty: not part of one
+  };
+  std::vector<File> files;
+  std::map<std::size_t, std::filesystem::path> parts;  ///< by number
+  std::size_t count = 0;                               ///< of parts; 0: no part was given
+};
+
+Error given_twice(std::string what, const std::filesystem::path& one,
+                  const std::filesystem::path& other) {
+  return {.code = Errc::invalid_argument,
+          .where = other.string(),
+          .what = std::move(what) + " is given twice",
+          .got = "also in " + one.string(),
+          .hint = "Name each part once"};
+}
+
+/// Adds the campaigns of a part's folder.
+Status add_part(const std::filesystem::path& folder, Inputs& out) {
+  const std::filesystem::path file = folder / part_file_name;
+  const auto text = read_text_file(file, most_list_bytes);
+  if (!text) return pass(text.error());
+  const auto document = parse_json(*text);
+  if (!document) return pass(document.error(), file.string());
+  try {
+    if (document->at("format") != "weft-part" || document->at("version") != 1)
+      return fail(
+          {.code = Errc::unsupported,
+           .where = file.string(),
+           .what = "unsupported list of a part",
+           .expected = "weft-part, version 1",
+           .got = document->at("format").dump() + ", version " + document->at("version").dump()});
+    const PartNumber part{document->at("part"), document->at("parts")};
+    if (out.count != 0 && out.count != part.count)
+      return fail({.code = Errc::invalid_argument,
+                   .where = folder.string(),
+                   .what = "number of parts differs from that of the other parts",
+                   .expected = std::to_string(out.count),
+                   .got = std::to_string(part.count)});
+    out.count = part.count;
+    if (const auto [other, is_new] = out.parts.emplace(part.number, folder); !is_new)
+      return tl::unexpected<Error>(given_twice("part " + to_string(part), other->second, folder));
+    for (const json& one : document->at("campaigns"))
+      out.files.push_back({folder / one.at("folder").get<std::string>() / dataset_file_name,
+                           one.at("dataset_sha256")});
+  } catch (const json::exception& e) {
+    return fail({.code = Errc::parse,
+                 .where = file.string(),
+                 .what = "list of a part not readable",
+                 .got = e.what()});
+  }
+  return {};
+}
+
+Status require_all_parts(const Inputs& inputs) {
+  std::string missing;
+  for (std::size_t k = 1; k <= inputs.count; ++k)
+    if (!inputs.parts.contains(k))
+      missing += (missing.empty() ? "part " : ", part ") + to_string(PartNumber{k, inputs.count});
+  if (missing.empty()) return {};
+  return fail({.code = Errc::not_found,
+               .where = missing,
+               .what = "part missing",
+               .expected = std::to_string(inputs.count) + " parts",
+               .got = std::to_string(inputs.parts.size()),
+               .hint = "Run it with `weft run --part`, then merge again"});
+}
+
+Result<Inputs> find_inputs(const std::vector<std::filesystem::path>& paths) {
+  Inputs out;
+  std::error_code unseen;
+  for (const std::filesystem::path& path : paths) {
+    if (std::filesystem::exists(path / part_file_name, unseen)) {
+      if (Status ok = add_part(path, out); !ok) return pass(ok.error());
+    } else if (std::filesystem::is_directory(path, unseen) &&
+               !std::filesystem::exists(path / dataset_file_name, unseen)) {
+      return fail({.code = Errc::not_found,
+                   .where = path.string(),
+                   .what = "part not complete",
+                   .expected = std::string(part_file_name) + " or " + dataset_file_name,
+                   .hint = "Continue it with `weft run --part K/N --resume`"});
+    } else {
+      const bool is_folder = std::filesystem::is_directory(path, unseen);
+      out.files.push_back({is_folder ? path / dataset_file_name : path, {}});
+    }
+  }
+  if (Status all = require_all_parts(out); !all) return pass(all.error());
+  if (out.files.empty()) return fail({.code = Errc::not_found, .what = "parts without a data set"});
+  return out;
+}
+
+Result<Source> open_source(const Inputs::File& file) {
+  auto reader = DatasetReader::open(file.path);
+  if (!reader) return pass(reader.error());
+  if (!file.sha256.empty() && reader->digest().dataset_sha256 != file.sha256)
+    return fail({.code = Errc::corrupt,
+                 .where = file.path.string(),
+                 .what = "data set is not that of the part",
+                 .expected = file.sha256,
+                 .got = reader->digest().dataset_sha256});
+  if (!reader->listed().info.ended_early.empty())
+    return fail({.code = Errc::unsupported,
+                 .where = file.path.string(),
+                 .what = "data set lacks slides that a live vote ended early"});
+  return Source{file.path, std::move(*reader)};
+}
+
+/// All data sets must come from one recipe on one rig, simulated by the same software.
+Status require_same(const Source& first, const Source& other) {
+  const DatasetInfo& a = first.reader.listed().info;
+  const DatasetInfo& b = other.reader.listed().info;
+  const auto differs = [&](const char* what, std::string expected, std::string got) {
+    return fail({.code = Errc::invalid_argument,
+                 .where = other.file.string(),
+                 .what = std::string(what) + " differs from that of " + first.file.string(),
+                 .expected = std::move(expected),
+                 .got = std::move(got)});
+  };
+  if (a.kind != b.kind)
+    return differs("bench", std::string(to_string(a.kind)), std::string(to_string(b.kind)));
+  if (a.recipe_sha256 != b.recipe_sha256)
+    return differs("recipe", a.name + " " + a.recipe_sha256, b.name + " " + b.recipe_sha256);
+  if (a.seed != b.seed) return differs("seed", std::to_string(a.seed), std::to_string(b.seed));
+  if (a.rig_sha256 != b.rig_sha256) return differs("rig", a.rig_sha256, b.rig_sha256);
+  if (a.software_version != b.software_version)
+    return differs("Weft version", a.software_version, b.software_version);
+  if (a == b) return {};
+  return differs("description of devices or rates", "the same", "another");
+}
+
+Result<recipes::Plan> plan_of(const DatasetInfo& info, const std::filesystem::path& file) {
+  const auto limits = recipes::parse_rig_limits(info.rig_json);
+  if (!limits) return pass(limits.error(), file.string() + ": rig");
+  recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits, info.seed);
+  if (report.plan) return std::move(*report.plan);
+  return fail({.code = Errc::unsupported,
+               .where = file.string(),
+               .what = "recipe of the data set no longer passes its check",
+               .got = report.problems.empty() ? "" : recipes::to_string(report.problems.front()),
+               .hint = "Merge with the Weft version that made the parts"});
+}
+
+/// Where a trial of the plan is found.
+struct Place {
+  std::size_t source = 0, trial = 0;
+};
+
+using TrialKey = std::tuple<std::string, std::string, std::uint32_t>;  ///< fabric, exploration,
+                                                                       ///< repetition
+
+/// The place of each trial of the plan, in its order.
+Result<std::vector<Place>> find_trials(const recipes::Plan& plan,
+                                       const std::vector<Source>& sources) {
+  std::map<TrialKey, Place> found;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    const Dataset& listed = sources[s].reader.listed();
+    for (std::size_t i = 0; i < listed.records.size(); ++i) {
+      const TrialSpec& spec = listed.records[i].spec;
+      const auto [before, is_new] =
+          found.emplace(TrialKey{spec.label, spec.exploration, spec.repetition}, Place{s, i});
+      if (!is_new)
+        return tl::unexpected<Error>(given_twice(
+            "fabric " + spec.label, sources[before->second.source].file, sources[s].file));
+    }
+  }
+  std::vector<Place> out;
+  std::map<std::string, std::size_t> missing;  // trials by fabric
+  for (const recipes::TrialSpec& trial : plan.trials) {
+    const auto at = found.find(
+        {plan.fabrics[trial.fabric], plan.explorations[trial.exploration].name, trial.repetition});
+    if (at == found.end())
+      ++missing[plan.fabrics[trial.fabric]];
+    else
+      out.push_back(at->second);
+  }
+  if (missing.empty() && out.size() == found.size()) return out;
+  if (missing.empty())
+    return fail({.code = Errc::invalid_argument,
+                 .what = "trials that the recipe does not plan",
+                 .expected = std::to_string(out.size()) + " trials",
+                 .got = std::to_string(found.size())});
+  std::string names;
+  for (const auto& [fabric, trials] : missing)
+    names += (names.empty() ? "fabric " : ", fabric ") + fabric + " (" + std::to_string(trials) +
+             " trials)";
+  return fail({.code = Errc::not_found,
+               .where = names,
+               .what = "trials missing",
+               .expected = std::to_string(plan.trials.size()) + " trials",
+               .got = std::to_string(out.size()),
+               .hint = "Add the data sets of these fabrics"});
+}
+
+}  // namespace
+
+Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inputs,
+                                  const std::filesystem::path& out,
+                                  const StopRequested& stop_requested) {
+  const auto found = find_inputs(inputs);
+  if (!found) return pass(found.error());
+  std::vector<Source> sources;
+  for (const Inputs::File& file : found->files) {
+    auto source = open_source(file);
+    if (!source) return pass(source.error());
+    sources.push_back(std::move(*source));
+    if (Status same = require_same(sources.front(), sources.back()); !same)
+      return pass(same.error());
+  }
+  const DatasetInfo& info = sources.front().reader.listed().info;
+  const auto plan = plan_of(info, sources.front().file);
+  if (!plan) return pass(plan.error());
+  const auto places = find_trials(*plan, sources);
+  if (!places) return pass(places.error());
+  auto writer = DatasetWriter::create(out, info);
+  if (!writer) return pass(writer.error());
+  for (std::size_t i = 0; i < places->size(); ++i) {
+    if (stop_requested && stop_requested()) return pass(stopped_early(out.string()));
+    const Place& place = (*places)[i];
+    auto one = sources[place.source].reader.load(place.trial);
+    if (!one) return pass(one.error());
+    one->record.spec.index = static_cast<std::uint32_t>(i);
+    one->trial.file = trial_name(one->record.spec);
+    if (const auto added = writer->add(one->trial, one->record); !added) return pass(added.error());
+  }
+  const auto digest = writer->finish({});
+  if (!digest) return pass(digest.error());
+  return MergedDataset{info, digest->dataset_sha256, places->size(), sources.size()};
+}
+
+}  // namespace weft::daemon
