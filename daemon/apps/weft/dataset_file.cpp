@@ -45,7 +45,10 @@ std::vector<Warning> warnings_of(const Dataset& dataset, const std::string& expl
   return find_data_warnings(dataset, is_sum ? std::string_view() : std::string_view(exploration));
 }
 
-Result<Dataset> open_dataset(const std::filesystem::path& path) {
+namespace {
+
+/// Refuses other files that hold recordings, with what to do.
+Status require_dataset(const std::filesystem::path& path) {
   if (is_campaign_file(path))
     return fail({.code = Errc::unsupported,
                  .where = path.string(),
@@ -59,6 +62,13 @@ Result<Dataset> open_dataset(const std::filesystem::path& path) {
          .where = path.string(),
          .what = "file has vibration recordings, not strokes of a tactile array",
          .hint = "Use it with weft vibro train, evaluate and classify, or weft trade vibro"});
+  return {};
+}
+
+}  // namespace
+
+Result<Dataset> open_dataset(const std::filesystem::path& path) {
+  if (Status ok = require_dataset(path); !ok) return pass(ok.error());
   return read_hdf5(path);
 }
 
@@ -146,7 +156,8 @@ Status check_outputs(std::span<const std::filesystem::path> inputs,
 
 Result<RecordingSet> open_all_recordings(const std::filesystem::path& path) {
   if (is_recordings_file(path)) return read_recordings(path);
-  const auto dataset = open_dataset(path);
+  if (Status ok = require_dataset(path); !ok) return pass(ok.error());
+  auto dataset = DatasetReader::open(path);
   if (!dataset) return pass(dataset.error());
   auto out = extract_recordings(*dataset);
   if (!out) return pass(out.error(), path.string());
@@ -169,9 +180,10 @@ Result<RecordingSet> open_recordings(const std::filesystem::path& path,
                  .expected = "a campaign",
                  .got = exploration});
   }
-  const auto dataset = open_dataset(path);
+  if (Status ok = require_dataset(path); !ok) return pass(ok.error());
+  auto dataset = DatasetReader::open(path);
   if (!dataset) return pass(dataset.error());
-  const auto chosen = find_exploration(*dataset, exploration, one_exploration);
+  const auto chosen = find_exploration(dataset->listed(), exploration, one_exploration);
   if (!chosen) return pass(chosen.error(), path.string());
   auto out = extract_recordings(*dataset, *chosen);
   if (!out) return pass(out.error(), path.string());

@@ -226,27 +226,44 @@ std::vector<Warning> find_data_warnings(const RecordingSet& set) {
   return out;
 }
 
-Result<RecordingSet> extract_recordings(const Dataset& dataset,
-                                        std::optional<std::string_view> exploration) {
-  const DatasetInfo& info = dataset.info;
-  std::vector<Channel> channels;
-  if (info.sound.readings > 0) channels.push_back({"S", info.sound.rate_hz, "Pa"});
-  if (info.acceleration.readings > 0)
-    for (const char* axis : {"X", "Y", "Z"})
-      channels.push_back({axis, info.acceleration.rate_hz, "m/s2"});
-  if (channels.empty())
-    return fail({.code = Errc::not_found,
-                 .what = "data set has neither sound nor acceleration",
-                 .hint = "Record with a rig that has a device of role vibro"});
-  RecordingSet out{info.name, "campaign", info.kind, {}};
-  const std::vector<GroupColumn> columns = list_group_columns(dataset);
-  for (const GroupColumn& column : columns) out.columns_of_trials.push_back({column.name, {}});
-  for (std::size_t i = 0; i < dataset.trials.size(); ++i) {
-    const classifier::Trial& trial = dataset.trials[i];
-    const TrialRecord& record = dataset.records[i];
-    if (record.outcome != TrialOutcome::complete) continue;
-    if (exploration && record.spec.exploration != *exploration) continue;
-    Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels, {}};
+namespace {
+
+/// Collects the recordings of trials, one after the other.
+class RecordingCollector {
+ public:
+  /// `listed`: the data set, with or without samples. Errors: not_found without such streams.
+  static Result<RecordingCollector> create(const Dataset& listed,
+                                           std::optional<std::string_view> exploration) {
+    RecordingCollector out;
+    out.listed_ = &listed;
+    out.exploration_ = exploration;
+    const DatasetInfo& info = listed.info;
+    if (info.sound.readings > 0) out.channels_.push_back({"S", info.sound.rate_hz, "Pa"});
+    if (info.acceleration.readings > 0)
+      for (const char* axis : {"X", "Y", "Z"})
+        out.channels_.push_back({axis, info.acceleration.rate_hz, "m/s2"});
+    if (out.channels_.empty())
+      return fail({.code = Errc::not_found,
+                   .what = "data set has neither sound nor acceleration",
+                   .hint = "Record with a rig that has a device of role vibro"});
+    out.set_ = {info.name, "campaign", info.kind, {}};
+    out.columns_ = list_group_columns(listed);
+    for (const GroupColumn& column : out.columns_)
+      out.set_.columns_of_trials.push_back({column.name, {}});
+    return out;
+  }
+
+  /// Whether trial i belongs to the set.
+  [[nodiscard]] bool takes(std::size_t i) const {
+    const TrialRecord& record = listed_->records[i];
+    return record.outcome == TrialOutcome::complete &&
+           (!exploration_ || record.spec.exploration == *exploration_);
+  }
+
+  /// Trial i, with its samples.
+  Status add(std::size_t i, const classifier::Trial& trial, const TrialRecord& record) {
+    const DatasetInfo& info = listed_->info;
+    Recording own{trial.file, trial.label, std::to_string(record.spec.repetition), channels_, {}};
     const auto motion = find_motion(trial, record);
     if (!motion) return fail({.where = trial.file, .what = "trial without phase M"});
     std::vector<std::int64_t> begin_ns;  // per channel
@@ -262,14 +279,51 @@ Result<RecordingSet> extract_recordings(const Dataset& dataset,
     if (done)
       done = read(record.acceleration, info.acceleration, acceleration_axes,
                   acceleration_quanta_per_mps2);
-    if (!done) return pass(done.error());
-    own.gaps = find_gaps(trial, record, align(begin_ns, channels, own.samples));
-    out.recordings.push_back(std::move(own));
-    for (std::size_t c = 0; c < columns.size(); ++c)
-      out.columns_of_trials[c].of_row.push_back(columns[c].of_row[i]);
+    if (!done) return done;
+    own.gaps = find_gaps(trial, record, align(begin_ns, channels_, own.samples));
+    set_.recordings.push_back(std::move(own));
+    for (std::size_t c = 0; c < columns_.size(); ++c)
+      set_.columns_of_trials[c].of_row.push_back(columns_[c].of_row[i]);
+    return {};
   }
-  if (auto fine = check(out); !fine) return pass(fine.error());
-  return out;
+
+  Result<RecordingSet> finish() {
+    if (auto fine = check(set_); !fine) return pass(fine.error());
+    return std::move(set_);
+  }
+
+ private:
+  const Dataset* listed_ = nullptr;
+  std::optional<std::string_view> exploration_;
+  std::vector<Channel> channels_;
+  std::vector<GroupColumn> columns_;
+  RecordingSet set_;
+};
+
+}  // namespace
+
+Result<RecordingSet> extract_recordings(const Dataset& dataset,
+                                        std::optional<std::string_view> exploration) {
+  auto out = RecordingCollector::create(dataset, exploration);
+  if (!out) return pass(out.error());
+  for (std::size_t i = 0; i < dataset.trials.size(); ++i)
+    if (out->takes(i))
+      if (Status done = out->add(i, dataset.trials[i], dataset.records[i]); !done)
+        return pass(done.error());
+  return out->finish();
+}
+
+Result<RecordingSet> extract_recordings(DatasetReader& file,
+                                        std::optional<std::string_view> exploration) {
+  auto out = RecordingCollector::create(file.listed(), exploration);
+  if (!out) return pass(out.error());
+  for (std::size_t i = 0; i < file.listed().trials.size(); ++i) {
+    if (!out->takes(i)) continue;
+    const auto one = file.load(i);
+    if (!one) return pass(one.error());
+    if (Status done = out->add(i, one->trial, one->record); !done) return pass(done.error());
+  }
+  return out->finish();
 }
 
 }  // namespace weft::daemon

@@ -9,7 +9,7 @@
 
 #include "classifier/vibro/recording.hpp"
 #include "daemon/storage/dataset/data_warnings.hpp"
-#include "daemon/storage/dataset/dataset.hpp"
+#include "daemon/storage/dataset/dataset_reader.hpp"
 #include "daemon/storage/dataset/group_columns.hpp"
 #include "protocols/base/result.hpp"
 
@@ -62,6 +62,10 @@ bool is_recordings_file(const std::filesystem::path& path);
 /// within a sample. Refuses a data set without such streams, and a trial with blocks lost in M, by
 /// name.
 Result<RecordingSet> extract_recordings(const Dataset& dataset,
+                                        std::optional<std::string_view> exploration = {});
+/// The same from a file, with one whole trial in memory at a time. Further errors: those of
+/// DatasetReader::load().
+Result<RecordingSet> extract_recordings(DatasetReader& file,
                                         std::optional<std::string_view> exploration = {});
 
 }  // namespace weft::daemon
