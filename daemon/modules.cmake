@@ -51,11 +51,12 @@ weft_module(daemon/service/runs USES daemon/service/run_store)
 weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover daemon/analysis/campaign_report)
 weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
 weft_module(daemon/service/notify USES daemon/service/runs PRIVATE_SYSTEM PkgConfig::CURL PkgConfig::MOSQUITTO)
+weft_module(daemon/service/lab USES daemon/service/run_store recipes PRIVATE_SYSTEM PkgConfig::LIBPQ)
 weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/notify daemon/service/transport
             PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
-weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/analysis/campaign_report daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup)
+weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/service/lab daemon/analysis/campaign_report daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup)
 weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
@@ -63,7 +64,7 @@ set(WEFT_DAEMON_MODULES
     storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics campaign/setup pages/plot pages/document
     analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/campaign_report analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
-    service/handover service/methods service/notify service/daemon
+    service/handover service/methods service/notify service/lab service/daemon
     apps/weft apps/weft_rig)
 list(TRANSFORM WEFT_DAEMON_MODULES REPLACE "/" "_")
 add_library(weft_daemon INTERFACE)  # all modules below apps
@@ -114,6 +115,21 @@ set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS recipes/schema/re
 file(READ recipes/schema/recipe.schema.json WEFT_RECIPE_SCHEMA)
 configure_file(daemon/service/methods/recipe_schema.cpp.in ${CMAKE_BINARY_DIR}/recipe_schema.cpp @ONLY)
 target_sources(weft_daemon_service_methods PRIVATE ${CMAKE_BINARY_DIR}/recipe_schema.cpp)
+
+# The SQL of the laboratory's store is built in too.
+file(GLOB lab_schema CONFIGURE_DEPENDS daemon/service/lab/schema/*.sql)
+list(SORT lab_schema)
+list(LENGTH lab_schema WEFT_LAB_MIGRATIONS)
+set(WEFT_LAB_ROWS "")
+foreach(file ${lab_schema})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  get_filename_component(name ${file} NAME_WE)
+  string(REGEX REPLACE "^0*([0-9]+)_.*" "\\1" version ${name})
+  file(READ ${file} sql)
+  string(APPEND WEFT_LAB_ROWS "{${version}, \"${name}\", R\"schema(${sql})schema\"},\n")
+endforeach()
+configure_file(daemon/service/lab/lab_schema.cpp.in ${CMAKE_BINARY_DIR}/lab_schema.cpp @ONLY)
+target_sources(weft_daemon_service_lab PRIVATE ${CMAKE_BINARY_DIR}/lab_schema.cpp)
 
 # The page is built in too, with Debian's libraries for charts and text (docs/adr/0003).
 find_path(DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs NO_DEFAULT_PATH REQUIRED DOC "libjs-dygraphs: run script/bootstrap")

@@ -15,7 +15,7 @@
 
 namespace weft::daemon::lab {
 
-// What rigs publish. Times are UTC [us since 1970]; digests are SHA-256, 64 hexadecimal digits.
+// Publications of rigs. Times are UTC [us since 1970]; digests are SHA-256, 64 hexadecimal digits.
 
 struct RigEntry {
   std::string name;
@@ -101,8 +101,9 @@ struct PartEntry {
   std::string fabric;
   std::vector<std::string> rigs;
   PartState state = PartState::queued;
-  std::string holder;        ///< rig of the newest attempt; empty if none
-  std::int64_t attempt = 0;  ///< claims so far
+  std::string holder;                    ///< rig of the newest attempt; empty if none
+  BenchKind bench = BenchKind::unknown;  ///< of the holder
+  std::int64_t attempt = 0;              ///< claims so far
   std::optional<std::int64_t> lease_until_us;
   bool lease_expired = false;  ///< held, and free for the next claim
   std::string run, dataset_sha256, error;
@@ -119,7 +120,7 @@ struct LabCampaign {
 std::string campaign_text(std::int64_t id);
 std::optional<std::int64_t> campaign_number(std::string_view text);
 
-/// What a rig can take.
+/// Limits of the parts that a rig can take.
 struct RigCapabilities {
   std::vector<std::string> fabrics = {};             ///< it can mount; empty: any
   std::vector<std::int64_t> refused_campaigns = {};  ///< with recipes that do not fit it
@@ -202,13 +203,26 @@ class LabStore {
   /// Receives "weft_parts" (submitted or given back) or "weft_rigs" (a rig changed).
   Status listen(std::string_view channel);
   Result<std::optional<Notification>> wait(std::chrono::milliseconds longest);
+  /// SQLSTATE of the last error of the server, see Connection::sqlstate().
+  [[nodiscard]] std::string sqlstate() const { return connection_ ? connection_->sqlstate() : ""; }
 
  private:
   LabStore(LabAddress address, std::string program, const PostgresLimits& limits)
       : address_(std::move(address)), program_(std::move(program)), limits_(limits) {}
+  /// Connects, and compares the schema.
+  static Result<Connection> connect(const LabAddress& address, std::string_view program,
+                                    const PostgresLimits& limits);
   template <class... Values>
-  Result<Rows> run(const char* sql, const Values&... values);
+  Result<Rows> run(const char* sql, const Values&... values) {
+    return run_bound(sql, std::vector<BoundText>{bound(values)...});
+  }
   Result<Rows> run_bound(const std::string& sql, const std::vector<BoundText>& values);
+  /// For statements without a result.
+  template <class... Values>
+  Status change(const char* sql, const Values&... values) {
+    if (const auto done = run(sql, values...); !done) return pass(done.error());
+    return {};
+  }
 
   LabAddress address_;
   std::string program_;

@@ -57,8 +57,9 @@ class Rows {
   [[nodiscard]] bool flag(std::size_t row, int column) const;
   /// Empty for NULL.
   [[nodiscard]] std::optional<std::int64_t> optional_integer(std::size_t row, int column) const;
-  /// An array of text without NULL in it, as to_json() of PostgreSQL prints it.
+  /// An array of text, selected with to_json().
   [[nodiscard]] std::vector<std::string> texts(std::size_t row, int column) const;
+  [[nodiscard]] pg_result* raw() const { return raw_.get(); }
 
  private:
   struct Clear {
@@ -96,7 +97,7 @@ class Connection {
     return run_bound(sql, std::vector<BoundText>{bound(values)...});
   }
   Result<Rows> run_bound(const char* sql, const std::vector<BoundText>& values);
-  /// Runs statements of a trusted text, such as a migration, without values.
+  /// Runs the statements of a trusted text without values, such as a migration.
   Status run_script(const std::string& sql);
   /// Runs `work` in one transaction; an error of `work` undoes all of it.
   Status transact(const std::function<Status()>& work);
@@ -118,9 +119,10 @@ class Connection {
   Connection(pg_conn* raw, std::string name, const PostgresLimits& limits);
   /// Waits for all results; returns the last one.
   Result<Rows> collect();
-  /// Waits until the socket is readable, or writable too. False: `deadline` passed.
-  bool poll_until(std::chrono::steady_clock::time_point deadline, bool writing);
-  tl::unexpected<Error> fail_result(const pg_result* result);
+  /// Waits until the socket is readable, or also writable. `deadline`: of steady_wall_now(). False:
+  /// it passed.
+  bool poll_until(std::chrono::nanoseconds deadline, bool writing);
+  tl::unexpected<Error> fail_result(const Rows& failed);
   tl::unexpected<Error> fail_lost(std::string got);
   tl::unexpected<Error> fail_late();
 
