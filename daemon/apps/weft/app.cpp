@@ -124,7 +124,7 @@ void add_commands(CLI::App& root, ChosenCommand& chosen) {
         add_report_command,  add_modality_commands, add_audit_command,  add_trade_commands,
         add_design_commands, add_daemon_commands,   add_stop_commands,  add_rig_commands,
         add_data_commands,   add_page_command,      add_queue_commands, add_token_commands,
-        add_sim_commands,    add_earlier_commands})
+        add_sim_commands,    add_earlier_commands,  add_lab_commands})
     add(weft);
   add_texts(weft, root);
 }

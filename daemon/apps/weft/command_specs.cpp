@@ -8,18 +8,19 @@
 namespace weft::daemon::cli {
 namespace {
 
-constexpr std::array<CommandGroupSpec, 5> group_rows{{
+constexpr std::array<CommandGroupSpec, 6> group_rows{{
     {"Acquire", "run a campaign from this terminal",
      "weft run recipes/library/first.json --rig sim/rigs/bench17.json --out out/a"},
     {"Daemon", "run campaigns in the background (weftd)",
      "weft start first --wait --socket out/lab/weftd.sock"},
+    {"Lab", "several rigs of a laboratory", "weft lab rigs --lab postgresql://ada@db.example/lab"},
     {"Data", "check, convert and show what was recorded", "weft dataset info out/a/dataset.h5"},
     {"Learn", "train and test models",
      "weft fabric evaluate out/a/dataset.h5 --train-fraction 0.4 --learner lda"},
     {"Studies", "compare settings", "weft design repetitions out/a/dataset.h5 --predict 20"},
 }};
 
-constexpr std::array<CommandSpec, 85> command_rows{{
+constexpr std::array<CommandSpec, 93> command_rows{{
     {"Acquire", "check", "check a recipe against a rig; nothing moves",
      "recipes/library/first.json --rig sim/rigs/bench17.json"},
     {"Acquire", "run", "run a campaign: record, evaluate, report",
@@ -69,6 +70,16 @@ constexpr std::array<CommandSpec, 85> command_rows{{
     {"Daemon", "token list", "list tokens: user, role, expiry", "--tokens tokens.json"},
     {"Daemon", "token remove", "remove a token", "ada --tokens tokens.json"},
     {"Daemon", "call", "call any method of the daemon's API", "rig.state"},
+    {"Lab", "lab", "share rigs, runs and campaigns of a laboratory (PostgreSQL)", ""},
+    {"Lab", "lab install", "make roles and tables of the store, as its administrator", ""},
+    {"Lab", "lab rigs", "list the rigs: state, run, time left, next action, alarms", ""},
+    {"Lab", "lab runs", "list the runs of all rigs, newest first", "--rig bench17 --limit 20"},
+    {"Lab", "lab search", "find runs by text, fabric, recipe, digest, bench or time",
+     "khan --fabric velvet"},
+    {"Lab", "lab submit", "split a campaign by fabric into parts for several rigs",
+     "recipes/library/khan2016.json --rigs a,b,c"},
+    {"Lab", "lab campaign", "show a campaign of several rigs and its parts", "C-000012"},
+    {"Lab", "lab cancel", "remove the queued parts of a campaign", "C-000012"},
     {"Data", "verify", "compare a campaign or data set with its certificate", "out/a"},
     {"Data", "dataset", "import, export or describe data sets", ""},
     {"Data", "dataset import", "import recordings of other programs as a data set",

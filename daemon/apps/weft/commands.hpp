@@ -114,6 +114,8 @@ void add_data_commands(const CommandGroup& weft);
 void add_page_command(const CommandGroup& weft);
 void add_queue_commands(const CommandGroup& weft);
 void add_token_commands(const CommandGroup& weft);
+/// The laboratory's shared store.
+void add_lab_commands(const CommandGroup& weft);
 
 // The command line for other programs, generated from the parser's table.
 
