@@ -404,3 +404,8 @@ weft_waits(3 scenario_bluesky_rig scenario_weftd_motion scenario_device_locks sc
            scenario_pytest_plugin)
 weft_waits(4 scenario_apt_client scenario_modbus_clients scenario_weftd_end scenario_train_mpi scenario_plugins scenario_weftd_tls
            scenario_weftd_access unit_python_client)
+
+# The laboratory's store. Skipped without Debian's PostgreSQL server.
+add_test(NAME scenario_lab_store
+         COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/lab_store.py $<TARGET_FILE:weft> $<TARGET_FILE:test_daemon_service> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_lab_store PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -18,11 +18,11 @@ namespace weft::daemon::lab {
 // Publications of rigs. Times are UTC [us since 1970]; digests are SHA-256, 64 hexadecimal digits.
 
 struct RigEntry {
-  std::string name;
-  std::string address;  ///< of its API: "tls://bench17:8443"
+  std::string name = {};
+  std::string address = {};  ///< of its API: "tls://bench17:8443"
   BenchKind bench = BenchKind::unknown;
-  std::string state;  ///< as `rig.state` of the API
-  std::string rig_sha256;
+  std::string state = {};  ///< as `rig.state` of the API
+  std::string rig_sha256 = {};
   /// One object: run, trial, trials, eta_s, next_action, alarms.
   std::string status_json = "{}";
   std::string login = {};    ///< set by the store: the login that owns the name
@@ -30,56 +30,56 @@ struct RigEntry {
 };
 
 struct RunEntry {
-  std::string rig, run;  ///< "bench17", "R-000318"
-  std::string recipe;    ///< name
-  std::string recipe_sha256;
-  std::optional<std::uint64_t> seed;  ///< up to recipes::largest_seed
-  std::vector<std::string> fabrics;
+  std::string rig = {}, run = {};  ///< "bench17", "R-000318"
+  std::string recipe = {};         ///< name
+  std::string recipe_sha256 = {};
+  std::optional<std::uint64_t> seed = {};  ///< up to recipes::largest_seed
+  std::vector<std::string> fabrics = {};
   BenchKind bench = BenchKind::unknown;
-  std::string state;  ///< RunState, or the outcome of an ended run
+  std::string state = {};  ///< RunState, or the outcome of an ended run
   std::int64_t trials_planned = 0, trials_complete = 0;
   std::int64_t started_us = 0;
-  std::optional<std::int64_t> ended_us;
-  std::string place;  ///< folder on the rig, or in a shared folder
+  std::optional<std::int64_t> ended_us = {};
+  std::string place = {};  ///< folder on the rig, or in a shared folder
   /// UTC of this state of the run [us]. An entry older than the stored one changes nothing.
   std::int64_t revision_us = 0;
   std::int64_t key = 0;  ///< set by the store: cursor of pages
 };
 
 struct DatasetEntry {
-  std::string rig, run, dataset_sha256;
+  std::string rig = {}, run = {}, dataset_sha256 = {};
   std::int64_t trials = 0, bytes = 0;
-  std::string place;  ///< path or address of the file
+  std::string place = {};  ///< path or address of the file
 };
 
 struct CertificateEntry {
-  std::string rig, run, certificate_sha256, json;
+  std::string rig = {}, run = {}, certificate_sha256 = {}, json = {};
 };
 
 struct TrialEntry {
   std::int64_t index = 0;
-  std::string label, exploration;
+  std::string label = {}, exploration = {};
   std::int64_t repetition = 0;
-  std::string outcome;
-  std::string sha256;  ///< of its samples; empty without any
+  std::string outcome = {};
+  std::string sha256 = {};  ///< of its samples; empty without any
 };
 
 // Queries.
 
 struct RunsFilter {
-  std::string rig, recipe, state;                  ///< empty: any
-  BenchKind bench = BenchKind::unknown;            ///< unknown: any
-  std::optional<std::int64_t> since_us, until_us;  ///< start in [since, until)
+  std::string rig = {}, recipe = {}, state = {};             ///< empty: any
+  BenchKind bench = BenchKind::unknown;                      ///< unknown: any
+  std::optional<std::int64_t> since_us = {}, until_us = {};  ///< start in [since, until)
 };
 struct RunsPage {
-  std::vector<RunEntry> runs;        ///< newest start first
-  std::optional<std::int64_t> next;  ///< key for `after`, if more runs follow
+  std::vector<RunEntry> runs = {};        ///< newest start first
+  std::optional<std::int64_t> next = {};  ///< key for `after`, if more runs follow
 };
 /// All given conditions must hold.
 struct LabSearch : RunsFilter {
-  std::string text;    ///< words in rig, run, recipe, fabrics or place; case is ignored
-  std::string fabric;  ///< whole name
-  std::string digest;  ///< first 4 to 64 digits, of recipe, data set, certificate or trial
+  std::string text = {};    ///< words in rig, run, recipe, fabrics or place; case is ignored
+  std::string fabric = {};  ///< whole name
+  std::string digest = {};  ///< first 4 to 64 digits, of recipe, data set, certificate or trial
 };
 
 // Campaigns over several rigs.
@@ -88,33 +88,34 @@ enum class PartState : std::uint8_t { queued, held, done, failed, cancelled };
 std::string_view to_string(PartState state);
 
 struct CampaignRequestEntry {
-  std::string name, recipe_text, recipe_sha256;
-  std::optional<std::uint64_t> seed;
+  std::string name = {}, recipe_text = {}, recipe_sha256 = {};
+  std::optional<std::uint64_t> seed = {};
   std::string parameters_json = "{}";
-  std::vector<std::string> fabrics;  ///< one part each
-  std::vector<std::string> rigs;     ///< that may take the parts
+  std::vector<std::string> fabrics = {};  ///< one part each
+  std::vector<std::string> rigs = {};     ///< that may take the parts
   /// A repeated submission with the same key returns the first campaign. Empty: always a new one.
   std::string key = {};
 };
 struct PartEntry {
   std::int64_t number = 0;  ///< from 1
-  std::string fabric;
-  std::vector<std::string> rigs;
+  std::string fabric = {};
+  std::vector<std::string> rigs = {};
   PartState state = PartState::queued;
-  std::string holder;                    ///< rig of the newest attempt; empty if none
+  std::string holder = {};               ///< rig of the newest attempt; empty if none
   BenchKind bench = BenchKind::unknown;  ///< of the holder
   std::int64_t attempt = 0;              ///< claims so far
-  std::optional<std::int64_t> lease_until_us;
+  std::optional<std::int64_t> lease_until_us = {};
   bool lease_expired = false;  ///< held, and free for the next claim
-  std::string run, dataset_sha256, error;
+  std::string run = {}, dataset_sha256 = {}, error = {};
 };
 struct LabCampaign {
   std::int64_t id = 0;
-  std::string name, recipe_text, recipe_sha256, parameters_json, submitted_by;
-  std::optional<std::uint64_t> seed;
-  std::string state;  ///< queued, running, done, failed, cancelled
+  std::string name = {}, recipe_text = {}, recipe_sha256 = {}, parameters_json = {},
+              submitted_by = {};
+  std::optional<std::uint64_t> seed = {};
+  std::string state = {};  ///< queued, running, done, failed, cancelled
   std::int64_t submitted_us = 0;
-  std::vector<PartEntry> parts;
+  std::vector<PartEntry> parts = {};
 };
 /// "C-000012", and back; empty for any other text.
 std::string campaign_text(std::int64_t id);
@@ -128,13 +129,14 @@ struct RigCapabilities {
 /// Identifies a held part. The token is secret: only this rig has it.
 struct PartLease {
   std::int64_t campaign = 0, number = 0;
-  std::string token;
+  std::string token = {};
 };
 struct ClaimedPart {
   PartLease lease;
   std::int64_t lease_until_us = 0, attempt = 0;
-  std::string campaign_name, fabric, recipe_text, recipe_sha256, parameters_json;
-  std::optional<std::uint64_t> seed;
+  std::string campaign_name = {}, fabric = {}, recipe_text = {}, recipe_sha256 = {},
+              parameters_json = {};
+  std::optional<std::uint64_t> seed = {};
 };
 struct RenewedLease {
   std::int64_t lease_until_us = 0;
@@ -142,7 +144,7 @@ struct RenewedLease {
 };
 struct PartResult {
   bool is_done = true;  ///< false: failed for good, with `error`
-  std::string run, dataset_sha256, error;
+  std::string run = {}, dataset_sha256 = {}, error = {};
 };
 
 /// A connection to the store. Thread: one, a worker: each call waits up to the limits of
