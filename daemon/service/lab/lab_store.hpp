@@ -205,6 +205,8 @@ class LabStore {
   /// Receives "weft_parts" (submitted or given back) or "weft_rigs" (a rig changed).
   Status listen(std::string_view channel);
   Result<std::optional<Notification>> wait(std::chrono::milliseconds longest);
+  /// One round trip to the server.
+  Status ping() { return change("SELECT 1"); }
   /// SQLSTATE of the last error of the server, see Connection::sqlstate().
   [[nodiscard]] std::string sqlstate() const { return connection_ ? connection_->sqlstate() : ""; }
 
