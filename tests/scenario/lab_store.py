@@ -247,6 +247,9 @@ def check_tls():
 
         def uri(host="localhost", more=""):
             return f"postgresql://eve@{host}:{port}/lab?sslrootcert={ca}{more}"
+        # The server itself accepts this login in the clear: refusals of TLS below are Weft's.
+        subprocess.run(["psql", "-X", "-q", "-c", "SELECT 1", f"postgresql://eve@localhost:{port}/lab?sslmode=disable"], check=True, capture_output=True,
+                       timeout=PATIENCE_S)
         watch = CommandLines()
         watch.start()
         assert "no rig" in weft("rigs", uri=uri(), env=env)
@@ -265,6 +268,8 @@ def check_tls():
         passfile.write_text(f"*:{port}:lab:eve:wrong-{PASSWORD[::-1]}\n")
         refused = weft("rigs", uri=uri(), env=env, expect=1)
         assert "password authentication failed" in refused and PASSWORD[::-1] not in refused, refused
+        opened = [line for line in server.log().splitlines() if "connection authorized: user=eve" in line and "application_name=weft" in line]
+        assert len(opened) >= 2 and all("SSL enabled" in line for line in opened), opened
         watch.ended.set()
         watch.join()
         assert not watch.found and watch.looks > 3, (watch.found, watch.looks)

@@ -164,7 +164,9 @@ void add_store_command(const CommandGroup& group, const char* name,
 Result<int> run_install(const LabArgs& args, Console& console) {
   const auto address = address_of(args);
   if (!address) return pass(address.error());
-  const auto applied = LabStore::install(*address);
+  // A later version may build indexes of large tables; another installation may be running.
+  const auto applied = LabStore::install(
+      *address, {.statement = std::chrono::minutes(10), .lock = std::chrono::minutes(1)});
   if (!applied) return pass(applied.error());
   std::string text = applied->empty() ? "the store is up to date\n" : "the store is installed\n";
   text +=

@@ -222,6 +222,50 @@ TEST_CASE("an expired lease that no rig has taken can still be finished", "[.][l
   CHECK(rig.sqlstate() == "22023");
 }
 
+TEST_CASE("a rig that claims its part again has a new token only", "[.][lab-server]") {
+  publish_rigs();
+  clear();
+  const std::int64_t id = submit({"velvet"}, {"r1"});
+  LabStore rig = open_as("r1");
+  const auto before = rig.claim("r1", {}, seconds(1));
+  REQUIRE(*before);
+  sleep(1.1);
+  const auto after = rig.claim("r1", {}, seconds(60));
+  REQUIRE(*after);
+  CHECK((*after)->lease.number == (*before)->lease.number);
+  CHECK((*after)->lease.token != (*before)->lease.token);
+  CHECK_FALSE(rig.renew((*before)->lease, seconds(60)));
+  CHECK_FALSE(rig.give_back((*before)->lease));
+  CHECK_FALSE(rig.finish((*before)->lease, {.run = "R-000001"}));
+  CHECK(rig.sqlstate() == "WL001");
+  CHECK(part(*rig.campaign(id), 1).state == PartState::held);
+  CHECK(rig.finish((*after)->lease, {.run = "R-000002"}));
+}
+
+TEST_CASE("two parts that are finished at the same moment end their campaign", "[.][lab-server]") {
+  publish_rigs();
+  clear();
+  const std::int64_t id = submit({"velvet", "wool"}, {"r1", "r2"});
+  LabStore first = open_as("r1"), second = open_as("r2");
+  const auto one = first.claim("r1", {}, seconds(60)), two = second.claim("r2", {}, seconds(60));
+  REQUIRE(*one);
+  REQUIRE(*two);
+  Connection slow = connect_as("r1");
+  REQUIRE(slow.run("BEGIN"));
+  const PartLease& lease = (*one)->lease;
+  REQUIRE(slow.run("SELECT weft.finish_part($1, $2, $3, true, 'R-000001', '', '')", lease.campaign,
+                   lease.number, lease.token));
+  bool is_finished = false;
+  {
+    const std::jthread other(
+        [&] { is_finished = second.finish((*two)->lease, {.run = "R-000001"}).has_value(); });
+    sleep(0.3);  // the second waits for the first
+    REQUIRE(slow.run("COMMIT"));
+  }
+  CHECK(is_finished);
+  CHECK(first.campaign(id)->state == "done");
+}
+
 TEST_CASE("a cancelled campaign gives out no part; a held one may be finished", "[.][lab-server]") {
   publish_rigs();
   clear();
