@@ -11,8 +11,9 @@ import pathlib
 import sys
 
 
-def main():
-    notebook = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
+def run(path):
+    """Returns the number of cells that ran, and the skipped ones with the reason."""
+    notebook = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
     names, left_out, ran = {"__name__": "__main__"}, [], 0
     for cell in notebook["cells"]:
         if cell["cell_type"] != "code":
@@ -27,7 +28,9 @@ def main():
         if inspect.iscoroutine(ended):
             asyncio.run(ended)
         ran += 1
-    print(f"{ran} cells run, skipped: {', '.join(left_out) or 'none'}")
+    return ran, left_out
 
 
-main()
+if __name__ == "__main__":
+    cells, skipped = run(sys.argv[1])
+    print(f"{cells} cells run, skipped: {', '.join(skipped) or 'none'}")
