@@ -18,10 +18,10 @@ import tempfile
 import time
 import xml.etree.ElementTree
 
+import client_wheel
 import pypi_environment
 
 PROGRAMS, ROOT, FOLDER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
-WHEELS = pathlib.Path("/usr/share/python-wheels")  # Debian's python3-pip-whl, -setuptools-whl and -wheel-whl
 LIMIT_S = 120
 ENDED_S = 30  # from the end of pytest to that of its programs
 FILE = re.compile(r"^<!-- file: (\S+) -->\n```\w+\n(.*?)^```$", re.M | re.S)
@@ -80,7 +80,7 @@ def test_that_is_killed(weftd, weft_rig):
 def install(python, folder):
     """As `pip install 'clients/python[test]'`, without a registry: pytest is there."""
     shutil.copytree(ROOT / "clients/python", folder / "client", ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
-    offline = {**os.environ, "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(WHEELS), "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+    offline = {**os.environ, **client_wheel.OFFLINE}
     for words in ["uninstall", "--yes", "weft-client"], ["install", f"{folder / 'client'}[test]"]:
         ran = subprocess.run([python, "-m", "pip", "--quiet", *words], env=offline, capture_output=True, text=True, timeout=LIMIT_S)
         assert ran.returncode == 0, f"pip {words}:\n{ran.stdout}{ran.stderr}"
@@ -192,9 +192,9 @@ def scenes(python, folder):
 
 
 def main():
-    wheels = [name for name in ("setuptools", "wheel") if not list(WHEELS.glob(f"{name}-*.whl"))]
-    if wheels:
-        pypi_environment.skip(f"python3-{wheels[0]}-whl is not installed")
+    reason = client_wheel.missing()
+    if reason:
+        pypi_environment.skip(reason)
     python = pypi_environment.made(FOLDER, pathlib.Path(__file__).with_suffix(".txt"))
     with open(f"{FOLDER}.lock", "w") as lock, tempfile.TemporaryDirectory(prefix="weft-pytest-") as folder:
         fcntl.flock(lock, fcntl.LOCK_EX)  # the client is installed anew each time

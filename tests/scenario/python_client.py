@@ -4,7 +4,6 @@ as a script.
 
     python_client.py WEFTD WEFT SOURCE_ROOT      all simulated
 """
-import importlib.util
 import json
 import os
 import pathlib
@@ -14,10 +13,10 @@ import subprocess
 import sys
 import tempfile
 
+import client_wheel
 from weftd_support import PATIENCE_S, Daemon, certificate, token_of
 
 WEFTD, WEFT, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]).resolve()
-WHEELS = pathlib.Path("/usr/share/python-wheels")  # Debian's python3-pip-whl, -setuptools-whl and -wheel-whl
 SKIPPED = 77
 
 
@@ -27,19 +26,11 @@ def run(*words, **more):
     return ran.stdout
 
 
-def missing():
-    for name in "pip", "setuptools", "wheel":
-        if not list(WHEELS.glob(f"{name}-*.whl")):
-            return f"python3-{name}-whl is not installed"
-    return None if importlib.util.find_spec("ensurepip") else "python3-venv is not installed"
-
-
 def environment(folder, name, *options):
     """Makes a virtual environment with the client, as `pip install clients/python` does. Returns its Python."""
     run(sys.executable, "-m", "venv", *options, folder / name)
     python = folder / name / "bin/python"
-    offline = {**os.environ, "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(WHEELS), "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
-    run(python, "-m", "pip", "install", "--quiet", folder / "python", env=offline)
+    run(python, "-m", "pip", "install", "--quiet", folder / "python", env={**os.environ, **client_wheel.OFFLINE})
     return python
 
 
@@ -88,7 +79,7 @@ def notebook(folder, pythons):
 
 
 def main():
-    reason = missing() or (None if shutil.which("openssl") else "openssl is not installed")
+    reason = client_wheel.missing() or (None if shutil.which("openssl") else "openssl is not installed")
     if reason:
         print(f"skipped: {reason}")
         return SKIPPED

@@ -5,11 +5,12 @@ compared with h5py's own reading of the file; pyarrow and the mcap reader read t
 
     python_data.py WEFT SOURCE_ROOT FOLDER      FOLDER has their virtual environment, and is made if it does not exist
 
-Exit 77 (skipped) if PyPI cannot be reached or is too slow.
+WEFT_CLIENT names a folder with an installed weft_client, tested in place of the source tree's. Exit 77 (skipped) if PyPI cannot be reached or is too slow.
 """
 import collections
 import csv
 import json
+import os
 import pathlib
 import shutil
 import subprocess
@@ -22,7 +23,7 @@ if __name__ == "__main__":
     pypi_environment.enter(sys.argv[3], pathlib.Path(__file__).with_suffix(".txt"))
 
 ROOT = pathlib.Path(sys.argv[2]).resolve()
-CLIENT = ROOT / "clients/python/src"
+CLIENT = pathlib.Path(os.environ.get("WEFT_CLIENT", ROOT / "clients/python/src"))
 sys.path.insert(0, str(CLIENT))
 
 import h5py

@@ -345,6 +345,11 @@ set_tests_properties(scenario_python_client_methods scenario_python_client scena
 add_test(NAME scenario_pytest_plugin
          COMMAND ${WEFT_PYTHON} ${cli_tests}/pytest_plugin.py $<TARGET_FILE_DIR:weftd> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/pytest_plugin)
 set_tests_properties(scenario_pytest_plugin PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Its wheel with the oldest promised Python, this one and the newest on the machine; WEFT_PYTHONS names others.
+add_test(NAME scenario_python_versions
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/python_versions.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
+                 ${PROJECT_BINARY_DIR}/python_versions)
+set_tests_properties(scenario_python_versions PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 add_test(NAME lint_python_client_types COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/lint/python_types.py ${PROJECT_SOURCE_DIR})
 set_tests_properties(lint_python_client_types PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
 

@@ -5,9 +5,10 @@ import sys
 import tempfile
 import unittest
 
+import weft_client
 from weft_client._extras import extra
 
-SOURCE = pathlib.Path(__file__).resolve().parents[1] / "src"
+SOURCE = pathlib.Path(weft_client.__file__).resolve().parents[1]
 
 
 class Extras(unittest.TestCase):
