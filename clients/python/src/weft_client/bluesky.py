@@ -34,6 +34,7 @@ from ._run import End, Run, end_of
 
 JsonObject = Dict[str, Any]
 
+_WRAPPERS: Any = bpp  # its functions have no annotations
 _AXES = ("x", "y", "z", "rx", "ry")
 _ARRIVED = 0.02  # largest distance from the target [mm, deg]
 _LOCATING_M = -1e-5  # upwards
@@ -706,6 +707,6 @@ def fly_recipe(campaign: WeftCampaign, md: Optional[Mapping[str, object]] = None
         yield from bps.collect(campaign)
 
     def whole() -> Iterator[Any]:
-        yield from bpp.finalize_wrapper(flight(), landing())
+        yield from _WRAPPERS.finalize_wrapper(flight(), landing())
 
-    yield from bpp.run_wrapper(whole(), md={**campaign.metadata(), "recipe": campaign.recipe, **(md or {})})
+    yield from _WRAPPERS.run_wrapper(whole(), md={**campaign.metadata(), "recipe": campaign.recipe, **(md or {})})
