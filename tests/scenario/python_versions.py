@@ -97,16 +97,17 @@ def without_packages(python, wheel, folder):
 
 
 def with_packages(python, site, folder):
-    """The checks of python_data.py with the installed client, and a run through the pytest fixture. Returns the number of checks."""
+    """The checks of the other scenarios with the installed client, and a run through the pytest fixture. Returns the number of checks."""
     clean = {key: value for key, value in os.environ.items() if not key.startswith(("WEFT_", "PYTEST_", "PYTHONPATH"))}
-    said = run(python, ROOT / "tests/scenario/python_data.py", WEFT, ROOT, python.parent.parent, env={**clean, "WEFT_CLIENT": str(site)})
+    said = [run(python, ROOT / "tests/scenario" / name, WEFT, ROOT, python.parent.parent, env={**clean, "WEFT_CLIENT": str(site)})
+            for name in ("python_data.py", "python_vibration.py")]
     (folder / "recipes").mkdir(parents=True)
     (folder / "recipes/small.json").write_text(RECIPE)
     (folder / "test_run.py").write_text(FIXTURE)
     told = run(python, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--basetemp={folder / 'tmp'}", "test_run.py", cwd=folder,
                env={**clean, "PYTHONPATH": str(site), "WEFT_BIN": str(WEFTD.parent)})
     assert re.search(r"^1 passed", told, re.M), told
-    return int(re.search(r"^(\d+) checks, 0 failed", said, re.M)[1])
+    return sum(int(re.search(r"^(\d+) checks, 0 failed", each, re.M)[1]) for each in said)
 
 
 def in_wheel(wheel):

@@ -245,7 +245,9 @@ add_test(NAME scenario_python_data
          COMMAND ${WEFT_PYTHON} ${cli_tests}/python_data.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/python_data)
 add_test(NAME scenario_python_notebook
          COMMAND ${WEFT_PYTHON} ${cli_tests}/python_notebook.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/python_data)
-set_tests_properties(scenario_python_data scenario_python_notebook
+add_test(NAME scenario_python_vibration
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/python_vibration.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/python_data)
+set_tests_properties(scenario_python_data scenario_python_notebook scenario_python_vibration
                      PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The daemon over its socket: a run is started, paused, resumed, halted and killed, with the standard library only.
@@ -407,7 +409,7 @@ function(weft_waits lane)
     endif()
   endforeach()
 endfunction()
-weft_waits(1 scenario_python_data scenario_python_notebook scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
+weft_waits(1 scenario_python_data scenario_python_notebook scenario_python_vibration scenario_host_signals scenario_rig_tcp scenario_doctor scenario_rig_hosts)
 weft_waits(2 scenario_docs_commands scenario_pypi_clients scenario_weftd_notify scenario_box_pages scenario_echo_line scenario_vibro_ports
            scenario_real_port)
 weft_waits(3 scenario_bluesky_rig scenario_weftd_motion scenario_device_locks scenario_weftd_samples scenario_weftd_http scenario_netft_client

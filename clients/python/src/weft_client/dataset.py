@@ -5,6 +5,7 @@
         print(data.bench_kind, data[0].label, data[0].in_phase("M").shape)   # numpy
         print(data.overview(), data.frame(0, "wrench"))                      # extra: pandas
         print(data.xarray(0))                                                # extra: xarray
+        print(data.vibrations, data.readings(0, "sound").values)             # sound and vibration
         X, y, groups, *_ = data.arrays("features.csv", "M1")                 # for scikit-learn
         data.to_parquet("m1.parquet"), data.to_mcap("m1.mcap")               # extras: parquet, mcap
 """
@@ -13,9 +14,10 @@ from __future__ import annotations
 import os
 from typing import Any, Dict, Iterator, Optional, Tuple, Union
 
-from . import _arrays, _trial
+from . import _arrays, _readings, _trial
 from ._errors import RequestError
 from ._extras import extra
+from ._readings import Readings
 from ._trial import Trial
 
 numpy = extra("numpy", "h5py")
@@ -59,9 +61,7 @@ class DataSet:
 
     def __getitem__(self, i: int) -> Trial:
         """The trial of row `i` of /trials. Errors: IndexError."""
-        if not -len(self) <= i < len(self):
-            raise IndexError(f"trial index out of range: {i} (expected {-len(self)} to {len(self) - 1})")
-        i %= len(self)
+        i = self._index(i)
         file, label, group, exploration, outcome = (_text(self.h5[f"trials/{k}"][i])
                                                     for k in ("file", "label", "group", "exploration", "outcome"))
         index, attempt, repetition = (int(self.h5[f"trials/{k}"][i]) for k in ("index", "attempt", "repetition"))
@@ -83,6 +83,32 @@ class DataSet:
     def stage_columns(self) -> Tuple[str, ...]:
         """Names of the axes with their units, such as x_m and rx_rad."""
         return _trial.stage_columns(self.axes, self.axis_units)
+
+    @property
+    def vibrations(self) -> Tuple[str, ...]:
+        """Those of "acceleration" and "sound" that the set has."""
+        return tuple(stream for stream in _readings.STREAMS if stream in self.h5)
+
+    def readings(self, i: int, stream: str) -> Readings:
+        """Readings of trial `i`; stream: acceleration [m/s2] or sound [Pa]. Errors: IndexError; RequestError if the set does not have the stream."""
+        i = self._index(i)
+        if stream not in self.vibrations:
+            raise RequestError("unknown or missing stream of readings", 1003, {
+                "kind": "param.range", "where": str(self.h5.filename), "got": stream,
+                "expected": " or ".join(self.vibrations) or "none: this set has no acceleration and no sound"})
+        group = self.h5[stream]
+        blocks = self._span(f"{stream}_blocks", i)
+        size = int(group.attrs["block_readings"])
+        quanta = group["quanta"][blocks.start * size:blocks.stop * size]
+        t_ns, device_us, lost, clipped = (group[name][blocks] for name in ("t_ns", "device_us", "lost", "clipped"))
+        return Readings(stream, float(group.attrs["rate_hz"]), t_ns, device_us, lost, clipped, quanta / group["quanta"].attrs["per_unit"])
+
+    def phases_at(self, i: int, t_ns: Any) -> Any:
+        """Phase [n] bytes of trial `i` at times of the campaign's clock [n] int64 [ns], as in samples-csv: that of the newest taxel frame (without taxels:
+        wrench sample), or "-" if that is older than two periods. Errors: IndexError."""
+        i = self._index(i)
+        rate_hz = float(self.h5["taxel" if "taxel/counts" in self.h5 else "wrench"].attrs["rate_hz"])
+        return _readings.phase_at(t_ns, self.times_ns("taxel", i), self.h5["taxel/phase"][self._span("taxel", i)].view("S1"), rate_hz)
 
     def text(self, column: str, i: int) -> str:
         """Value of a text column, such as "trials/sha256", in row `i`."""
@@ -111,14 +137,20 @@ class DataSet:
         return frame
 
     def frame(self, i: int, stream: str = "taxels") -> Any:
-        """Samples of trial `i` as a pandas frame: frames.samples(). Errors: IndexError, RequestError; ImportError without pandas."""
-        from .frames import samples
-        return samples(self[i], stream)
+        """Samples of trial `i` as a pandas frame: frames.samples(), of acceleration and sound frames.readings().
+
+        Errors: IndexError; RequestError for an unknown or missing stream; ImportError without pandas.
+        """
+        from . import frames
+        if stream not in _readings.STREAMS:
+            return frames.samples(self[i], stream)
+        of = self.readings(i, stream)
+        return frames.readings(self[i], of, self.phases_at(i, of.t_ns))
 
     def xarray(self, i: int) -> Any:
-        """Trial `i` as an xarray Dataset: xarrays.dataset(). Errors: IndexError; ImportError without xarray."""
+        """Trial `i` with its acceleration and sound as an xarray Dataset: xarrays.dataset(). Errors: IndexError; ImportError without xarray."""
         from .xarrays import dataset
-        return dataset(self[i])
+        return dataset(self[i], [self.readings(i, stream) for stream in self.vibrations])
 
     def arrays(self, features: "Union[str, os.PathLike[str]]", exploration: str = "") -> _arrays.Arrays:
         """X, y and groups for scikit-learn, from the CSV that `weft fabric features` writes of this data set; "" takes all explorations.
@@ -132,10 +164,10 @@ class DataSet:
                                                                "expected": ", ".join(sorted(set(explorations)))})
         return _arrays.read(features, dict(zip(files, labels)), chosen, self._factors())
 
-    def to_parquet(self, path: "Union[str, os.PathLike[str]]") -> int:
-        """Writes the taxel samples: export.to_parquet(). Returns the number of rows. Errors: ImportError without pyarrow; RequestError, OSError."""
+    def to_parquet(self, path: "Union[str, os.PathLike[str]]", stream: str = "taxels") -> int:
+        """Writes one stream: export.to_parquet(). Returns the number of rows. Errors: ImportError without pyarrow; RequestError, OSError."""
         from .export import to_parquet
-        return to_parquet(self, path)
+        return to_parquet(self, path, stream)
 
     def to_mcap(self, path: "Union[str, os.PathLike[str]]") -> int:
         """Writes all streams and phases: export.to_mcap(). Returns the number of messages. Errors: ImportError without mcap; RequestError, OSError."""
@@ -150,6 +182,11 @@ class DataSet:
         if "taxel/counts" in self.h5:
             return self.h5["taxel/counts"][taxel]
         return numpy.empty((taxel.stop - taxel.start, 0), numpy.uint16)
+
+    def _index(self, i: int) -> int:
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"trial index out of range: {i} (expected {-len(self)} to {len(self) - 1})")
+        return i % len(self)
 
     def _span(self, stream: str, i: int) -> slice:
         first = int(self.h5[f"trials/{stream}_first"][i])

@@ -1,16 +1,19 @@
 """Trials, their phases and their samples as pandas frames (extra: pandas).
 
-    from weft_client.frames import phases, samples, trials
+    from weft_client.frames import phases, readings, samples, trials
     trials(data).groupby("label").size()
     samples(data[0], "wrench")["fz_N"].plot()
 """
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable
+from typing import TYPE_CHECKING, Any, Dict, Iterable
 
 from ._errors import RequestError
 from ._extras import extra
 from ._trial import WRENCH_COLUMNS, Trial
+
+if TYPE_CHECKING:
+    from ._readings import Readings
 
 pandas = extra("pandas", "pandas")
 
@@ -59,7 +62,26 @@ def samples(trial: Trial, stream: str = "taxels") -> Any:
         units = dict(zip(trial.stage_columns, trial.axis_units))
         frame = pandas.DataFrame(trial.stages, index=trial.stages_t_s, columns=list(units))
     else:
-        raise RequestError("unknown stream", 1003, {"kind": "param.range", "where": "stream", "got": stream, "expected": "taxels, wrench or stages"})
+        raise RequestError("unknown stream", 1003, {"kind": "param.range", "where": "stream", "got": stream, "expected": "taxels, wrench or stages",
+                                                      "hint": "acceleration and sound: DataSet.frame()"})
     frame.index.name = "t_s"
     frame.attrs = {**trial.attrs, "units": {"t_s": "s", **units}}
+    return frame
+
+
+def readings(trial: Trial, of: "Readings", phase: Any) -> Any:
+    """A row for each reading of acceleration or sound; the index is t_s, the campaign's clock [s]. DataSet.frame() calls it.
+
+    phase                       as in samples-csv
+    device_s                    sensor's clock [s], without the delays of the transport
+    ax_mps2 ay_mps2 az_mps2     of acceleration, in the sensor's frame [m/s2]
+    sound_Pa                    of sound [Pa]
+
+    `attrs` as in samples(), and rate_hz.
+    """
+    frame = pandas.DataFrame(of.values.reshape(len(of.values), -1), index=of.t_s, columns=list(of.columns))
+    frame.insert(0, "phase", phase.astype("U1"))
+    frame.insert(1, "device_s", of.device_s)
+    frame.index.name = "t_s"
+    frame.attrs = {**trial.attrs, "rate_hz": of.rate_hz, "units": {"t_s": "s", "device_s": "s", **{column: of.units["values"] for column in of.columns}}}
     return frame
