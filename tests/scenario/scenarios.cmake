@@ -239,6 +239,10 @@ set_tests_properties(scenario_pypi_clients PROPERTIES SKIP_RETURN_CODE 77 TIMEOU
 add_test(NAME scenario_bluesky_rig
          COMMAND ${WEFT_PYTHON} ${cli_tests}/bluesky_rig.py $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/bluesky_rig)
 set_tests_properties(scenario_bluesky_rig PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Tiled from PyPI serves a finished data set.
+add_test(NAME scenario_tiled_server
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/tiled_server.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/tiled_server)
+set_tests_properties(scenario_tiled_server PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 400 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
 # The Python client's arrays and exports, and the plots of its notebook, with packages from PyPI; their virtual environment stays in the build tree.
 add_test(NAME scenario_python_data
