@@ -205,12 +205,13 @@ json normal(const Sweep& sweep) {
   return out;
 }
 
-/// Normal form with or without a sweep. A swept stroke has a centred start in each cell, unless the
-/// recipe states one.
+/// Normal form with or without a sweep. A swept stroke or direction has a centred start in each
+/// cell, unless the recipe states one.
 json normal(const StatedExploration& stated, const std::optional<Sweep>& sweep) {
   if (!sweep) return normal(stated.exploration);
   json out = normal(at_first_values(stated.exploration, *sweep));
-  if (varies(*sweep, FactorKind::stroke) && !stated.start_m) out.erase("start");
+  const bool moves = varies(*sweep, FactorKind::stroke) || varies(*sweep, FactorKind::direction);
+  if (moves && !stated.start_m) out.erase("start");
   return out;
 }
 

@@ -106,10 +106,11 @@ void place_on_plate(StatedExploration& stated, const RigLimits& limits, Problems
 
 /// Replaces each exploration with one per cell, named "M1-5N-2mm_s", with the values of the cell in
 /// its phases. Requires a recipe without problems and explorations that have been placed on the
-/// plate; a swept stroke is placed anew. Does nothing without a sweep.
+/// plate; a swept stroke or direction is placed anew. Does nothing without a sweep.
 void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& problems);
 
 /// The exploration with the first value of each factor; values stated in the phases are ignored.
+/// Its path has the direction that the recipe states, which is the direction 0.
 Exploration at_first_values(const Exploration& exploration, const Sweep& sweep);
 
 /// Whether the sweep varies this factor.

@@ -3,6 +3,8 @@
 #include <array>
 #include <charconv>
 
+#include "recipes/schema/quantities.hpp"
+
 namespace weft::recipes {
 namespace {
 
@@ -12,10 +14,11 @@ struct KindNames {
 };
 
 /// In the order of the enumeration.
-constexpr std::array kinds{KindNames{"force_n", "force", " N", "N", 1},
-                           KindNames{"speed_mps", "speed", " mm/s", "mm_s", 1e3},
-                           KindNames{"press_s", "press", " s", "s", 1},
-                           KindNames{"stroke_m", "stroke", " mm", "mm", 1e3}};
+constexpr std::array kinds{
+    KindNames{"force_n", "force", " N", "N", 1},
+    KindNames{"speed_mps", "speed", " mm/s", "mm_s", 1e3},
+    KindNames{"press_s", "press", " s", "s", 1}, KindNames{"stroke_m", "stroke", " mm", "mm", 1e3},
+    KindNames{"direction_rad", "direction", " deg", "deg", quantities::deg_per_rad}};
 
 const KindNames& names_of(FactorKind kind) {
   return kinds.at(static_cast<std::size_t>(kind));

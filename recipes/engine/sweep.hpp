@@ -13,15 +13,16 @@ namespace weft::recipes {
 
 /// Factors that can be swept. The names in data sets are the SI keys.
 enum class FactorKind : std::uint8_t {
-  force,   ///< set point of P and M
-  speed,   ///< along the path of M
-  press,   ///< duration of P
-  stroke,  ///< length of the path of M; its shape does not change
+  force,      ///< set point of P and M
+  speed,      ///< along the path of M
+  press,      ///< duration of P
+  stroke,     ///< length of the path of M; its shape does not change
+  direction,  ///< turn of the path of M about its start, from x (warp) towards y (weft)
 };
 
-/// "force_n", "speed_mps", "press_s", "stroke_m".
+/// "force_n", "speed_mps", "press_s", "stroke_m", "direction_rad".
 std::string_view factor_name(FactorKind kind);
-/// A value for people and file names: "3.5N", "0.5mm_s", "6s", "40mm".
+/// A value for people and file names: "3.5N", "0.5mm_s", "6s", "40mm", "45deg".
 std::string format_factor(FactorKind kind, double si);
 
 struct Factor {
@@ -76,7 +77,8 @@ std::string sweep_text(const Sweep& sweep);
 
 /// Rows of the model matrix of a full factorial, [cells][terms]: a constant and each factor scaled
 /// to -1 .. 1. `quadratic` adds the products of two factors, and the squares of factors with at
-/// least three values. A factor with one value has no term.
+/// least three values. A factor with one value has no term. Requires factors without a direction,
+/// which is periodic.
 std::vector<std::vector<double>> model_rows(const std::vector<Factor>& factors, SweepModel model);
 
 struct Subset {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 #include <span>
 
@@ -26,16 +27,36 @@ double length_m(const std::vector<Vec2>& path) {
   return sum;
 }
 
+/// Turned about the start of the path. Exact at whole quarter turns, so that a path along one axis
+/// commands no motion of the other.
+Vec2 turned(const Vec2& corner, double direction_rad) {
+  constexpr double quarter_rad = std::numbers::pi / 2, rounding = 1e-12;
+  double cosine = std::cos(direction_rad), sine = std::sin(direction_rad);
+  const double quarters = std::round(direction_rad / quarter_rad);
+  if (std::abs(direction_rad / quarter_rad - quarters) < rounding) {
+    cosine = std::round(cosine);
+    sine = std::round(sine);
+  }
+  return {cosine * corner.x_m - sine * corner.y_m, sine * corner.x_m + cosine * corner.y_m};
+}
+
 void set(FactorKind kind, double value, Exploration& exploration) {
   for (PhaseStep& step : exploration.phases) {
     const bool motion = step.phase == Phase::motion, press = step.phase == Phase::press;
     if (kind == FactorKind::force && (motion || press)) step.force_n = value;
     if (kind == FactorKind::speed && motion) step.speed_mps = value;
     if (kind == FactorKind::press && press) step.duration_s = value;
+    if (kind == FactorKind::direction && motion)
+      for (Vec2& corner : step.path_m) corner = turned(corner, value);
     if (kind != FactorKind::stroke || !motion) continue;
     const double scale = value / length_m(step.path_m);
     for (Vec2& corner : step.path_m) corner = {corner.x_m * scale, corner.y_m * scale};
   }
+}
+
+/// Whether the path of a cell differs from the path that the recipe states.
+bool changes_path(FactorKind kind) {
+  return kind == FactorKind::stroke || kind == FactorKind::direction;
 }
 
 StatedExploration in_cell(const StatedExploration& base, const Sweep& sweep,
@@ -47,7 +68,7 @@ StatedExploration in_cell(const StatedExploration& base, const Sweep& sweep,
     const double value = factor.values[cell[i]];
     set(factor.kind, value, out.exploration);
     out.exploration.name += "-" + format_factor(factor.kind, value);
-    if (factor.kind == FactorKind::stroke) out.path_pointer = factor.pointers[cell[i]];
+    if (changes_path(factor.kind)) out.path_pointer = factor.pointers[cell[i]];
   }
   return out;
 }
@@ -264,7 +285,8 @@ void spread_sweep(StatedRecipe& stated, const RigLimits& limits, Problems& probl
 
 Exploration at_first_values(const Exploration& exploration, const Sweep& sweep) {
   Exploration out = exploration;
-  for (const Factor& factor : sweep.factors) set(factor.kind, factor.values.front(), out);
+  for (const Factor& factor : sweep.factors)
+    if (factor.kind != FactorKind::direction) set(factor.kind, factor.values.front(), out);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 
 #include "recipes/engine/sweep.hpp"
@@ -21,6 +22,7 @@ using nlohmann::json;
 constexpr std::uint64_t most_cells = 10'000, most_cells_to_choose_from = 2'000;
 constexpr double least_stroke_m = 1e-6, longest_stroke_m = 10;
 constexpr double least_press_s = 0.1, longest_press_s = 3600;
+constexpr double full_turn_rad = 2 * std::numbers::pi;
 
 struct KindReader {
   FactorKind kind;
@@ -32,7 +34,9 @@ const std::vector<KindReader>& kind_readers() {
       {FactorKind::force, quantities::force},
       {FactorKind::speed, quantities::speed},
       {FactorKind::press, {"press", {{"press_s", 1}}}},
-      {FactorKind::stroke, {"stroke", {{"stroke_mm", quantities::mm_per_m}, {"stroke_m", 1}}}}};
+      {FactorKind::stroke, {"stroke", {{"stroke_mm", quantities::mm_per_m}, {"stroke_m", 1}}}},
+      {FactorKind::direction,
+       {"direction", {{"direction_deg", quantities::deg_per_rad}, {"direction_rad", 1}}}}};
   return readers;
 }
 
@@ -67,8 +71,18 @@ Bounds bounds_of(FactorKind kind, const RigLimits& limits) {
       return {least_press_s, longest_press_s, {}};
     case FactorKind::stroke:
       return {least_stroke_m, longest_stroke_m, {}};
+    case FactorKind::direction:
+      return {-full_turn_rad, full_turn_rad, {}};
   }
   return {};
+}
+
+/// The same direction from 0 to below a full turn; the six digits of a cell's name decide whether
+/// it is 0.
+double within_turn(double rad) {
+  const double turned = rad < 0 ? rad + full_turn_rad : rad;
+  const std::string name = format_factor(FactorKind::direction, turned);
+  return name == format_factor(FactorKind::direction, full_turn_rad) ? 0 : turned;
 }
 
 double widest_band_n(const StatedRecipe& stated) {
@@ -123,7 +137,8 @@ class SweepReader {
     if (std::ranges::any_of(sweep_.factors, same))
       problems_.add({reader.at("name"), "factor given twice", "every factor once", *name,
                      "Put all its values into one list"});
-    if (known->kind == FactorKind::speed || known->kind == FactorKind::stroke)
+    if (known->kind == FactorKind::speed || known->kind == FactorKind::stroke ||
+        known->kind == FactorKind::direction)
       refuse_presses(reader.at("name"), *name);
     Factor factor{known->kind, {}, {}};
     if (values != nullptr) read_values(*values, reader.at("values"), *known, factor);
@@ -158,8 +173,10 @@ class SweepReader {
       const auto si = read_value(list[i], at, known);
       if (!si) continue;
       if (!seen.insert(format_factor(known.kind, *si)).second) {
-        problems_.add({at, "value listed twice", "every value once", brief(list[i]),
-                       "Use \"replicates\" to repeat every cell"});
+        const bool turns = known.kind == FactorKind::direction;
+        problems_.add({at, turns ? "direction listed twice" : "value listed twice",
+                       turns ? "every direction once, modulo 360 deg" : "every value once",
+                       brief(list[i]), "Use \"replicates\" to repeat every cell"});
         continue;
       }
       factor.values.push_back(*si);
@@ -192,7 +209,7 @@ class SweepReader {
                      json(top_n).dump() + " N", "Lower the force or force_band_N"});
       return std::nullopt;
     }
-    return si;
+    return known.kind == FactorKind::direction ? within_turn(si) : si;
   }
 
   void read_design(ObjectReader& reader, const json& sweep) {
@@ -213,7 +230,15 @@ class SweepReader {
     if (parts.choice("model", {"quadratic", "linear"}, Need::optional) == 1)
       fraction.model = SweepModel::linear;
     parts.finish();
+    refuse_periodic(place);
     sweep_.fraction = fraction;
+  }
+
+  /// A polynomial has different values at 0 and 360 deg, so it cannot choose among directions.
+  void refuse_periodic(const std::string& place) {
+    if (varies(sweep_, FactorKind::direction))
+      problems_.add({place, "fraction not allowed with directions, which are periodic",
+                     "design \"full\"", "", "Give fewer directions, or remove \"design\""});
   }
 
   /// All factors are valid here.

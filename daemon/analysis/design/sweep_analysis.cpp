@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "classifier/base/parallel.hpp"
@@ -160,7 +161,8 @@ struct Shown {
 };
 constexpr std::array shown{
     Shown{"force_n", "force [N]", " N", 1}, Shown{"speed_mps", "speed [mm/s]", " mm/s", 1e3},
-    Shown{"press_s", "press [s]", " s", 1}, Shown{"stroke_m", "stroke [mm]", " mm", 1e3}};
+    Shown{"press_s", "press [s]", " s", 1}, Shown{"stroke_m", "stroke [mm]", " mm", 1e3},
+    Shown{"direction_rad", "direction [deg]", " deg", 180 / std::numbers::pi}};
 
 /// A factor of a later version is shown by its name, without a unit.
 Shown shown_as(std::string_view factor) {

@@ -1,6 +1,8 @@
 #include "daemon/storage/dataset/group_columns.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <set>
 
 #include "daemon/storage/dataset/hdf5_columns.hpp"
@@ -14,6 +16,25 @@ constexpr const char* hdf5_group = "/group_columns";
 bool can_be_stored(std::string_view text) {
   return text.size() <= hdf5::max_text_bytes && is_utf8(text) &&
          text.find('\0') == std::string_view::npos;
+}
+
+/// Nine digits: more than the six that tell two cells apart, and without the rounding of degrees in
+/// radians.
+std::string factor_value(double si) {
+  std::array<char, 32> digits{};
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), si,
+                                          std::chars_format::general, 9);
+  return {digits.data(), end};
+}
+
+/// Adds the factors of a sweep, in SI.
+void add_factors(const Dataset& dataset, std::vector<GroupColumn>& out) {
+  for (std::size_t f = 0; f < dataset.info.factors.size(); ++f) {
+    GroupColumn column{dataset.info.factors[f], {}};
+    for (const TrialRecord& record : dataset.records)
+      column.of_row.push_back(factor_value(record.spec.factors[f]));
+    out.push_back(std::move(column));
+  }
 }
 
 /// Adds one number of each trial as a column; nothing if a trial lacks it.
@@ -35,6 +56,7 @@ std::vector<GroupColumn> list_group_columns(const Dataset& dataset) {
       dataset.info.group_columns, dataset.records.size(), [&](std::size_t r) -> auto& {
         return dataset.records[r].spec.group_values;
       });
+  add_factors(dataset, out);
   add_numbers(
       dataset, "repetition", [](const TrialSpec& s) { return s.repetition; }, out);
   add_numbers(

@@ -1,6 +1,6 @@
 #pragma once
 // Columns by which the rows of a data set can be grouped: further columns of a manifest (session,
-// operator, ...), and the recorded place of a trial.
+// operator, ...), the factors of a sweep, and the recorded place of a trial.
 
 #include <cstddef>
 #include <map>
@@ -29,7 +29,8 @@ struct GroupColumn {
 /// Column name that selects the recorded groups themselves (the manifest's `group`).
 inline constexpr std::string_view recorded_column = "recorded";
 
-/// The named columns, then repetition, mounting, piece and patch if every trial has them.
+/// The named columns, the factors of a sweep (SI values), then repetition, mounting, piece and
+/// patch if every trial has them.
 std::vector<GroupColumn> list_group_columns(const Dataset& dataset);
 
 /// Values of `recorded` (the recorded groups) or one of list_group_columns(), one per trial.

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 
 #include "tests/unit/recipes/bench.hpp"
@@ -131,9 +133,9 @@ TEST_CASE("A sweep is bounded in values, factors and explorations, each with a s
   CHECK_THAT(problem_at(with_sweep(long_list), "/sweep/factors/0/values"),
              Catch::Contains(": 10001 (expected at most 10000)"));
   std::string factors = force;
-  for (int i = 0; i < 4; ++i) factors += ", " + force;
+  for (int i = 0; i < 5; ++i) factors += ", " + force;
   CHECK_THAT(problem_at(with_sweep(factors), "/sweep/factors"),
-             Catch::Contains(": 5 (expected at most 4, "));
+             Catch::Contains(": 6 (expected at most 5, "));
   // 16 x 700 explorations of 2 trials are fewer than a million trials, and each exploration has
   // fewer than 10 000 cells
   std::string many = with_sweep(R"({"name": "press_s", "values": [)" + numbers(700) + "]}");
@@ -227,6 +229,98 @@ TEST_CASE("A stroke keeps its shape, and the time of P its place") {
   // centred again: half of 150 mm minus half of 10 mm
   CHECK(small.start_m.x_m == Approx(0.070));
   CHECK(plan.explorations[1].start_m.x_m == Approx(0.050));
+}
+
+TEST_CASE("A direction turns the path about its start, from x towards y") {
+  const Plan plan = test::plan_of(with_sweep(
+      R"({"name": "direction_deg", "values": [0, 45, 90, -90, 180]}, {"name": "press_s", "values": [1.5]})"));
+  const auto corners = [&](std::size_t cell) {
+    std::vector<double> out;
+    for (const Vec2& corner : plan.explorations[cell].path_m()) {
+      out.push_back(corner.x_m);
+      out.push_back(corner.y_m);
+    }
+    return out;
+  };
+  // as written: 50 mm along y, then 50 mm along x
+  CHECK(corners(0) == std::vector<double>{0, 0.05, 0.05, 0.05});
+  // exact at quarter turns, so that no stage gets a move of nothing
+  CHECK(corners(2) == std::vector<double>{-0.05, 0, -0.05, 0.05});
+  CHECK(corners(3) == std::vector<double>{0.05, 0, 0.05, -0.05});
+  CHECK(corners(4) == std::vector<double>{0, -0.05, -0.05, -0.05});
+  const double half_root = 0.05 / std::sqrt(2);
+  CHECK(corners(1)[0] == Approx(-half_root));
+  CHECK(corners(1)[1] == Approx(half_root));
+  CHECK(corners(1)[2] == Approx(0).margin(1e-15));
+  CHECK(corners(1)[3] == Approx(2 * half_root));
+  CHECK(plan.explorations[1].name == "M2-45deg-1.5s");
+  CHECK(plan.explorations[3].name == "M2-270deg-1.5s");
+  CHECK(plan.explorations[3].factors[0] == Approx(1.5 * std::numbers::pi));
+  CHECK(plan.explorations[4].factors[0] == Approx(std::numbers::pi));
+  // each is centred again: the L as written reaches 50 mm to both positive sides
+  CHECK(plan.explorations[0].start_m.x_m == Approx(0.050));
+  CHECK(plan.explorations[0].start_m.y_m == Approx(0.050));
+  CHECK(plan.explorations[4].start_m.x_m == Approx(0.100));
+  CHECK(plan.explorations[4].start_m.y_m == Approx(0.100));
+  // the turn changes neither the length nor, along one axis, the time
+  CHECK(plan.explorations[2].step(weft::Phase::motion).duration_s ==
+        Approx(plan.explorations[0].step(weft::Phase::motion).duration_s));
+  CHECK_THAT(sweep_text(*plan.sweep), Catch::Contains("direction 0, 45, 90, 270, 180 deg x press"));
+}
+
+TEST_CASE("A direction and a stroke turn and scale the same path") {
+  const Plan plan =
+      test::plan_of(with_sweep(R"({"name": "direction_rad", "values": [1.5707963267948966]}, )"
+                               R"({"name": "stroke_mm", "values": [40]})"));
+  const std::vector<Vec2>& path = plan.explorations.front().path_m();
+  CHECK(path[0].x_m == Approx(-0.020));
+  CHECK(path[0].y_m == Approx(0).margin(1e-15));
+  CHECK(path[1].y_m == Approx(0.020));
+  CHECK(plan.explorations.front().name == "M2-90deg-40mm");
+}
+
+TEST_CASE("Directions that cannot be are refused with a sentence") {
+  const auto direction = [](const std::string& values) {
+    return with_sweep(R"({"name": "direction_deg", "values": [)" + values + "]}");
+  };
+  const std::string third = "/sweep/factors/0/values/2";
+  CHECK_THAT(problem_at(direction("0, 90, 360"), third),
+             Catch::Contains("direction listed twice: 360 (expected every direction once, modulo"));
+  CHECK_THAT(problem_at(direction("0, 270, -90"), third), Catch::Contains("listed twice: -90"));
+  CHECK_THAT(problem_at(direction("0, 90, 359.9999999"), third), Catch::Contains("listed twice"));
+  CHECK_THAT(problem_at(direction("0, 90, 361"), third),
+             Catch::Contains("out of range: 361 (expected -360"));
+  CHECK_THAT(
+      problem_at(test::with(direction("0, 90"), "]}]", "]}], \"design\": {\"cell_fraction\": 0.5}"),
+                 "/sweep/design"),
+      Catch::Contains("directions, which are periodic"));
+  // every cell is checked against plate and travel: 100 mm along y fit, 100 mm along x do not
+  RigLimits narrow = test::limits();
+  narrow.geometry.travel[index(Axis::x)] = {0, 0.08};
+  const CheckReport report =
+      check_recipe(test::with(direction("0, 90"), R"({"dx_mm": 50, "dy_mm": 0})",
+                              R"({"dx_mm": 0, "dy_mm": 50})"),
+                   narrow);
+  REQUIRE(report.problems.size() == 1);
+  CHECK(report.problems[0].pointer == "/sweep/factors/0/values/1");
+  CHECK_THAT(to_string(report.problems[0]), Catch::Contains("path too long along x"));
+  std::string press =
+      test::with(direction("0, 90"), R"({"phases": [)", R"({"kind": "press", "phases": [)");
+  const std::size_t motion = press.find(R"({"phase": "M")");
+  press.erase(motion, press.find(R"({"phase": "E")") - motion);
+  CHECK_THAT(problem_at(press, "/sweep/factors/0/name"),
+             Catch::Contains("direction_deg not allowed with a press"));
+}
+
+TEST_CASE("The normal form of directions has the path as written, and one spelling") {
+  const auto recipe = [](const std::string& factor) { return normal(with_sweep(factor)); };
+  const json document = json::parse(recipe(R"({"name": "direction_deg", "values": [90, -90]})"));
+  CHECK(document["sweep"]["factors"][0]["name"] == "direction_rad");
+  const json& exploration = document["explorations"]["M2"];
+  CHECK(exploration["phases"][2]["corners"][0] == json{{"x_m", 0.0}, {"y_m", 0.05}});
+  CHECK_FALSE(exploration.contains("start"));
+  CHECK(recipe(R"({"name": "direction_deg", "values": [90, 270]})") ==
+        recipe(R"({"name": "direction_deg", "values": [90, -90]})"));
 }
 
 TEST_CASE("A sweep blocked by fabric mounts each once, and each replicate is a complete block") {

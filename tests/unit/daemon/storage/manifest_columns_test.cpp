@@ -1,5 +1,6 @@
 // Contents of a manifest beside file, label and group: the bench, and columns of any name.
 #include <catch2/catch.hpp>
+#include <numbers>
 
 #include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_file.hpp"
@@ -186,6 +187,19 @@ TEST_CASE("a column with an ambiguous name or without a name is refused") {
   }
   CHECK_FALSE(TwoFiles("file,label,day\na.csv,felt," + std::string(5000, 'x') + "\nb.csv,foil,1\n")
                   .trials());
+}
+
+TEST_CASE("the factors of a sweep are group columns, in SI with nine digits") {
+  const TwoFiles files(plain);
+  auto set = files.trials();
+  REQUIRE(set);
+  set->info.factors = {"speed_mps", "direction_rad"};
+  set->records[0].spec.factors = {0.02, 45 * std::numbers::pi / 180};
+  set->records[1].spec.factors = {0.02, 0};
+  CHECK(*group_labels(*set, "direction_rad") == Values{"0.785398163", "0"});
+  const auto speeds = group_labels(*set, "speed_mps");
+  REQUIRE_FALSE(speeds);
+  CHECK(speeds.error().what == "too few values in group column speed_mps");
 }
 
 }  // namespace manifest_columns_test
