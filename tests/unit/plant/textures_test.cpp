@@ -1,4 +1,5 @@
-// The twelve textures of the scene vibrotactile, and the effect of their grains.
+// The twelve textures of the scene vibrotactile, the 118 of script/textures118, and the effect of
+// grains.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,8 +17,8 @@ using namespace weft::sim;
 
 namespace {
 
-FabricLibrary textures() {
-  auto read = parse_fabrics(testing::source_text("sim/textures.json"));
+FabricLibrary textures(const char* file = "sim/textures.json") {
+  auto read = parse_fabrics(testing::source_text(file));
   INFO((read ? std::string() : to_string(read.error())));
   REQUIRE(read.has_value());
   return *read;
@@ -53,6 +54,23 @@ TEST_CASE("the shipped textures are twelve, and a patch can be cut from each") {
   }
   CHECK(table.find("sandpaper_p60")->grain_m == Approx(269e-6));
   CHECK(table.find("felt")->grain_m == 0);
+}
+
+TEST_CASE("the 118 textures are distinct, and a patch can be cut from each under any seed") {
+  const FabricLibrary table = textures("sim/textures118.json");
+  const auto names = table.names();
+  CHECK(names.size() == 118);
+  std::set<double> thickness, friction;
+  for (const Fabric& texture : table.fabrics) {
+    CAPTURE(texture.name);
+    for (const std::uint64_t seed : {1, 2, 3})
+      CHECK(cut_patch(texture, table.params, table.spread, {}, seed).has_value());
+    CHECK(texture.thickness_m <= 5e-3);  // below the clear height of 6 mm
+    thickness.insert(texture.thickness_m);
+    friction.insert(texture.friction_mean);
+  }
+  CHECK(thickness.size() > 100);
+  CHECK(friction.size() > 80);
 }
 
 TEST_CASE("grains make the force vary by one over the root of how many bear it") {
