@@ -91,6 +91,11 @@ add_test(NAME scenario_cli_vibrotactile
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_vibrotactile.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_cli_vibrotactile PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 
+# The largest published campaign: its textures, its check, and a cut of it.
+add_test(NAME scenario_cli_textures118
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_textures118.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_cli_textures118 PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
 # Accuracy on simulated data with the labels in random order.
 add_test(NAME scenario_permuted_labels
          COMMAND ${WEFT_PYTHON} ${cli_tests}/permuted_labels.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})

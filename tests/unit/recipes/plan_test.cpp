@@ -49,6 +49,37 @@ TEST_CASE("The paper's campaign has 680 experiments") {
   CHECK(patches.size() == 680);
 }
 
+TEST_CASE("The largest published campaign is one plan of 18 880 trials, blocked by texture") {
+  const auto limits = parse_rig_limits(test::source_file("sim/rigs/textures118.json"));
+  REQUIRE(limits.has_value());
+  const CheckReport report =
+      check_recipe(test::source_file("recipes/library/textures118.json"), *limits);
+  REQUIRE(report.plan);
+  CHECK(report.warnings.empty());
+  const Plan& plan = *report.plan;
+  CHECK(plan.fabrics.size() == 118);
+  CHECK(plan.fabrics == limits->fabrics);
+  CHECK(plan.explorations.size() == 5 * 8);
+  REQUIRE(plan.trials.size() == 18'880);
+  CHECK(plan.forecast.mounts == 118);
+  for (const TrialSpec& trial : plan.trials) CHECK(trial.fabric == trial.index / 160);
+  for (const Exploration& e : plan.explorations) {
+    CAPTURE(e.name);
+    const PhaseStep& slide = e.step(weft::Phase::motion);
+    const Vec2 end = slide.path_m.back();
+    CHECK(std::hypot(end.x_m, end.y_m) == Approx(0.04).epsilon(1e-12));
+    // the stroke is in the middle of the plate, whatever its direction
+    CHECK(e.start_m.x_m + end.x_m / 2 == Approx(0.05));
+    CHECK(e.start_m.y_m + end.y_m / 2 == Approx(0.05));
+    // each axis reaches its share of the speed and holds it for most of the stroke
+    const double held_s =
+        (0.04 - slide.speed_mps * slide.speed_mps / limits->max_acceleration_mps2) /
+        slide.speed_mps;
+    CHECK(held_s > 0.54);
+    CHECK(slide.duration_s > held_s);
+  }
+}
+
 TEST_CASE("The library's recipes of one exploration hold half of the campaign each") {
   for (const char* name : {"m1", "m2", "m3-diagonal"}) {
     const Plan plan = plan_of(test::source_file("recipes/library/" + std::string(name) + ".json"));

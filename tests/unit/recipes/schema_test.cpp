@@ -77,6 +77,14 @@ TEST_CASE("The library's recipes pass schema and parser") {
   }
 }
 
+TEST_CASE("The recipe of 118 textures passes schema and parser on its rig") {
+  const std::string recipe = source_file("recipes/library/textures118.json");
+  const auto limits = parse_rig_limits(source_file("sim/rigs/textures118.json"));
+  REQUIRE(limits.has_value());
+  CHECK(schema_accepts(recipe));
+  CHECK(parser_accepts(recipe, *limits));
+}
+
 TEST_CASE("Schema and parser agree on what does not depend on a rig") {
   const char* const reps = "\"repetitions\": 2";
   const std::vector<Case> cases{
