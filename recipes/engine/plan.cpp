@@ -166,6 +166,13 @@ double light_s(const Plan& plan, double force_n, double to_touch_m) {
   return to_touch_m * (1 / plan.approach.transfer_speed_mps + 1 / seat_mps);
 }
 
+/// Time until the force is in its band [s]; none if the weight of the probe already is.
+double rise_s(const Plan& plan, const PhaseStep& press) {
+  const bool in_band = plan.limits.has_wrench &&
+                       std::abs(press.force_n - plan.limits.probe_weight_n) < press.force_band_n;
+  return in_band ? 0 : press_s;
+}
+
 /// A press by depth: down from the rest height and back up.
 double depth_s(const Plan& plan, double depth_m) {
   const Moves move{plan.limits.max_acceleration_mps2};
@@ -189,7 +196,8 @@ double trial_duration_s(const Plan& plan, const TrialSpec& trial, Vec2 from_m) {
          move(limits.rest_travel_m, approach.seat_speed_mps) +
          (limits.has_wrench ? light_s(plan, exploration.step(Phase::press).force_n, to_touch_m)
                             : depth_s(plan, exploration.step(Phase::press).depth_m)) +
-         press_s + plan.settle.dwell_s + recording_s(plan, exploration) +
+         rise_s(plan, exploration.step(Phase::press)) + plan.settle.dwell_s +
+         recording_s(plan, exploration) +
          move(release_travel_m, driven_speed(limits, approach.seat_speed_mps)) +
          move(limits.rest_travel_m, approach.speed_mps) +
          move(to_touch_m + limits.rest_travel_m, approach.transfer_speed_mps);

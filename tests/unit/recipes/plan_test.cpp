@@ -196,6 +196,16 @@ TEST_CASE("The forecast's envelope is the path's and the margins follow from the
   CHECK(f.force_n->max == 5);
 }
 
+TEST_CASE("The forecast has no time to reach a band that has the weight of the probe in it") {
+  const auto duration_s = [](double weight_n) {
+    RigLimits limits = test::limits();
+    limits.probe_weight_n = weight_n;
+    return check_recipe(small_recipe, limits).plan->forecast.duration_s;  // 5 N, 0.25 N band
+  };
+  CHECK(duration_s(1.96) - duration_s(4.8) == Approx(4 * 0.8));
+  CHECK(duration_s(4.7) == Approx(duration_s(1.96)));
+}
+
 TEST_CASE("The forecast grows with what a trial adds") {
   const Plan plan = plan_of(small_recipe);
   const double per_trial_s = plan.forecast.duration_s / 4;
