@@ -66,6 +66,10 @@ add_test(NAME scenario_cli_watched
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_watched.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
 add_test(NAME scenario_cli_resume
          COMMAND ${WEFT_PYTHON} ${cli_tests}/cli_resume.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+# A campaign in parts and its merged data set.
+add_test(NAME scenario_parts
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/parts.py $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_parts PROPERTIES TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # A small file system that fills up; also for the daemon.
 add_test(NAME scenario_full_disk COMMAND ${WEFT_PYTHON} ${cli_tests}/full_disk.py $<TARGET_FILE:weft>
          $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
