@@ -49,14 +49,15 @@ weft_module(daemon/service/run_model USES daemon/campaign/orders)
 weft_module(daemon/service/run_store USES daemon/service/run_model daemon/campaign)
 weft_module(daemon/service/runs USES daemon/service/run_store)
 weft_module(daemon/service/handover USES daemon/service/run_store daemon/analysis/handover daemon/analysis/campaign_report)
-weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover)
+weft_module(daemon/service/lab_agent USES daemon/service/lab daemon/service/runs)
+weft_module(daemon/service/methods USES daemon/service/rpc daemon/service/runs daemon/service/handover daemon/service/lab_agent)
 weft_module(daemon/service/notify USES daemon/service/runs PRIVATE_SYSTEM PkgConfig::CURL PkgConfig::MOSQUITTO)
 weft_module(daemon/service/lab USES daemon/service/run_store recipes PRIVATE_SYSTEM PkgConfig::LIBPQ)
 weft_module(daemon/service/daemon USES daemon/service/methods daemon/service/notify daemon/service/transport
             PRIVATE_SYSTEM spdlog::spdlog)
 
 # apps: programs
-weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/service/lab daemon/analysis/campaign_report daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup)
+weft_module(daemon/apps/weft USES daemon/service/daemon daemon/service/client daemon/service/lab daemon/analysis/campaign_report daemon/analysis/calibration daemon/campaign/diagnostics daemon/campaign/setup PRIVATE_SYSTEM PkgConfig::CURL)
 weft_module(daemon/apps/weft_rig USES daemon/apps/weft)
 
 set(WEFT_DAEMON_MODULES
@@ -64,7 +65,7 @@ set(WEFT_DAEMON_MODULES
     storage/dataset storage/recorder storage/recordings storage/certificate storage/imprints campaign/orders campaign campaign/diagnostics campaign/setup pages/plot pages/document
     analysis/report analysis/tradeoff analysis/calibration analysis/design analysis/imprint analysis/campaign_report analysis/handover
     service/rpc service/client service/web service/transport service/run_model service/run_store service/runs
-    service/handover service/methods service/notify service/lab service/daemon
+    service/handover service/methods service/notify service/lab service/lab_agent service/daemon
     apps/weft apps/weft_rig)
 list(TRANSFORM WEFT_DAEMON_MODULES REPLACE "/" "_")
 add_library(weft_daemon INTERFACE)  # all modules below apps

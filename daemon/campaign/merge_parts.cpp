@@ -134,10 +134,17 @@ Result<Source> open_source(const Inputs::File& file) {
   return Source{file.path, std::move(*reader)};
 }
 
-/// All data sets must come from one recipe on one rig, simulated by the same software.
-Status require_same(const Source& first, const Source& other) {
+/// The name in a rig file.
+std::string rig_name(const DatasetInfo& info) {
+  const auto rig = parse_json(info.rig_json);
+  return rig && rig->is_object() ? rig->value("name", std::string()) : std::string();
+}
+
+/// All data sets must come from one recipe, by the same software. Of several rigs only what the
+/// columns need must be the same.
+Status require_same(const Source& first, const Source& other, MergeRigs rigs) {
   const DatasetInfo& a = first.reader.listed().info;
-  const DatasetInfo& b = other.reader.listed().info;
+  DatasetInfo b = other.reader.listed().info;
   const auto differs = [&](const char* what, std::string expected, std::string got) {
     return fail({.code = Errc::invalid_argument,
                  .where = other.file.string(),
@@ -150,6 +157,11 @@ Status require_same(const Source& first, const Source& other) {
   if (a.recipe_sha256 != b.recipe_sha256)
     return differs("recipe", a.name + " " + a.recipe_sha256, b.name + " " + b.recipe_sha256);
   if (a.seed != b.seed) return differs("seed", std::to_string(a.seed), std::to_string(b.seed));
+  if (rigs == MergeRigs::several) {
+    b.rig_json = a.rig_json;
+    b.rig_sha256 = a.rig_sha256;
+    b.devices = a.devices;
+  }
   if (a.rig_sha256 != b.rig_sha256) return differs("rig", a.rig_sha256, b.rig_sha256);
   if (a.software_version != b.software_version)
     return differs("Weft version", a.software_version, b.software_version);
@@ -223,7 +235,7 @@ Result<std::vector<Place>> find_trials(const recipes::Plan& plan,
 }  // namespace
 
 Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inputs,
-                                  const std::filesystem::path& out,
+                                  const std::filesystem::path& out, MergeRigs rigs,
                                   const StopRequested& stop_requested) {
   const auto found = find_inputs(inputs);
   if (!found) return pass(found.error());
@@ -232,7 +244,7 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
     auto source = open_source(file);
     if (!source) return pass(source.error());
     sources.push_back(std::move(*source));
-    if (Status same = require_same(sources.front(), sources.back()); !same)
+    if (Status same = require_same(sources.front(), sources.back(), rigs); !same)
       return pass(same.error());
   }
   const DatasetInfo& info = sources.front().reader.listed().info;
@@ -240,7 +252,13 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
   if (!plan) return pass(plan.error());
   const auto places = find_trials(*plan, sources);
   if (!places) return pass(places.error());
-  auto writer = DatasetWriter::create(out, info);
+  DatasetInfo merged = info;
+  std::vector<std::string> names;
+  if (rigs == MergeRigs::several) {
+    merged.group_columns = {"rig"};
+    for (const Source& source : sources) names.push_back(rig_name(source.reader.listed().info));
+  }
+  auto writer = DatasetWriter::create(out, merged);
   if (!writer) return pass(writer.error());
   for (std::size_t i = 0; i < places->size(); ++i) {
     if (stop_requested && stop_requested()) return pass(stopped_early(out.string()));
@@ -249,11 +267,12 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
     if (!one) return pass(one.error());
     one->record.spec.index = static_cast<std::uint32_t>(i);
     one->trial.file = trial_name(one->record.spec);
+    if (!names.empty()) one->record.spec.group_values = {names[place.source]};
     if (const auto added = writer->add(one->trial, one->record); !added) return pass(added.error());
   }
   const auto digest = writer->finish({});
   if (!digest) return pass(digest.error());
-  return MergedDataset{info, digest->dataset_sha256, places->size(), sources.size()};
+  return MergedDataset{merged, digest->dataset_sha256, places->size(), sources.size()};
 }
 
 }  // namespace weft::daemon

@@ -20,7 +20,7 @@ constexpr std::array<CommandGroupSpec, 6> group_rows{{
     {"Studies", "compare settings", "weft design repetitions out/a/dataset.h5 --predict 20"},
 }};
 
-constexpr std::array<CommandSpec, 93> command_rows{{
+constexpr std::array<CommandSpec, 95> command_rows{{
     {"Acquire", "check", "check a recipe against a rig; nothing moves",
      "recipes/library/first.json --rig sim/rigs/bench17.json"},
     {"Acquire", "run", "run a campaign: record, evaluate, report",
@@ -80,6 +80,9 @@ constexpr std::array<CommandSpec, 93> command_rows{{
      "recipes/library/khan2016.json --rigs a,b,c"},
     {"Lab", "lab campaign", "show a campaign of several rigs and its parts", "C-000012"},
     {"Lab", "lab cancel", "remove the queued parts of a campaign", "C-000012"},
+    {"Lab", "lab accept", "hold the lease of a rig, and let it take parts of campaigns", ""},
+    {"Lab", "lab fetch", "fetch the data sets of a campaign, or one by its digest",
+     "C-000012 --out parts"},
     {"Data", "verify", "compare a campaign or data set with its certificate", "out/a"},
     {"Data", "dataset", "import, export or describe data sets", ""},
     {"Data", "dataset import", "import recordings of other programs as a data set",

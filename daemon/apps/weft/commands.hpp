@@ -116,6 +116,7 @@ void add_queue_commands(const CommandGroup& weft);
 void add_token_commands(const CommandGroup& weft);
 /// The laboratory's shared store.
 void add_lab_commands(const CommandGroup& weft);
+void add_lab_rig_commands(const CommandGroup& lab);
 
 // The command line for other programs, generated from the parser's table.
 

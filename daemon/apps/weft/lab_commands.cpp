@@ -339,6 +339,7 @@ void add_lab_commands(const CommandGroup& weft) {
   group.add<LabSubmitArgs>("submit", run_submit);
   add_store_command(group, "campaign", run_campaign);
   add_store_command(group, "cancel", run_cancel);
+  add_lab_rig_commands(group);
 }
 
 }  // namespace weft::daemon::cli

@@ -53,6 +53,7 @@ std::string part_text(const PartSummary& s, const std::filesystem::path& out) {
 struct MergeArgs {
   std::vector<std::filesystem::path> parts;
   std::filesystem::path out;
+  bool by_rig = false;
 };
 
 void add_options(CLI::App& command, MergeArgs& args) {
@@ -60,13 +61,16 @@ void add_options(CLI::App& command, MergeArgs& args) {
       .add_option("PART", args.parts, "folders of `weft run --part`, or data sets of one fabric")
       ->required();
   command.add_option("-o,--output", args.out, "write the data set to this file (HDF5)")->required();
+  command.add_flag("--by-rig", args.by_rig,
+                   "accept parts of several rigs; group the trials by rig as well");
 }
 
 Result<int> run_merge(const MergeArgs& args, Console& console) {
   if (auto ok = check_output(args.out); !ok) return pass(ok.error());
   for (const auto& part : args.parts)
     if (auto ok = refuse_same_file(part, args.out); !ok) return pass(ok.error());
-  const auto merged = merge_parts(args.parts, args.out);
+  const auto merged =
+      merge_parts(args.parts, args.out, args.by_rig ? MergeRigs::several : MergeRigs::one);
   if (!merged) return pass(merged.error());
   Table facts(Align::left);
   facts.row({"file", args.out.string()});

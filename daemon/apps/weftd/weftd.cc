@@ -64,6 +64,14 @@ void add_options(CLI::App& app, weft::daemon::server::DaemonOptions& options) {
   app.add_option("--notify", options.notify,
                  "send events by webhook or MQTT, as configured in this file (JSON)")
       ->check(CLI::ExistingFile);
+  app.add_option("--lab", options.lab,
+                 "publish to this store: postgresql://USER@HOST/DATABASE, without password")
+      ->envname("WEFT_LAB");
+  app.add_option_function<long>(
+         "--lab-lease",
+         [&options](long seconds) { options.lab_lease = std::chrono::seconds(seconds); },
+         "give a part of a campaign back this long after this daemon is gone [s]")
+      ->check(CLI::Range(1, 86400));
   app.add_option("--pace", options.pace,
                  "run a simulated bench at N bench seconds per second; 0: as fast as possible")
       ->capture_default_str();

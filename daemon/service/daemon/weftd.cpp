@@ -90,6 +90,7 @@ class Daemon final : private runs::RunObserver {
   void wire(const DaemonOptions& options);
   runs::RunContext run_context(const DaemonOptions& options);
   Status begin(const DaemonOptions& options);
+  Status begin_lab(const DaemonOptions& options);
   /// Never goes back: expired tokens stay expired, and journal times increase with their numbers.
   std::int64_t utc_us() { return utc_.now(utc_now(), steady_wall_now()).count() / 1000; }
   void on_run_changed(const runs::RunView& run) override;
@@ -135,6 +136,7 @@ class Daemon final : private runs::RunObserver {
   WorkerQueue workers_{post_}, change_workers_{post_}, file_workers_{post_};
   std::unique_ptr<runs::RunManager> manager_;  // destroyed early: its threads post to the server
   std::unique_ptr<handover::HandoverService> handovers_;  // as manager_, and uses it
+  std::unique_ptr<lab::LabAgent> lab_;                    // the same
 };
 
 Result<std::unique_ptr<Daemon>> Daemon::open(const DaemonOptions& options, const EmbeddedRun* own) {
@@ -291,6 +293,7 @@ Status Daemon::begin(const DaemonOptions& options) {
     if (http_) http_->pump();
   });
   hub_.archive_in(api::run_archive(services_));
+  if (Status begun = begin_lab(options); !begun) return begun;
   for (const runs::RunView& run : manager_->loaded()) on_run_changed(run);
   for (const std::int64_t number : log_.cut_by_restart())
     if (const auto run = manager_->get(runs::run_id(number)))
@@ -298,6 +301,43 @@ Status Daemon::begin(const DaemonOptions& options) {
   if (own_ == nullptr) handovers_->resume();
   on_rig_state_changed(manager_->rig_state(), "auto:daemon");
   return log_.append_journal(utc_us(), "", "daemon.started", "auto:daemon");
+}
+
+Status Daemon::begin_lab(const DaemonOptions& options) {
+  if (options.lab.empty()) return {};
+  auto address = lab::LabAddress::parse(options.lab);
+  if (!address) return pass(address.error(), "--lab");
+  const auto socket = std::filesystem::absolute(or_in(options.socket, options.data, "weftd.sock"));
+  std::error_code unknown;
+  const std::string host =
+      options.listen == "127.0.0.1" ? options.listen : asio::ip::host_name(unknown);
+  auto agent =
+      lab::LabAgent::open({.address = std::move(*address),
+                           .rig_name = services_.rig_name,
+                           .api_address = options.port ? (tls_ ? "tls://" : "tcp://") + host + ":" +
+                                                             std::to_string(server_->port())
+                                                       : "unix:" + socket.string(),
+       .http_url = services_.http_url,
+                           .rig = options.rig,
+                           .data = options.data,
+                           .manager = manager_.get(),
+                           .store = &log_,
+                           .post = post_,
+                           .utc_us = [this] { return utc_us(); },
+                           .now = services_.now,
+                           .rig_text = [this] { return rig_text(); },
+                           .lease_user =
+                               [this] {
+                                 const auto held =
+                                     leases_.holder("rig:" + services_.rig_name, steady_wall_now());
+                                 return held ? held->user : std::string();
+                               },
+                           .background = services_.change_background,
+                           .lease = options.lab_lease});
+  if (!agent) return pass(agent.error());
+  lab_ = std::move(*agent);
+  services_.lab = lab_.get();
+  return {};
 }
 
 void Daemon::on_run_changed(const runs::RunView& run) {
@@ -309,6 +349,7 @@ void Daemon::on_run_changed(const runs::RunView& run) {
     if (!delta.contains(gone)) delta[gone] = nullptr;
   hub_.publish("run:" + run.stored.id(), delta, utc_us());
   api::keep_lease(services_, run);
+  if (lab_) lab_->on_run(run);
   event_notifier_->on_run(run);
   event_notifier_->on_rig(manager_->rig_state(), rig_text());
   if (handovers_ && own_ == nullptr)  // `weft run` does that itself
@@ -366,6 +407,7 @@ void Daemon::tick() {
   api::publish_samples(hub_, frame_sampler_, *manager_, utc_us());
   if (http_) http_->pump();
   manager_->tick();
+  if (lab_) lab_->tick();
   event_notifier_->tick();
   for (const access::Lease& lease : leases_.expire(steady_wall_now()))
     api::notify_lease_expired(services_, lease);
@@ -385,6 +427,7 @@ std::string Daemon::status_text() const {
 
 // Ends the loop only when the manager is at rest; otherwise the end of a run would not be recorded.
 void Daemon::end_runs() {
+  if (lab_) lab_->close();
   manager_->close();
   const runs::ManagerStatus now = manager_->status();
   notifier_.stopping(steady_wall_now(), now.deadline);

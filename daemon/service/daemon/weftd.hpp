@@ -2,6 +2,7 @@
 // The daemon: one rig, its runs, and all its clients.
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -27,7 +28,9 @@ struct DaemonOptions {
   std::filesystem::path tls_key;
   double pace = 0;  ///< simulation speed of a simulated bench, as in sim.clock
   LogFormat log_format = LogFormat::text;
-  std::filesystem::path notify;  ///< settings of notifications; empty: no notifications
+  std::filesystem::path notify;        ///< settings of notifications; empty: no notifications
+  std::string lab;                     ///< URI of the laboratory's store; empty: none
+  std::chrono::seconds lab_lease{60};  ///< of a part of a campaign
 };
 
 /// Requests from signals; set from any thread or signal handler.

@@ -137,6 +137,22 @@ Result<std::vector<RigEntry>> LabStore::rigs() {
   return out;
 }
 
+Result<std::vector<DatasetEntry>> LabStore::datasets(std::string_view digest) {
+  const auto wanted = read_digest(digest);
+  if (!wanted) return pass(wanted.error());
+  const auto rows =
+      run("SELECT r.rig, r.run, d.dataset_sha256, d.trials, d.bytes, d.place FROM weft.dataset d"
+          " JOIN weft.run r ON r.id = d.run_id WHERE d.dataset_sha256 >= $1"
+          " AND d.dataset_sha256 < $1 || 'g' ORDER BY d.dataset_sha256, r.id LIMIT 1000",
+          *wanted);
+  if (!rows) return pass(rows.error());
+  std::vector<DatasetEntry> out;
+  for (std::size_t row = 0; row < rows->size(); ++row)
+    out.push_back({rows->text(row, 0), rows->text(row, 1), rows->text(row, 2),
+                   rows->integer(row, 3), rows->integer(row, 4), rows->text(row, 5)});
+  return out;
+}
+
 Result<RunsPage> LabStore::runs(const RunsFilter& filter, std::optional<std::int64_t> after,
                                 std::size_t limit) {
   if (const Status ok = check_limit(limit); !ok) return pass(ok.error());

@@ -347,6 +347,7 @@ void add_methods(rpc::Methods& methods, const Services& services) {
   add_sample_methods(methods, services);
   add_trial_methods(methods, services);
   add_sim_methods(methods, services);
+  add_lab_methods(methods, services);
   add_subscription_methods(methods, services);
   add_token_methods(methods, services);
 }

@@ -15,6 +15,7 @@
 #include "daemon/campaign/live_frame_sampler.hpp"
 #include "daemon/hardware/rig/rig_file.hpp"
 #include "daemon/service/handover/handover_service.hpp"
+#include "daemon/service/lab_agent/lab_agent.hpp"
 #include "daemon/service/methods/data_files.hpp"
 #include "daemon/service/rpc/event_hub.hpp"
 #include "daemon/service/rpc/leases.hpp"
@@ -44,6 +45,7 @@ struct Services {
   access::Leases* leases = nullptr;
   runs::RunManager* run_manager = nullptr;
   handover::HandoverService* handovers = nullptr;
+  lab::LabAgent* lab = nullptr;  ///< none without --lab
   runs::RunStore* log = nullptr;
   std::filesystem::path rig;  ///< rig file
   std::shared_ptr<RigWatch> rig_watch = std::make_shared<RigWatch>();
@@ -91,6 +93,7 @@ void add_data_methods(rpc::Methods& methods, const Services& services);
 void add_trial_methods(rpc::Methods& methods, const Services& services);
 void add_plan_methods(rpc::Methods& methods, const Services& services);
 void add_sample_methods(rpc::Methods& methods, const Services& services);
+void add_lab_methods(rpc::Methods& methods, const Services& services);
 void add_sim_methods(rpc::Methods& methods, const Services& services);
 void add_session_methods(rpc::Methods& methods, const Services& services);
 void add_subscription_methods(rpc::Methods& methods, const Services& services);

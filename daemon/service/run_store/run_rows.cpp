@@ -28,7 +28,8 @@ CREATE TABLE IF NOT EXISTS run (
   disk_bytes INTEGER NOT NULL DEFAULT 0, keep_going INTEGER NOT NULL DEFAULT 0,
   had_ended INTEGER NOT NULL DEFAULT 0, user TEXT NOT NULL DEFAULT '',
   after_run INTEGER NOT NULL DEFAULT 0, promise TEXT NOT NULL DEFAULT '',
-  fabrics TEXT NOT NULL DEFAULT '', tags TEXT NOT NULL DEFAULT '', note TEXT NOT NULL DEFAULT ''
+  fabrics TEXT NOT NULL DEFAULT '', tags TEXT NOT NULL DEFAULT '', note TEXT NOT NULL DEFAULT '',
+  only_fabric TEXT NOT NULL DEFAULT ''
 ) STRICT;
 CREATE TABLE IF NOT EXISTS recipe (sha256 TEXT PRIMARY KEY, text TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS journal (
@@ -64,7 +65,7 @@ struct LaterColumn {
 };
 constexpr std::string_view as_text = "TEXT NOT NULL DEFAULT ''",
                            as_count = "INTEGER NOT NULL DEFAULT 0";
-constexpr std::array<LaterColumn, 27> later_columns{{{"run", "resume", as_count},
+constexpr std::array<LaterColumn, 28> later_columns{{{"run", "resume", as_count},
                                                      {"run", "recovered", as_text},
                                                      {"run", "bench", as_text},
                                                      {"run", "trials_done", "INTEGER"},
@@ -83,6 +84,7 @@ constexpr std::array<LaterColumn, 27> later_columns{{{"run", "resume", as_count}
                                                      {"run", "fabrics", as_text},
                                                      {"run", "tags", as_text},
                                                      {"run", "note", as_text},
+                                                     {"run", "only_fabric", as_text},
                                                      {"rig", "left_by", as_text},
                                                      {"rig", "acknowledged", as_count},
                                                      {"rig", "latch", as_text},
@@ -97,13 +99,15 @@ constexpr std::string_view read_sql =
     "SELECT number, recipe, rig, folder, seed, name, by, created_us, state, outcome, cleanup, "
     "rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, trials_planned, "
     "recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, disk_bytes, "
-    "keep_going, had_ended, user, after_run, promise, fabrics, tags, note FROM run ORDER BY number";
+    "keep_going, had_ended, user, after_run, promise, fabrics, tags, note, only_fabric "
+    "FROM run ORDER BY number";
 constexpr std::string_view write_sql =
     "INSERT INTO run (number, recipe, rig, folder, seed, name, by, created_us, state, outcome, "
     "cleanup, rig_fact, error, dataset_sha256, resume, recovered, bench, trials_done, "
     "trials_planned, recipe_sha256, dataset_error, rig_untaken, bench_outcome, bench_error, "
-    "disk_bytes, keep_going, had_ended, user, after_run, promise, fabrics, tags, note) VALUES "
-    "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
+    "disk_bytes, keep_going, had_ended, user, after_run, promise, fabrics, tags, note, "
+    "only_fabric) VALUES "
+    "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) "
     "ON CONFLICT(number) DO UPDATE SET folder=excluded.folder, state=excluded.state, "
     "outcome=excluded.outcome, cleanup=excluded.cleanup, rig_fact=excluded.rig_fact, "
     "error=excluded.error, dataset_sha256=excluded.dataset_sha256, resume=excluded.resume, "
@@ -123,7 +127,8 @@ auto columns_of(Run& run) {
                   run.dataset_sha256, run.resume, run.recovered, run.bench, run.trials_done,
                   run.trials_planned, run.recipe_sha256, run.dataset_error, run.rig_untaken,
                   run.bench_outcome, run.bench_error, run.disk_bytes, run.keep_going, run.had_ended,
-                  run.user, run.after, run.promise, run.fabrics, run.tags, run.note);
+                  run.user, run.after, run.promise, run.fabrics, run.tags, run.note,
+                  run.only_fabric);
 }
 
 constexpr auto column_count = static_cast<std::ptrdiff_t>(

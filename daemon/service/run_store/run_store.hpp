@@ -58,6 +58,7 @@ struct StoredRun : RunFacts {
   std::string fabrics = {};            ///< of its recipe, separated by spaces; for a search
   std::vector<std::string> tags = {};  ///< a person's
   std::string note = {};               ///< a person's
+  std::string only_fabric = {};        ///< see CampaignRequest::only_fabric; empty: all
   bool had_ended = false;  ///< it had ended when a person resumed it; otherwise it was interrupted
 
   [[nodiscard]] std::string id() const { return run_id(number); }

@@ -59,7 +59,10 @@ void RunExecutor::perform(const Result<CampaignRequest>& request, bool resumes,
                           const CampaignHooks& hooks) {
   result_.summary = catch_as_error([&]() -> Result<CampaignSummary> {
     if (!request) return pass(request.error());
-    return context_.perform(*request, hooks);
+    CampaignHooks own = hooks;
+    // Its trials must not depend on what this simulated bench did before.
+    if (request->only_fabric) own.place = nullptr;
+    return context_.perform(*request, own);
   });
   if (context_.one_run || (!request && !resumes)) return;
   if (resumes || cut_)

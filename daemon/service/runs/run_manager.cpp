@@ -44,12 +44,14 @@ nlohmann::json submission_of(const StoredRun& run) {
   if (!run.name.empty()) out["name"] = run.name;
   if (run.keep_going) out["keep_going"] = true;
   if (run.after != 0) out["after"] = run_id(run.after);
+  if (!run.only_fabric.empty()) out["only_fabric"] = run.only_fabric;
   return out;
 }
 
 CampaignRequest request_for(const RunRequest& wanted, const std::filesystem::path& rig) {
   CampaignRequest request{wanted.recipe, rig, {}, wanted.seed};
   request.parameters_json = wanted.parameters_json;
+  request.only_fabric = wanted.only_fabric;
   return request;
 }
 
@@ -239,7 +241,8 @@ StoredRun RunManager::stored_run(const RunRequest& wanted, const Checked& checke
   run.trials_planned = static_cast<std::int64_t>(checked->plan.trials.size());
   run.folder = wanted.folder.empty() ? folder_for(run) : wanted.folder;
   run.disk_bytes = disk_forecast(checked->plan);
-  run.fabrics = joined(checked->plan.fabrics, " ");
+  run.only_fabric = wanted.only_fabric.value_or("");
+  run.fabrics = run.only_fabric.empty() ? joined(checked->plan.fabrics, " ") : run.only_fabric;
   return run;
 }
 

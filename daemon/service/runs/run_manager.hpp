@@ -34,6 +34,8 @@ struct RunRequest {
   /// Number of runs to queue; a seed increases by one from each to the next.
   std::size_t copies = 1;
   std::string parameters_json = {};  ///< of the recipe; empty: defaults
+  /// See CampaignRequest::only_fabric. Such a run has a simulated bench of its own.
+  std::optional<std::string> only_fabric = {};
 };
 constexpr std::size_t most_copies = 100, most_queued = 1000;
 

@@ -47,6 +47,7 @@ Result<CampaignRequest> RunManager::request_of(const StoredRun& run) const {
   CampaignRequest request{run.recipe, context_.rig, run.folder, run.seed};
   request.resume = run.resume;
   request.accept_whole = true;
+  if (!run.only_fabric.empty()) request.only_fabric = run.only_fabric;
   if (Status here = store_.in_place(); !here) return pass(here.error());
   if (run.resume)
     if (Status there = is_where_it_was(run); !there) return pass(there.error());

@@ -1,0 +1,79 @@
+#include "daemon/service/lab_agent/lab_outbox.hpp"
+
+namespace weft::daemon::lab {
+namespace {
+
+constexpr const char* schema_sql = R"sql(
+CREATE TABLE IF NOT EXISTS lab_outbox (
+  run INTEGER PRIMARY KEY, revision_us INTEGER NOT NULL
+) STRICT;
+CREATE TABLE IF NOT EXISTS lab_part (
+  id INTEGER PRIMARY KEY CHECK (id = 1), campaign INTEGER NOT NULL, number INTEGER NOT NULL,
+  token TEXT NOT NULL, campaign_name TEXT NOT NULL, fabric TEXT NOT NULL,
+  attempt INTEGER NOT NULL, run INTEGER NOT NULL
+) STRICT;
+)sql";
+
+}  // namespace
+
+Result<LabOutbox> LabOutbox::open(sqlite::Database& database) {
+  if (Status made = database.execute(schema_sql); !made) return pass(made.error());
+  return LabOutbox(database);
+}
+
+Status LabOutbox::mark(const UnpublishedRun& changed) {
+  return database_->run(
+      "INSERT INTO lab_outbox (run, revision_us) VALUES (?, ?) "
+      "ON CONFLICT(run) DO UPDATE SET revision_us = max(revision_us + 1, excluded.revision_us)",
+      changed.run, changed.revision_us);
+}
+
+Result<std::vector<UnpublishedRun>> LabOutbox::pending(std::size_t most) {
+  std::vector<UnpublishedRun> out;
+  auto rows =
+      database_->prepare("SELECT run, revision_us FROM lab_outbox ORDER BY revision_us LIMIT ?");
+  if (!rows) return pass(rows.error());
+  const Status done =
+      rows->bind_all(static_cast<std::int64_t>(most)).each([&](const sqlite::Statement& row) {
+        out.push_back({row.integer(0), row.integer(1)});
+      });
+  if (!done) return pass(done.error());
+  return out;
+}
+
+Result<std::int64_t> LabOutbox::count() {
+  const auto found = database_->integer("SELECT count(*) FROM lab_outbox");
+  if (!found) return pass(found.error());
+  return found->value_or(0);
+}
+
+Status LabOutbox::on_published(const UnpublishedRun& published) {
+  return database_->run("DELETE FROM lab_outbox WHERE run = ? AND revision_us <= ?", published.run,
+                        published.revision_us);
+}
+
+Result<std::optional<HeldPart>> LabOutbox::part() {
+  std::optional<HeldPart> out;
+  const Status done = database_->each(
+      "SELECT campaign, number, token, campaign_name, fabric, attempt, run FROM lab_part",
+      [&](const sqlite::Statement& row) {
+        out = HeldPart{{row.integer(0), row.integer(1), row.text(2)},
+                       row.text(3),
+                       row.text(4),
+                       row.integer(5),
+                       row.integer(6)};
+      });
+  if (!done) return pass(done.error());
+  return out;
+}
+
+Status LabOutbox::set_part(const std::optional<HeldPart>& part) {
+  if (!part) return database_->execute("DELETE FROM lab_part");
+  return database_->run(
+      "INSERT OR REPLACE INTO lab_part (id, campaign, number, token, campaign_name, fabric, "
+      "attempt, run) VALUES (1, ?, ?, ?, ?, ?, ?, ?)",
+      part->lease.campaign, part->lease.number, part->lease.token, part->campaign_name,
+      part->fabric, part->attempt, part->run);
+}
+
+}  // namespace weft::daemon::lab

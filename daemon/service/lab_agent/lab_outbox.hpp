@@ -1,0 +1,50 @@
+#pragma once
+// What a daemon still owes the laboratory's store, in its own weftd.sqlite: it survives a restart
+// and a store that cannot be reached.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/service/lab/lab_store.hpp"
+#include "daemon/storage/recorder/sqlite.hpp"
+
+namespace weft::daemon::lab {
+
+/// A run that the store does not know in its newest state.
+struct UnpublishedRun {
+  std::int64_t run = 0;
+  std::int64_t revision_us = 0;  ///< UTC of the change
+};
+
+/// The part that this rig holds.
+struct HeldPart {
+  PartLease lease;
+  std::string campaign_name = {}, fabric = {};
+  std::int64_t attempt = 0;
+  std::int64_t run = 0;  ///< 0: not started
+};
+
+/// Thread: the server's. Errors: io.
+class LabOutbox {
+ public:
+  /// `database` must outlive it; makes the missing tables.
+  static Result<LabOutbox> open(sqlite::Database& database);
+
+  Status mark(const UnpublishedRun& changed);
+  /// The oldest change first.
+  Result<std::vector<UnpublishedRun>> pending(std::size_t most);
+  Result<std::int64_t> count();
+  /// A run that has changed again meanwhile stays.
+  Status on_published(const UnpublishedRun& published);
+
+  Result<std::optional<HeldPart>> part();
+  Status set_part(const std::optional<HeldPart>& part);
+
+ private:
+  explicit LabOutbox(sqlite::Database& database) : database_(&database) {}
+  sqlite::Database* database_;
+};
+
+}  // namespace weft::daemon::lab

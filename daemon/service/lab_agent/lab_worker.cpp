@@ -1,0 +1,277 @@
+#include "daemon/service/lab_agent/lab_worker.hpp"
+
+#include <algorithm>
+
+#include "daemon/base/file/read_file.hpp"
+#include "daemon/base/file/sha256.hpp"
+#include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/storage/certificate/certificate.hpp"
+#include "daemon/storage/dataset/dataset_reader.hpp"
+
+namespace weft::daemon::lab {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr seconds rig_period{10}, claim_period{2}, rigs_period{2}, rigs_wanted_for{10};
+constexpr milliseconds pause{200}, first_retry{500};
+
+bool is_due(std::chrono::nanoseconds last, std::chrono::nanoseconds period) {
+  return last.count() == 0 || steady_wall_now() - last >= period;
+}
+
+/// Errors after which the same call may succeed later.
+bool is_temporary(const Error& error) {
+  return error.code == Errc::io || error.code == Errc::timeout || error.code == Errc::busy ||
+         error.code == Errc::no_space;
+}
+
+bool is_same(const RigEntry& a, const RigEntry& b) {
+  return a.state == b.state && a.status_json == b.status_json && a.rig_sha256 == b.rig_sha256 &&
+         a.address == b.address;
+}
+
+bool is_same(const PartLease& a, const PartLease& b) {
+  return a.campaign == b.campaign && a.number == b.number && a.token == b.token;
+}
+
+/// The trials of a data set, without reading a sample.
+std::vector<TrialEntry> trials_of(const DatasetReader& dataset) {
+  std::vector<TrialEntry> out;
+  const Dataset& listed = dataset.listed();
+  for (std::size_t i = 0; i < listed.records.size(); ++i) {
+    const TrialSpec& spec = listed.records[i].spec;
+    out.push_back({spec.index, spec.label, spec.exploration, spec.repetition,
+                   std::string(to_string(listed.records[i].outcome)),
+                   dataset.digest().trial_sha256[i]});
+  }
+  return out;
+}
+
+}  // namespace
+
+LabWorker::LabWorker(LabWorkerContext context, LabReports reports)
+    : context_(std::move(context)),
+      reports_(std::move(reports)),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+LabWorker::~LabWorker() {
+  thread_.request_stop();
+  changed_.notify_all();
+  thread_.join();
+}
+
+void LabWorker::set_rig(RigEntry rig) {
+  const std::lock_guard lock(mutex_);
+  wishes_.rig = std::move(rig);
+}
+
+void LabWorker::publish(RunPublication run) {
+  const std::lock_guard lock(mutex_);
+  const std::int64_t number = run.change.run;
+  wishes_.runs.insert_or_assign(number, std::move(run));
+}
+
+void LabWorker::set_claim(std::optional<RigCapabilities> can) {
+  const std::lock_guard lock(mutex_);
+  wishes_.claim = std::move(can);
+}
+
+void LabWorker::set_held(std::optional<PartLease> part) {
+  const std::lock_guard lock(mutex_);
+  wishes_.held = std::move(part);
+}
+
+void LabWorker::settle(const PartLease& part, std::optional<PartResult> result) {
+  const std::lock_guard lock(mutex_);
+  wishes_.held.reset();
+  wishes_.settlement = Settlement{part, std::move(result)};
+  changed_.notify_all();
+}
+
+LabConnection LabWorker::connection() const {
+  const std::lock_guard lock(mutex_);
+  return connection_;
+}
+
+LabWorker::Rigs LabWorker::rigs() {
+  const std::lock_guard lock(mutex_);
+  wishes_.rigs_wanted_until = steady_wall_now() + rigs_wanted_for;
+  return rigs_;
+}
+
+void LabWorker::wait(const std::stop_token& stop, milliseconds longest) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, stop, longest, [] { return false; });
+}
+
+void LabWorker::note(const Status& done) {
+  const std::lock_guard lock(mutex_);
+  connection_.is_connected = store_ && store_->is_connected();
+  if (done) {
+    connection_.error.clear();
+    connection_.since_us = context_.utc_us();
+  } else {
+    connection_.error = to_string(done.error());
+  }
+}
+
+bool LabWorker::connect(const std::stop_token& stop) {
+  if (store_ && store_->is_connected()) return true;
+  Status done;
+  if (store_) {
+    wait(stop, store_->retry_wait());
+    if (stop.stop_requested()) return false;
+    done = store_->reconnect();
+  } else {
+    auto opened = LabStore::open(context_.address, context_.program);
+    if (opened) {
+      store_.emplace(std::move(*opened));
+      done = store_->listen("weft_parts");
+    } else {
+      done = pass(opened.error());
+    }
+  }
+  note(done);
+  if (done) return true;
+  if (!store_) wait(stop, rigs_period);
+  return false;
+}
+
+void LabWorker::work(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    if (!connect(stop)) continue;
+    const Status done = round();
+    note(done);
+    if (!done) {
+      wait(stop, first_retry);
+      continue;
+    }
+    // A notice of a new part ends the wait and makes the next claim due.
+    if (const auto notice = store_->wait(pause); notice && *notice) claimed_ = {};
+  }
+}
+
+Status LabWorker::round() {
+  Wishes wishes;
+  {
+    const std::lock_guard lock(mutex_);
+    wishes = wishes_;
+  }
+  Status done = publish_rig(wishes);
+  for (const auto& [number, run] : wishes.runs)
+    if (done) done = publish_one(run);
+  if (done) done = settle_or_renew(wishes);
+  if (done) done = claim(wishes);
+  if (done) done = read_rigs(wishes);
+  return done;
+}
+
+Status LabWorker::publish_rig(const Wishes& wishes) {
+  if (!wishes.rig) return {};
+  const bool is_new = !published_rig_ || !is_same(*published_rig_, *wishes.rig);
+  if (!is_new && !is_due(rig_published_, rig_period)) return {};
+  if (Status done = store_->publish_rig(*wishes.rig); !done) return done;
+  published_rig_ = wishes.rig;
+  rig_published_ = steady_wall_now();
+  return {};
+}
+
+Status LabWorker::publish_one(const RunPublication& run) {
+  if (!published_rig_) return {};  // the store must know the rig first
+  Status done = store_->publish_run(run.entry);
+  if (done && !run.dataset_sha256.empty()) {
+    const std::filesystem::path file = run.folder / dataset_file_name;
+    std::error_code unseen;
+    if (const auto dataset = DatasetReader::open(file)) {
+      const auto bytes = std::filesystem::file_size(file, unseen);
+      done = store_->publish_dataset({run.entry.rig, run.entry.run, run.dataset_sha256,
+                                      static_cast<std::int64_t>(dataset->listed().trials.size()),
+                                      static_cast<std::int64_t>(bytes), file.string()});
+      if (done) done = store_->publish_trials(run.entry.rig, run.entry.run, trials_of(*dataset));
+    }
+    const auto certificate = read_text_file(run.folder / certificate_file_name, most_list_bytes);
+    if (done && certificate)
+      done = store_->publish_certificate(
+          {run.entry.rig, run.entry.run, sha256_hex(*certificate), *certificate});
+  }
+  // What the store refuses for good would block all that follows.
+  if (!done && is_temporary(done.error())) return done;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto waiting = wishes_.runs.find(run.change.run);
+    if (waiting != wishes_.runs.end() &&
+        waiting->second.change.revision_us <= run.change.revision_us)
+      wishes_.runs.erase(waiting);
+  }
+  context_.post([this, change = run.change] { reports_.on_published(change); });
+  return {};
+}
+
+Status LabWorker::settle_or_renew(const Wishes& wishes) {
+  if (wishes.settlement) {
+    const auto& [part, result] = *wishes.settlement;
+    const Status done = result ? store_->finish(part, *result) : store_->give_back(part);
+    if (!done && is_temporary(done.error())) return done;
+    {
+      const std::lock_guard lock(mutex_);
+      wishes_.settlement.reset();
+    }
+    renewing_.reset();
+    context_.post([this, held = part, done] { reports_.on_settled(held, done); });
+    return {};
+  }
+  if (!wishes.held) return {};
+  if (!renewing_ || !is_same(*renewing_, *wishes.held)) {  // just claimed, or after a restart
+    renewing_ = wishes.held;
+    renewed_ = {};
+  }
+  if (!is_due(renewed_, context_.lease / 3)) return {};
+  const auto renewed = store_->renew(*wishes.held, context_.lease);
+  if (!renewed && is_temporary(renewed.error())) return pass(renewed.error());
+  renewed_ = steady_wall_now();
+  if (renewed) {
+    context_.post([this, part = *wishes.held, cancelled = renewed->is_cancelled] {
+      reports_.on_renewed(part, cancelled);
+    });
+    return {};
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (wishes_.held && is_same(*wishes_.held, *wishes.held)) wishes_.held.reset();
+  }
+  context_.post(
+      [this, part = *wishes.held, why = renewed.error()] { reports_.on_lost(part, why); });
+  return {};
+}
+
+Status LabWorker::claim(const Wishes& wishes) {
+  if (!wishes.claim || wishes.settlement || wishes.held || !published_rig_) return {};
+  if (!is_due(claimed_, claim_period)) return {};
+  const auto part = store_->claim(published_rig_->name, *wishes.claim, context_.lease);
+  if (!part) return pass(part.error());
+  claimed_ = steady_wall_now();
+  if (!*part) return {};
+  {
+    const std::lock_guard lock(mutex_);
+    wishes_.claim.reset();
+    wishes_.held = (*part)->lease;
+  }
+  renewing_ = (*part)->lease;
+  renewed_ = claimed_;
+  context_.post([this, claimed = **part] { reports_.on_claimed(claimed); });
+  return {};
+}
+
+Status LabWorker::read_rigs(const Wishes& wishes) {
+  if (wishes.rigs_wanted_until < steady_wall_now() || !is_due(rigs_read_, rigs_period)) return {};
+  auto rigs = store_->rigs();
+  if (!rigs) return pass(rigs.error());
+  rigs_read_ = steady_wall_now();
+  const std::lock_guard lock(mutex_);
+  rigs_ = {std::move(*rigs), context_.utc_us()};
+  return {};
+}
+
+}  // namespace weft::daemon::lab
