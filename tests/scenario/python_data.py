@@ -36,7 +36,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from cli_support import Checks
-from weft_client import RequestError, _arrays
+from weft_client import WeftError, _arrays
 from weft_client.campaign import Campaign
 from weft_client.dataset import DataSet
 from weft_client.frames import samples
@@ -71,7 +71,7 @@ def raw(path):
 def refused(t, kind, call, *arguments):
     try:
         call(*arguments)
-    except RequestError as error:
+    except WeftError as error:
         t.expect(error.kind == kind, f"{call.__name__}{arguments}: {error.kind}, not {kind}")
         return
     t.expect(False, f"{call.__name__}{arguments}: not refused")
@@ -115,6 +115,30 @@ def in_memory(t, d, trials, digest):
         t.expect(all(list(overview[k]) == [true[k] for true in trials] for k in ("file", "label", "group", "exploration", "sha256"))
                  and list(overview["wrench_samples"]) == [len(true["wrench"]) for true in trials], "overview")
         refused(t, "param.range", data.frame, 0, "sound")
+
+
+def exported_features(t, d, digest):
+    """The table of `weft export` has the digest of its data set in list.json."""
+    t.succeeds("export", "out", "--format", "features-csv", cwd=d)
+    table, listed = d / "out/export/features-M1.csv", d / "out/export/list.json"
+    with DataSet(d / "out/dataset.h5") as data:
+        arrays, plain = data.arrays(table, "M1"), data.arrays(d / "features.csv", "M1")
+        t.expect(arrays.dataset_sha256 == digest and plain.dataset_sha256 is None and same(arrays.X, plain.X) and same(arrays.y, plain.y), "exported features")
+        kept = table.read_text(), listed.read_text()
+        table.write_text(kept[0].replace("denim", "silk"))
+        refused(t, "data.altered", data.arrays, table)
+        table.write_text(kept[0])
+        listed.write_text(kept[1].replace(digest, "0" * 64))
+        refused(t, "request.unreadable", data.arrays, table)
+        for text in kept[1][:-20], kept[1].replace("dataset_sha256", "digest"):
+            listed.write_text(text)
+            refused(t, "request.unreadable", data.arrays, table)
+        for text in "[]", "{}", kept[1].replace("features-M1.csv", "features-M2.csv"):
+            listed.write_text(text)
+            t.expect(data.arrays(table).dataset_sha256 is None, f"a table that is not in the list: {text[:20]}")
+        listed.unlink()
+        t.expect(data.arrays(table).dataset_sha256 is None, "a table without a list")
+        table.unlink()
 
 
 def learning(t, d, trials):
@@ -304,6 +328,7 @@ def main():
         assert len(trials) == TRIALS and axes == STAGES, (len(trials), axes)
         in_memory(t, d, trials, digest)
         learning(t, d, trials)
+        exported_features(t, d, digest)
         in_parquet(t, d, trials, digest)
         in_mcap(t, d, trials, digest)
         other_clock(t, d, trials)

@@ -153,16 +153,17 @@ class DataSet:
         return dataset(self[i], [self.readings(i, stream) for stream in self.vibrations])
 
     def arrays(self, features: "Union[str, os.PathLike[str]]", exploration: str = "") -> _arrays.Arrays:
-        """X, y and groups for scikit-learn, from the CSV that `weft fabric features` writes of this data set; "" takes all explorations.
+        """X, y and groups for scikit-learn, from the CSV that `weft export` or `weft fabric features` writes of this data set; "" takes all explorations.
 
-        Factors of a sweep are left out: overview() has them. Errors: OSError; RequestError if the CSV is of another data set or lacks the exploration.
+        Factors of a sweep are left out: overview() has them. An exported table also has the digest of its data set, which is compared. Errors: OSError;
+        RequestError if the CSV is of another data set or lacks the exploration; DataAltered if it was changed after the export.
         """
         files, labels, explorations = ([_text(value) for value in self.h5[f"trials/{k}"][:]] for k in ("file", "label", "exploration"))
         chosen = {file for file, of in zip(files, explorations) if exploration in ("", of)}
         if not chosen:
             raise RequestError("exploration not found", 1004, {"kind": "not_found", "where": str(self.h5.filename), "got": exploration,
                                                                "expected": ", ".join(sorted(set(explorations)))})
-        return _arrays.read(features, dict(zip(files, labels)), chosen, self._factors())
+        return _arrays.read(features, dict(zip(files, labels)), chosen, self._factors(), self.dataset_sha256)
 
     def to_parquet(self, path: "Union[str, os.PathLike[str]]", stream: str = "taxels") -> int:
         """Writes one stream: export.to_parquet(). Returns the number of rows. Errors: ImportError without pyarrow; RequestError, OSError."""
