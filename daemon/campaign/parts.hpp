@@ -75,12 +75,12 @@ struct MergedDataset {
 
 /// Merges folders of parts, folders of campaigns and data set files of one recipe into the data set
 /// `out`, in the order of the recipe's plan. The digest does not depend on the number of parts, nor
-/// on the order of `inputs` unless they come from several rigs. One trial at a time is in memory. Errors: not_found, naming the part
-/// or the fabric, if a trial is missing; invalid_argument if one is given twice, or if recipe, rig,
-/// seed or software differ; those of DatasetReader and DatasetWriter. `out` is then unchanged.
+/// on the order of `inputs` unless they come from several rigs. One trial at a time is in memory.
+/// Errors: not_found, naming the part or the fabric, if a trial is missing; invalid_argument if one
+/// is given twice, or if recipe, rig, seed or software differ; those of DatasetReader and
+/// DatasetWriter. `out` is then unchanged.
 Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inputs,
-                                  const std::filesystem::path& out,
-                                  MergeRigs rigs = MergeRigs::one,
+                                  const std::filesystem::path& out, MergeRigs rigs = MergeRigs::one,
                                   const StopRequested& stop_requested = {});
 
 }  // namespace weft::daemon

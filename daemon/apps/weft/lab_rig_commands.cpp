@@ -45,8 +45,8 @@ Result<int> run_accept(client::Client& daemon, const AcceptArgs&, Console& conso
   for (int i = 1; kept && !signals.requested(); ++i) {
     std::this_thread::sleep_for(poll);
     if (i % polls != 0) continue;
-    const auto renewed = call(daemon, "lease.renew", {{"lease", held.at("lease")},
-                                                      {"ttl_ms", ttl.count()}});
+    const auto renewed =
+        call(daemon, "lease.renew", {{"lease", held.at("lease")}, {"ttl_ms", ttl.count()}});
     if (!renewed) kept = pass(renewed.error());
   }
   if (!kept) return pass(kept.error());
@@ -69,7 +69,8 @@ struct FetchArgs {
 
 void add_options(CLI::App& command, FetchArgs& args) {
   command
-      .add_option("WHAT", args.what, "campaign C-000012, or the first digits of a data set's digest")
+      .add_option("WHAT", args.what,
+                  "campaign C-000012, or the first digits of a data set's digest")
       ->required();
   command.add_option("--out", args.out, "write the data sets to this folder")->required();
   command.add_option("--lab", args.uri,
@@ -112,8 +113,10 @@ Status copy_file(const fs::path& from, const fs::path& to, const std::string& sh
   std::error_code error;
   fs::copy_file(from, atomic.temporary(), fs::copy_options::overwrite_existing, error);
   if (error)
-    return fail(
-        {.code = Errc::io, .where = to.string(), .what = "file not copied", .got = error.message()});
+    return fail({.code = Errc::io,
+                 .where = to.string(),
+                 .what = "file not copied",
+                 .got = error.message()});
   return atomic.publish();
 }
 
@@ -204,8 +207,8 @@ Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const 
   for (const lab::DatasetEntry& place : *datasets)  // on this machine, or in a shared folder
     if (fs::exists(place.place, unseen) && copy_file(place.place, to, one.sha256)) return {};
   const auto rig = std::ranges::find(rigs, one.rig, &lab::RigEntry::name);
-  const json status = rig == rigs.end() ? json::object()
-                                        : json::parse(rig->status_json, nullptr, false);
+  const json status =
+      rig == rigs.end() ? json::object() : json::parse(rig->status_json, nullptr, false);
   const std::string http = status.is_object() ? status.value("http", "") : "";
   if (http.empty())
     return fail({.code = Errc::not_found,
@@ -214,8 +217,8 @@ Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const 
                  .expected = "a shared folder, or a rig with --http",
                  .hint = "Run this command on the machine of the rig"});
   AtomicFile atomic(to);
-  if (Status got = download(http + "/data/" + one.run + "/" + dataset_file_name, token,
-                            args.tls_ca, atomic.temporary());
+  if (Status got = download(http + "/data/" + one.run + "/" + dataset_file_name, token, args.tls_ca,
+                            atomic.temporary());
       !got)
     return got;
   if (Status same = require_digest(atomic.temporary(), one.sha256); !same)
@@ -231,8 +234,7 @@ Result<int> run_fetch(const FetchArgs& args, Console& console) {
   auto store = LabStore::open(std::move(*address), "lab fetch");
   if (!store) return pass(store.error());
   const auto id = lab::campaign_number(args.what);
-  const auto wanted =
-      id ? wanted_of_campaign(*store, *id) : wanted_of_digest(*store, args.what);
+  const auto wanted = id ? wanted_of_campaign(*store, *id) : wanted_of_digest(*store, args.what);
   if (!wanted) return pass(wanted.error());
   const auto rigs = store->rigs();
   if (!rigs) return pass(rigs.error());
@@ -251,8 +253,8 @@ Result<int> run_fetch(const FetchArgs& args, Console& console) {
     text += to.string() + "  " + one.rig + "  " + one.sha256 + "\n";
   }
   if (id)
-    text += "To merge them: weft dataset merge --by-rig " + args.out.string() +
-            "/*.h5 -o merged.h5\n";
+    text +=
+        "To merge them: weft dataset merge --by-rig " + args.out.string() + "/*.h5 -o merged.h5\n";
   print(console, text, {{"command", "lab fetch"}, {"files", std::move(files)}});
   return exit_ok;
 }

@@ -19,7 +19,7 @@ namespace weft::daemon::lab {
 struct LabAgentContext {
   LabAddress address;
   std::string rig_name;
-  std::string api_address;  ///< where its API is reached: "tls://bench17:8443", "unix:/run/..."
+  std::string api_address;    ///< where its API is reached: "tls://bench17:8443", "unix:/run/..."
   std::string http_url = {};  ///< of its files: "https://bench17:8080"; empty without HTTP
   std::filesystem::path rig, data;
   runs::RunManager* manager = nullptr;

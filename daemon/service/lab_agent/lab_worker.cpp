@@ -14,7 +14,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr seconds rig_period{10}, claim_period{2}, rigs_period{2}, rigs_wanted_for{10};
+constexpr seconds heartbeat{10}, claim_period{2}, rigs_period{2}, rigs_wanted_for{10};
 constexpr milliseconds pause{200}, first_retry{500};
 
 bool is_due(std::chrono::nanoseconds last, std::chrono::nanoseconds period) {
@@ -135,7 +135,7 @@ bool LabWorker::connect(const std::stop_token& stop) {
   }
   note(done);
   if (done) return true;
-  if (!store_) wait(stop, rigs_period);
+  if (!store_) wait(stop, claim_period);
   return false;
 }
 
@@ -171,7 +171,7 @@ Status LabWorker::round() {
 Status LabWorker::publish_rig(const Wishes& wishes) {
   if (!wishes.rig) return {};
   const bool is_new = !published_rig_ || !is_same(*published_rig_, *wishes.rig);
-  if (!is_new && !is_due(rig_published_, rig_period)) return {};
+  if (!is_new && !is_due(rig_published_, heartbeat)) return {};
   if (Status done = store_->publish_rig(*wishes.rig); !done) return done;
   published_rig_ = wishes.rig;
   rig_published_ = steady_wall_now();

@@ -14,17 +14,17 @@ tl::unexpected<rpc::RpcError> without_lab() {
                   .hint = "Start weftd with --lab postgresql://USER@HOST/DATABASE"});
 }
 
-Outcome status(const Services& services, const Call& /*call*/) {
+Outcome lab_status(const Services& services, const Call& /*call*/) {
   if (services.lab == nullptr) return without_lab();
   return format_text(services.lab->status_json());
 }
 
-Outcome rigs(const Services& services, const Call& /*call*/) {
+Outcome lab_rigs(const Services& services, const Call& /*call*/) {
   if (services.lab == nullptr) return without_lab();
   return format_text(services.lab->rigs_json());
 }
 
-Outcome accept(const Services& services, const Call& call) {
+Outcome lab_accept(const Services& services, const Call& call) {
   if (services.lab == nullptr) return without_lab();
   if (auto open = require_unlocked(services); !open) return tl::unexpected(open.error());
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
@@ -33,7 +33,7 @@ Outcome accept(const Services& services, const Call& call) {
   return format_text(services.lab->status_json());
 }
 
-Outcome withdraw(const Services& services, const Call& call) {
+Outcome lab_withdraw(const Services& services, const Call& call) {
   if (services.lab == nullptr) return without_lab();
   services.lab->withdraw(rpc::by(call.caller));
   return format_text(services.lab->status_json());
@@ -47,17 +47,17 @@ constexpr const char* status_result =
 }  // namespace
 
 void add_lab_methods(rpc::Methods& methods, const Services& services) {
-  const MethodGroup group(methods, services);
+  MethodGroup group(methods, services);
   group.read("lab.status", "connection to the laboratory's store, and the part that this rig has",
-             {}, status_result, status);
+             {}, status_result, lab_status);
   group.read("lab.rigs", "all rigs of the laboratory, as last read from the store", {},
              "rigs (rig, address, bench, state, seen_us, status), read_us (null: not read yet), "
              "now_us, is_connected, error",
-             rigs);
+             lab_rigs);
   group.change("lab.accept", "takes parts of campaigns while the caller holds the rig's lease",
-               Role::operator_, {rig_lease_param}, status_result, accept);
+               Role::operator_, {rig_lease_param}, status_result, lab_accept);
   group.change("lab.withdraw", "takes no further part; a running one goes on", Role::operator_, {},
-               status_result, withdraw);
+               status_result, lab_withdraw);
 }
 
 }  // namespace weft::daemon::api
