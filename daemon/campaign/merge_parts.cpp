@@ -140,8 +140,8 @@ std::string rig_name(const DatasetInfo& info) {
   return rig && rig->is_object() ? rig->value("name", std::string()) : std::string();
 }
 
-/// All data sets must come from one recipe, by the same software. Of several rigs only what the
-/// columns need must be the same.
+/// All data sets must come from one recipe, by the same software. With several rigs, only
+/// axes, rates and sensors must be the same.
 Status require_same(const Source& first, const Source& other, MergeRigs rigs) {
   const DatasetInfo& a = first.reader.listed().info;
   DatasetInfo b = other.reader.listed().info;

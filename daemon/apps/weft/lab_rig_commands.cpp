@@ -1,10 +1,10 @@
 // `weft lab accept` and `weft lab fetch`: a rig in its laboratory, and its files.
 
 #include <curl/curl.h>
+#include <poll.h>
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "daemon/apps/weft/daemon_call.hpp"
 #include "daemon/apps/weft/lab_text.hpp"
@@ -30,8 +30,8 @@ void add_options(CLI::App& command, AcceptArgs& args) {
 
 /// Holds the lease of the rig and accepts parts until a signal.
 Result<int> run_accept(client::Client& daemon, const AcceptArgs&, Console& console) {
-  constexpr std::chrono::milliseconds ttl{15000}, poll{100};
-  constexpr int polls = 30;  // renewed every 3 s
+  constexpr std::chrono::milliseconds ttl{15000};
+  constexpr int poll_ms = 100, polls = 30;  // renewed every 3 s
   const StopSignals signals(StopSignals::Hangup::stops, StopSignals::Suspend::allowed);
   const auto lease =
       call(daemon, "lease.acquire", {{"note", "weft lab accept"}, {"ttl_ms", ttl.count()}});
@@ -43,7 +43,7 @@ Result<int> run_accept(client::Client& daemon, const AcceptArgs&, Console& conso
               << status->value("store", "") << "; end with Ctrl-C" << std::endl;
   Status kept;
   for (int i = 1; kept && !signals.requested(); ++i) {
-    std::this_thread::sleep_for(poll);
+    ::poll(nullptr, 0, poll_ms);
     if (i % polls != 0) continue;
     const auto renewed =
         call(daemon, "lease.renew", {{"lease", held.at("lease")}, {"ttl_ms", ttl.count()}});
@@ -182,7 +182,7 @@ Result<std::vector<Wanted>> wanted_of_campaign(LabStore& store, std::int64_t id)
   return out;
 }
 
-/// Runs with data sets whose digest begins so, one of each.
+/// One data set of each digest that begins so.
 Result<std::vector<Wanted>> wanted_of_digest(LabStore& store, const std::string& digest) {
   const auto datasets = store.datasets(digest);
   if (!datasets) return pass(datasets.error());

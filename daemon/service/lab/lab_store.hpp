@@ -200,7 +200,7 @@ class LabStore {
   Result<RunsPage> runs(const RunsFilter& filter, std::optional<std::int64_t> after,
                         std::size_t limit);
   Result<std::vector<RunEntry>> search(const LabSearch& search, std::size_t limit);
-  /// Data sets whose digest begins with `digest`, 4 to 64 digits; several runs may have the same.
+  /// Data sets by the beginning of their digest, 4 to 64 digits; several runs may have the same.
   Result<std::vector<DatasetEntry>> datasets(std::string_view digest);
   Result<LabCampaign> campaign(std::int64_t id);
 

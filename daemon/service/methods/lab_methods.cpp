@@ -54,7 +54,7 @@ void add_lab_methods(rpc::Methods& methods, const Services& services) {
              "rigs (rig, address, bench, state, seen_us, status), read_us (null: not read yet), "
              "now_us, is_connected, error",
              lab_rigs);
-  group.change("lab.accept", "takes parts of campaigns while the caller holds the rig's lease",
+  group.change("lab.accept", "takes parts of campaigns until the caller's lease of the rig ends",
                Role::operator_, {rig_lease_param}, status_result, lab_accept);
   group.change("lab.withdraw", "takes no further part; a running one goes on", Role::operator_, {},
                status_result, lab_withdraw);

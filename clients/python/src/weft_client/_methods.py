@@ -174,6 +174,51 @@ class HandoverMethods:
         return self._call("handover.start", {"run": run, "idem": idem})
 
 
+class LabMethods:
+    """Methods lab.*"""
+
+    def __init__(self, call: Call) -> None:
+        self._call = call
+
+    def accept(self, *, lease: str, idem: Optional[str] = None) -> JsonObject:
+        """Takes parts of campaigns while the caller holds the rig's lease.
+
+        lease: your lease of the rig
+        idem: idempotency key: a repeated request returns the first answer
+        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), accepted_by
+        (user; null: no part is taken), part (campaign, number, fabric, attempt, run, is_lost; null: none). Least role:
+        operator. Changes something.
+        """
+        return self._call("lab.accept", {"lease": lease, "idem": idem})
+
+    def rigs(self) -> JsonObject:
+        """All rigs of the laboratory, as last read from the store.
+
+        Result: rigs (rig, address, bench, state, seen_us, status), read_us (null: not read yet), now_us, is_connected, error.
+        Least role: observer.
+        """
+        return self._call("lab.rigs", {})
+
+    def status(self) -> JsonObject:
+        """Connection to the laboratory's store, and the part that this rig has.
+
+        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), accepted_by
+        (user; null: no part is taken), part (campaign, number, fabric, attempt, run, is_lost; null: none). Least role:
+        observer.
+        """
+        return self._call("lab.status", {})
+
+    def withdraw(self, *, idem: Optional[str] = None) -> JsonObject:
+        """Takes no further part; a running one goes on.
+
+        idem: idempotency key: a repeated request returns the first answer
+        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), accepted_by
+        (user; null: no part is taken), part (campaign, number, fabric, attempt, run, is_lost; null: none). Least role:
+        operator. Changes something.
+        """
+        return self._call("lab.withdraw", {"idem": idem})
+
+
 class LeaseMethods:
     """Methods lease.*"""
 
@@ -960,6 +1005,7 @@ class Api:
         self.data = DataMethods(call)
         self.device = DeviceMethods(call)
         self.handover = HandoverMethods(call)
+        self.lab = LabMethods(call)
         self.lease = LeaseMethods(call)
         self.log = LogMethods(call)
         self.queue = QueueMethods(call)

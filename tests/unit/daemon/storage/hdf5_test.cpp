@@ -424,11 +424,15 @@ TEST_CASE("a writer that waits for the library gives up at its next trial") {
   std::atomic<int> inspections = 0;
   const auto give_up = [&inspections] { return ++inspections == 2; };
   std::optional<Error> refused;
+  std::atomic<bool> begun = false;
   {
     std::unique_lock alone(hdf5::library());
-    std::jthread writer(
-        [&] { refused = write_hdf5(dataset, folder / "stopped.h5", give_up).error(); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::jthread writer([&] {
+      begun = true;
+      begun.notify_one();
+      refused = write_hdf5(dataset, folder / "stopped.h5", give_up).error();
+    });
+    begun.wait(false);
     CHECK(inspections == 0);  // it waits
     alone.unlock();
   }
