@@ -25,7 +25,7 @@ WEFTD, WEFT = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
 ROOT, FOLDER = pathlib.Path(sys.argv[3]).resolve(), pathlib.Path(sys.argv[4]).resolve()
 PINS = pathlib.Path(__file__).with_suffix(".txt")
 OLDEST, OWN, PINNED = (3, 9), tuple(sys.version_info[:2]), ((3, 9), (3, 11), (3, 13))
-LIMIT_S = 200
+LIMIT_S = 300
 TELL = "import platform, sys, venv, ensurepip; print(platform.python_implementation(), *sys.version_info[:2], sys.version.split()[0])"
 
 FIXTURE = """

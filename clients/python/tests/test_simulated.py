@@ -109,6 +109,7 @@ class Programs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             process = Process(["sh", "-c", "sleep 600 & echo $!; echo ready; exit 3"], pathlib.Path(name, "log"), "^ready$")
             child = int(process.text().split()[0])
+            os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # stop() must come after its end
             self.assertEqual(process.stop(), 3)
             self.assertTrue(has_ended(child))
 
