@@ -17,7 +17,7 @@ using namespace weft;
 using namespace weft::daemon;
 using bench::Figure;
 
-constexpr std::size_t searches = 100;
+constexpr std::size_t searches = 100, few = 9;
 constexpr std::uint32_t seed = 51;
 constexpr double search_aim_ms = 50, page_aim_ms = 1000;
 
@@ -130,8 +130,8 @@ std::vector<Kind> make_searches(lab::Connection& connection) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "bench_lab URI\n");
+  if (argc != 4) {
+    std::fprintf(stderr, "bench_lab URI SCANNER_URI NAME\n");
     return 2;
   }
   const auto address = must(lab::LabAddress::parse(argv[1]));
@@ -149,7 +149,8 @@ int main(int argc, char** argv) {
   };
 
   std::vector<lab::LabSearch> mixed;
-  for (const Kind& kind : make_searches(connection)) {
+  std::vector<Kind> kinds = make_searches(connection);
+  for (const Kind& kind : kinds) {
     add("search: " + kind.name,
         time_all<lab::LabSearch>(kind.searches,
                                  [&](const auto& search) { must(store.search(search, 50)); }),
@@ -170,33 +171,15 @@ int main(int argc, char** argv) {
   add("page of 50 runs after 5000",
       time_all<int>(rounds, [&](int) { must(store.runs({}, after, 50)); }), page_aim_ms);
 
-  // The same questions without an index, in a session of their own.
-  must(connection.run("SET enable_indexscan = off"));
-  must(connection.run("SET enable_bitmapscan = off"));
-  must(connection.run("SET enable_indexonlyscan = off"));
-  must(connection.run("SET max_parallel_workers_per_gather = 0"));
-  const auto digests = some_digests(connection, "trial", "sha256");
-  const std::vector<int> few(9);
-  const auto scan = [&](const std::string& name, const char* indexed, const char* question,
-                        const std::function<std::string()>& value) {
-    const Times times = time_all<int>(few, [&](int) { must(connection.run(question, value())); });
-    const auto found =
-        std::ranges::find(figures, std::string("search: ") + indexed, &Figure::figure);
-    figures.push_back({name, found->value, "ms", "sequential scan", times.median_ms, "", {}});
-  };
-  Draws draws;
-  scan("digest of a trial, against a scan", "digest of a trial, 8 digits",
-       "SELECT run_id FROM weft.trial WHERE sha256 >= $1 AND sha256 < $1 || 'g'",
-       [&] { return digests[draws.below(100) % digests.size()].substr(0, 8); });
-  scan("fabric, against a scan of the runs", "fabric",
-       "SELECT id FROM weft.run WHERE fabrics @> ARRAY[$1] ORDER BY started_at DESC LIMIT 50",
-       [&] { return padded("fabric%03u", draws.below(118)); });
-  scan("fabric, against a scan of the trials", "fabric",
-       "SELECT DISTINCT run_id FROM weft.trial WHERE label = $1",
-       [&] { return padded("fabric%03u", draws.below(118)); });
-  scan("two words, against a scan of the runs", "text, two words",
-       "SELECT id FROM weft.run WHERE search_text LIKE '%' || $1 || '%' AND search_text LIKE "
-       "'%r-0000%'",
-       [&] { return padded("fabric%03u", draws.below(118)); });
-  return bench::report("lab", figures);
+  const auto scanner_address = must(lab::LabAddress::parse(argv[2]));
+  auto scanner = must(lab::LabStore::open(scanner_address, "bench"));
+  for (Kind& kind : kinds) {
+    kind.searches.resize(few);
+    const Times times = time_all<lab::LabSearch>(
+        kind.searches, [&](const auto& search) { must(scanner.search(search, 50)); });
+    const auto found = std::ranges::find(figures, "search: " + kind.name, &Figure::figure);
+    figures.push_back(
+        {"scan: " + kind.name, found->value, "ms", "without an index", times.median_ms, "", {}});
+  }
+  return bench::report(argv[3], figures);
 }

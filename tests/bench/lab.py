@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Fills a PostgreSQL of its own with 100 rigs, 10 000 runs and 10^6 trials, all MADE UP, by COPY, then runs bench_lab on it.
+"""Fills a PostgreSQL of its own with 100 rigs and 10^6 trials in 10^4, then in 10^5 runs, all MADE UP, by COPY. Runs bench_lab on each.
 
-    lab.py WEFT BENCH_LAB [TRIALS]
+    lab.py WEFT BENCH_LAB
 
 Exit status 77 without Debian's PostgreSQL server.
 """
@@ -19,7 +19,8 @@ sys.path.insert(0, str(ROOT / "tests/scenario"))
 import lab_support  # noqa: E402
 
 SEED = 51
-RIGS, TRIALS_OF_RUN = 100, 100
+RIGS, TRIALS = 100, 1_000_000
+SIZES = {"lab": 100, "lab_short_runs": 10}  # trials of a run, by the name of the output
 FABRICS = [f"fabric{i:03d}" for i in range(118)]
 RECIPES = ["khan2016", "first", "vibro-slide", "imprint", "pilot-force-speed", "m1", "m2"]
 START_S = 1_750_000_000
@@ -49,7 +50,7 @@ def rig_rows():
         yield [f"rig{i:03d}", f"login{i:03d}", f"tls://rig{i:03d}:8443", "simulated", "safe", utc(START_S), digest("rig", i), status]
 
 
-def run_rows(runs):
+def run_rows(runs, trials):
     draws = random.Random(SEED)
     for k in range(runs):
         rig, run, recipe = f"rig{k % RIGS:03d}", f"R-{k // RIGS + 1:06d}", draws.choice(RECIPES)
@@ -57,39 +58,46 @@ def run_rows(runs):
         start = START_S + 600 * k
         place = f"/made-up/{run}"
         text = " ".join([rig, run, recipe, *fabrics, place]).lower()
-        yield [rig, run, recipe, digest(recipe), str(k), "{" + ",".join(fabrics) + "}", "simulated", "complete", str(TRIALS_OF_RUN), str(TRIALS_OF_RUN),
+        yield [rig, run, recipe, digest(recipe), str(k), "{" + ",".join(fabrics) + "}", "simulated", "complete", str(trials), str(trials),
                utc(start), utc(start + 500), place, str(start * 1_000_000), text]
 
 
-def trial_rows(runs):
+def trial_rows(runs, trials):
     draws = random.Random(SEED)
     for k in range(runs):
         draws.choice(RECIPES)
         fabrics = draws.sample(FABRICS, 5)
-        for i in range(TRIALS_OF_RUN):
+        for i in range(trials):
             yield [str(k + 1), str(i), fabrics[i % 5], "M1" if i % 2 else "M2", str(i // 10 + 1), "complete", digest(k, i)]
+
+
+def measure(name, trials):
+    """Exit status of bench_lab on a store with runs of this number of trials."""
+    runs = TRIALS // trials
+    with lab_support.Server(settings="log_min_duration_statement = -1\n") as server:
+        server.make_lab(("reader", ""), ("scanner", ""))
+        for setting in ("enable_indexscan = off", "enable_bitmapscan = off", "enable_indexonlyscan = off", "max_parallel_workers_per_gather = 0"):
+            server.sql(f"ALTER ROLE scanner SET {setting}")
+        subprocess.run([sys.argv[1], "lab", "install", "--lab", server.uri("admin")], check=True, stdout=subprocess.DEVNULL)
+        server.grant(("reader", "weft_reader"), ("scanner", "weft_reader"))
+        begun = time.monotonic()
+        copy(server, "rig", rig_rows())
+        copy(server, "run (rig, run, recipe, recipe_sha256, seed, fabrics, bench, state, trials_planned, trials_complete, started_at, ended_at, place, "
+             "revision, search_text)", run_rows(runs, trials))
+        copy(server, "dataset", ([str(k + 1), digest("dataset", k), str(trials), "1000000", f"/made-up/{k}.h5"] for k in range(runs)))
+        copy(server, "trial", trial_rows(runs, trials))
+        server.sql("ANALYZE")
+        filled_s = time.monotonic() - begun
+        bytes_text = server.sql("SELECT pg_size_pretty(pg_database_size('lab'))")
+        print(f"MADE UP: {RIGS} rigs, {runs} runs, {runs * trials} trials, filled in {filled_s:.0f} s, {bytes_text}", flush=True)
+        return subprocess.run([sys.argv[2], server.uri("reader"), server.uri("scanner"), name], check=False, env=os.environ).returncode
 
 
 def main():
     if lab_support.programs() is None:
         print(lab_support.NOT_INSTALLED)
         sys.exit(77)
-    runs = int(sys.argv[3] if len(sys.argv) > 3 else 1_000_000) // TRIALS_OF_RUN
-    with lab_support.Server(settings="log_min_duration_statement = -1\n") as server:
-        server.make_lab(("reader", ""))
-        subprocess.run([sys.argv[1], "lab", "install", "--lab", server.uri("admin")], check=True, stdout=subprocess.DEVNULL)
-        server.grant(("reader", "weft_reader"))
-        begun = time.monotonic()
-        copy(server, "rig", rig_rows())
-        copy(server, "run (rig, run, recipe, recipe_sha256, seed, fabrics, bench, state, trials_planned, trials_complete, started_at, ended_at, place, "
-             "revision, search_text)", run_rows(runs))
-        copy(server, "dataset", ([str(k + 1), digest("dataset", k), str(TRIALS_OF_RUN), "1000000", f"/made-up/{k}.h5"] for k in range(runs)))
-        copy(server, "trial", trial_rows(runs))
-        server.sql("ANALYZE")
-        filled_s = time.monotonic() - begun
-        bytes_text = server.sql("SELECT pg_size_pretty(pg_database_size('lab'))")
-        print(f"MADE UP: {RIGS} rigs, {runs} runs, {runs * TRIALS_OF_RUN} trials, filled in {filled_s:.0f} s, {bytes_text}", flush=True)
-        sys.exit(subprocess.run([sys.argv[2], server.uri("reader")], check=False, env=os.environ).returncode)
+    sys.exit(max(measure(name, trials) for name, trials in SIZES.items()))
 
 
 if __name__ == "__main__":

@@ -53,6 +53,12 @@ RunEntry run_of(const Rows& rows, std::size_t row) {
   return run;
 }
 
+std::vector<RunEntry> runs_of(const Rows& rows) {
+  std::vector<RunEntry> runs;
+  for (std::size_t row = 0; row < rows.size(); ++row) runs.push_back(run_of(rows, row));
+  return runs;
+}
+
 void add_filter(Conditions& conditions, const RunsFilter& filter) {
   constexpr const char* time =
       "timestamptz '1970-01-01 00:00:00+00' + ?::bigint * interval '1 microsecond'";
@@ -88,12 +94,14 @@ void add_text(Conditions& conditions, std::string_view text) {
   }
 }
 
-/// Digits sort before 'g', so a range of texts has all digests with this beginning.
+/// Digits sort before 'g', so a range of texts has all digests with this beginning. One list of
+/// ids, because an OR with the runs' own digest would read all runs.
 constexpr const char* digest_condition =
-    "r.recipe_sha256 >= ? AND r.recipe_sha256 < ? || 'g' OR r.id IN ("
-    "SELECT run_id FROM weft.dataset WHERE dataset_sha256 >= ? AND dataset_sha256 < ? || 'g' UNION "
-    "ALL SELECT run_id FROM weft.certificate WHERE certificate_sha256 >= ? AND certificate_sha256 "
-    "< ? || 'g' UNION ALL "
+    "r.id IN ("
+    "SELECT id FROM weft.run WHERE recipe_sha256 >= ? AND recipe_sha256 < ? || 'g' UNION ALL "
+    "SELECT run_id FROM weft.dataset WHERE dataset_sha256 >= ? AND dataset_sha256 < ? || 'g' "
+    "UNION ALL SELECT run_id FROM weft.certificate"
+    " WHERE certificate_sha256 >= ? AND certificate_sha256 < ? || 'g' UNION ALL "
     "SELECT run_id FROM weft.trial WHERE sha256 >= ? AND sha256 < ? || 'g')";
 
 Result<std::string> read_digest(std::string_view typed) {
@@ -186,19 +194,25 @@ Result<std::vector<RunEntry>> LabStore::search(const LabSearch& search, std::siz
     if (!digest) return pass(digest.error());
     conditions.add(digest_condition, std::move(*digest));
   }
+  const std::string last = " ORDER BY r.started_at DESC, r.id DESC LIMIT " + std::to_string(limit);
+  // A common word is found among the newest runs; a search of all would sort many.
+  if (search.digest.empty()) {
+    const auto newest = run_bound("SELECT " + std::string(run_columns) +
+                                      " FROM (SELECT * FROM weft.run ORDER BY started_at DESC, id "
+                                      "DESC LIMIT 2000) r" +
+                                      conditions.text() + last,
+                                  conditions.values());
+    if (!newest) return pass(newest.error());
+    if (newest->size() == limit) return runs_of(*newest);
+  }
   // Without the barrier the planner may read all runs by start until `limit` of them fit.
   const auto rows = run_bound(
       "WITH found AS MATERIALIZED (SELECT r.id, r.started_at FROM weft.run r" + conditions.text() +
-          "), newest AS (SELECT id FROM found ORDER BY started_at DESC, id "
-          "DESC LIMIT " +
-          std::to_string(limit) + ") SELECT " + run_columns +
-          " FROM newest JOIN weft.run r USING (id)"
-          " ORDER BY r.started_at DESC, r.id DESC",
+          "), newest AS (SELECT r.id FROM found r" + last + ") SELECT " + run_columns +
+          " FROM newest JOIN weft.run r USING (id) ORDER BY r.started_at DESC, r.id DESC",
       conditions.values());
   if (!rows) return pass(rows.error());
-  std::vector<RunEntry> out;
-  for (std::size_t row = 0; row < rows->size(); ++row) out.push_back(run_of(*rows, row));
-  return out;
+  return runs_of(*rows);
 }
 
 }  // namespace weft::daemon::lab

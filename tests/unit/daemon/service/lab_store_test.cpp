@@ -376,6 +376,15 @@ TEST_CASE("pages and searches find each run once", "[.][lab-server]") {
   CHECK_FALSE(reader.runs({}, {}, 0));
   CHECK_FALSE(reader.runs({}, {}, 1001));
 
+  // A full result comes from the newest runs, a partial one from all: both in the same order.
+  const auto page = reader.runs({.rig = "r2"}, {}, 100);
+  for (const std::size_t limit : {std::size_t{10}, std::size_t{100}}) {
+    const auto found = reader.search({{.rig = "r2"}, "r-0002", "velvet", ""}, limit);
+    REQUIRE(found);
+    REQUIRE(found->size() == std::min(limit, std::size_t{25}));
+    for (std::size_t i = 0; i < found->size(); ++i) CHECK((*found)[i].key == page->runs[i].key);
+  }
+
   const auto search = [&](LabSearch wanted) {
     const auto runs = reader.search(wanted, 100);
     REQUIRE(runs);
