@@ -9,7 +9,7 @@
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/certificate/exports.hpp"
 #include "daemon/storage/certificate/handover_file.hpp"
-#include "daemon/storage/dataset/hdf5_file.hpp"
+#include "daemon/storage/dataset/dataset_reader.hpp"
 #include "daemon/storage/recorder/campaign_history.hpp"
 #include "daemon/storage/recorder/chunk.hpp"
 #include "daemon/storage/recorder/log_check.hpp"
@@ -148,15 +148,28 @@ class CampaignCheck {
     const auto catalogue = catalogued_trials(database_);
     if (!catalogue) return found("table trial", catalogue.error());
     if (certificate_ != nullptr) compare_catalogue(*catalogue);
-    auto all = load_campaign(file_, {.all_outcomes = true, .stop_requested = stop_requested_});
-    if (!all && !readable) return;  // reported already
-    if (!all) return found("content", all.error());
-    check_documents(all->info, file_.filename().string() + ": table campaign", report_);
-    report_.attempts = all->trials.size();
-    report_.complete = static_cast<std::size_t>(
-        std::ranges::count_if(all->records, is_done, &TrialRecord::outcome));
-    report_.software_version = all->info.software_version;
-    if (certificate_ != nullptr) compare_content(*all);
+    const std::map<std::string, std::string> certified = certified_trials();
+    std::size_t attempts = 0, complete = 0;
+    std::vector<std::pair<std::string, const char*>> differences;  // trial, problem
+    const auto compare = [&](const DatasetInfo&, const TrialData& attempt) -> Status {
+      ++attempts;
+      complete += is_done(attempt.record.outcome) ? 1 : 0;
+      if (certificate_ == nullptr) return {};
+      const auto known = certified.find(attempt.trial.file);
+      if (known == certified.end())
+        differences.emplace_back(attempt.trial.file, "not in the certificate");
+      else if (known->second != trial_sha256(attempt.trial, attempt.record))
+        differences.emplace_back(attempt.trial.file, "altered, SHA-256 differs");
+      return {};
+    };
+    const auto info = visit_attempts(file_, Attempts::all, compare, stop_requested_);
+    if (!info && !readable) return;  // reported already
+    if (!info) return found("content", info.error());
+    check_documents(*info, file_.filename().string() + ": table campaign", report_);
+    report_.attempts = attempts;
+    report_.complete = complete;
+    report_.software_version = info->software_version;
+    for (const auto& [trial, problem] : differences) found("trial " + trial, problem);
   }
 
   void compare_catalogue(const std::vector<CataloguedTrial>& catalogue) {
@@ -171,16 +184,12 @@ class CampaignCheck {
               "row of the trial or of a chunk differs from the certificate");
   }
 
-  void compare_content(const Dataset& all) {
-    std::map<std::string, std::string> recorded;
-    for (const CertifiedTrial& trial : certificate_->trials) recorded[trial.name] = trial.sha256;
-    for (std::size_t i = 0; i < all.trials.size(); ++i) {
-      const auto known = recorded.find(all.trials[i].file);
-      if (known == recorded.end())
-        found("trial " + all.trials[i].file, "not in the certificate");
-      else if (known->second != trial_sha256(all.trials[i], all.records[i]))
-        found("trial " + all.trials[i].file, "altered, SHA-256 differs");
-    }
+  /// Digests of the trials in the certificate, by name.
+  [[nodiscard]] std::map<std::string, std::string> certified_trials() const {
+    std::map<std::string, std::string> out;
+    if (certificate_ == nullptr) return out;
+    for (const CertifiedTrial& trial : certificate_->trials) out[trial.name] = trial.sha256;
+    return out;
   }
 
   const std::filesystem::path& file_;
@@ -234,14 +243,15 @@ Status check_recordings(const fs::path& file, VerifyReport& report) {
 
 Status check_dataset(const fs::path& file, const Certificate* certificate, VerifyReport& report) {
   if (certificate == nullptr && is_recordings_file(file)) return check_recordings(file, report);
-  const auto dataset = read_hdf5(file);
+  const auto dataset = check_hdf5(file);
   const std::string name = file.filename().string();
   if (!dataset) return found_if_damage(dataset.error(), file, report);
-  report.dataset_sha256 = dataset_sha256(*dataset);
-  report.software_version = dataset->info.software_version;
-  check_documents(dataset->info, name + ": /provenance", report);
+  const Dataset& listed = dataset->listed;
+  report.dataset_sha256 = dataset->digest.dataset_sha256;
+  report.software_version = listed.info.software_version;
+  check_documents(listed.info, name + ": /provenance", report);
   if (report.campaign.empty())
-    report.planned = report.complete = report.attempts = dataset->trials.size();
+    report.planned = report.complete = report.attempts = listed.trials.size();
   if (certificate == nullptr || certificate->dataset_sha256 == report.dataset_sha256) return {};
   report.add(name, "data set differs from the certificate: " + report.dataset_sha256 +
                        " (expected " + certificate->dataset_sha256 + ")");

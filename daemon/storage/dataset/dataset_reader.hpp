@@ -34,4 +34,13 @@ class DatasetReader {
   std::unique_ptr<Impl> impl_;
 };
 
+/// A file that passed all checks, without its samples.
+struct CheckedDataset {
+  Dataset listed;
+  DatasetDigest digest;
+};
+/// Checks a file as read_hdf5() does, with one trial in memory at a time. Errors: read_hdf5()'s.
+Result<CheckedDataset> check_hdf5(const std::filesystem::path& path,
+                                  const StopRequested& stop_requested = {});
+
 }  // namespace weft::daemon

@@ -4,6 +4,7 @@
 #include <new>
 #include <type_traits>
 
+#include "daemon/storage/dataset/dataset_hasher.hpp"
 #include "daemon/storage/dataset/dataset_reader.hpp"
 #include "daemon/storage/dataset/group_columns.hpp"
 #include "daemon/storage/dataset/hdf5_columns.hpp"
@@ -494,14 +495,14 @@ Status verify_digests(const DatasetDigest& expected, const Dataset& dataset,
                          got->dataset_sha256);
 }
 
-/// /phases follows from /taxel/phase.
-Status verify_phases(const std::filesystem::path& path, const Dataset& dataset) {
+/// `runs`: of /taxel/phase, from which /phases follows.
+Status verify_phases(const std::filesystem::path& path, const hdf5::PhaseRuns& runs) {
   const hdf5::QuietErrors quiet;
   auto in = Reader::open(path);
   if (!in) return pass(in.error());
   const auto phases = hdf5::read_phase_runs(*in);
   if (!in->status()) return in->status();
-  if (!phases || *phases == hdf5::phase_runs(dataset)) return {};
+  if (!phases || *phases == runs) return {};
   return fail(
       {.code = Errc::corrupt, .where = "/phases", .what = "phases differ from /taxel/phase"});
 }
@@ -514,12 +515,43 @@ Result<Dataset> read_all(const std::filesystem::path& path, bool verify_digest,
   Status done = corrupt(check(*dataset));
   if (done && verify_digest) done = verify_digests(digest, *dataset, stop_requested);
   // After the digests, which can name the trial with an altered phase.
-  if (done && verify_digest) done = verify_phases(path, *dataset);
+  if (done && verify_digest) done = verify_phases(path, hdf5::phase_runs(*dataset));
   if (!done) return pass(std::move(done).error(), path.string());
   return dataset;
 }
 
 }  // namespace
+
+Result<CheckedDataset> check_hdf5(const std::filesystem::path& path,
+                                  const StopRequested& stop_requested) {
+  auto file = DatasetReader::open(path);
+  if (!file) return pass(file.error());
+  const Dataset& listed = file->listed();
+  DatasetHasher hasher(listed.info);
+  TrialSequence sequence;
+  hdf5::PhaseRuns runs;
+  Status done;
+  if (listed.trials.empty()) done = corrupt(check(listed));
+  for (std::size_t i = 0; done && i < listed.trials.size(); ++i) {
+    if (stop_requested && stop_requested()) return pass(stopped_early("digests"));
+    const auto one = file->read(i);
+    if (!one) return pass(one.error());
+    done = sequence.check(one->trial);
+    if (done) done = check_trial(one->trial, one->record, listed.info);
+    done = corrupt(std::move(done));
+    if (done)
+      done = compare_digests("trial " + one->trial.file, "trial", file->digest().trial_sha256[i],
+                             hasher.add(one->trial, one->record));
+    runs.add(one->trial.phase);
+  }
+  CheckedDataset out{listed, hasher.finish()};
+  if (done)
+    done = compare_digests("dataset_sha256", "data set", file->digest().dataset_sha256,
+                           out.digest.dataset_sha256);
+  if (done) done = verify_phases(path, runs);
+  if (!done) return pass(done.error(), path.string());
+  return out;
+}
 
 Result<Dataset> read_hdf5(const std::filesystem::path& path, bool verify_digest,
                           const StopRequested& stop_requested) {
