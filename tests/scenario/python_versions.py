@@ -3,7 +3,8 @@
 runs the client's unit tests; then, with packages from PyPI at pinned versions (python_versions.txt), all checks of python_data.py and a run through the
 pytest fixture.
 
-    python_versions.py WEFTD WEFT SOURCE_ROOT FOLDER      FOLDER has the virtual environments, and is made if it does not exist
+    python_versions.py WEFTD WEFT SOURCE_ROOT FOLDER [--core]
+        FOLDER has the virtual environments, and is made if it does not exist. --core: only the part without packages
 
 Interpreters are python3.N on the PATH and those of pyenv. WEFT_PYTHONS replaces them: paths, separated by ":", all of which are run. The output names
 the interpreters that were run, and the promised ones that were not found. Exit 77 (skipped) if PyPI cannot be reached or Debian's wheels are missing.
@@ -134,6 +135,8 @@ def main():
         core = list(pool.map(lambda each, part: without_packages(each[0], wheel, part / "core"), pythons, parts))
         for (_, _, full), (_, tests) in zip(pythons, core):
             print(f"Python {full}: {tests} unit tests without packages")
+        if sys.argv[5:] == ["--core"]:
+            return
         sites = [(each, part, site) for each, part, (site, _) in zip(pythons, parts, core) if each[1] in PINNED]
         made = {own: pypi_environment.made(FOLDER / "python{}.{}".format(*own), PINS, base=path) for (path, own, _), _, _ in sites}
         checks = list(pool.map(lambda each: with_packages(made[each[0][1]], each[2], each[1] / "extras"), sites))

@@ -363,8 +363,12 @@ set_tests_properties(scenario_pytest_plugin PROPERTIES SKIP_RETURN_CODE 77 TIMEO
 # Its wheel with the oldest promised Python, this one and the newest on the machine; WEFT_PYTHONS names others.
 add_test(NAME scenario_python_versions
          COMMAND ${WEFT_PYTHON} ${cli_tests}/python_versions.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
+                 ${PROJECT_BINARY_DIR}/python_versions --core)
+# The packages of three versions are 2 GB.
+add_test(NAME nightly_python_versions CONFIGURATIONS Nightly
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/python_versions.py $<TARGET_FILE:weftd> $<TARGET_FILE:weft> ${PROJECT_SOURCE_DIR}
                  ${PROJECT_BINARY_DIR}/python_versions)
-set_tests_properties(scenario_python_versions PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+set_tests_properties(scenario_python_versions nightly_python_versions PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 # Its types: mypy from PyPI over sources, extras and programs that use the wheel.
 add_test(NAME lint_python_client_types
          COMMAND ${WEFT_PYTHON} ${cli_tests}/python_types.py ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/python_types)
