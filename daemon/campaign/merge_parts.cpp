@@ -1,6 +1,7 @@
 // Merges the data sets of parts, see parts.hpp.
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -18,10 +19,57 @@ namespace {
 
 using nlohmann::json;
 
-/// A data set to be merged.
+/// A data set to be merged. Its file is closed when others need to be open.
 struct Source {
   std::filesystem::path file;
-  DatasetReader reader;
+  Dataset listed;  ///< without samples
+  std::string sha256;
+  std::optional<DatasetReader> reader = {};
+  std::uint64_t used = 0;  ///< number of its last use
+};
+
+/// All data sets, with only a few of their files open at a time.
+class Sources {
+ public:
+  void add(Source source) {
+    all_.push_back(std::move(source));
+    close_others();
+  }
+  [[nodiscard]] const std::vector<Source>& all() const { return all_; }
+
+  /// A trial of a data set. Errors: those of DatasetReader; corrupt if the file has changed.
+  Result<TrialData> load(std::size_t source, std::size_t trial) {
+    Source& one = all_[source];
+    one.used = ++uses_;
+    if (!one.reader) {
+      auto reader = DatasetReader::open(one.file);
+      if (!reader) return pass(reader.error());
+      if (reader->digest().dataset_sha256 != one.sha256)
+        return fail({.code = Errc::corrupt,
+                     .where = one.file.string(),
+                     .what = "data set has changed meanwhile",
+                     .expected = one.sha256,
+                     .got = reader->digest().dataset_sha256});
+      one.reader.emplace(std::move(*reader));
+      close_others();
+    }
+    return one.reader->load(trial);
+  }
+
+ private:
+  static constexpr std::ptrdiff_t most_open = 8;
+
+  /// Closes the file that was not used for the longest time.
+  void close_others() {
+    const auto is_open = [](const Source& one) { return one.reader.has_value(); };
+    while (std::ranges::count_if(all_, is_open) > most_open)
+      std::ranges::min_element(all_, {}, [&](const Source& one) {
+        return is_open(one) ? one.used : std::numeric_limits<std::uint64_t>::max();
+      })->reader.reset();
+  }
+
+  std::vector<Source> all_;
+  std::uint64_t uses_ = 0;
 };
 
 /// Files of the inputs, and the parts among them.
@@ -44,6 +92,13 @@ Error given_twice(std::string what, const std::filesystem::path& one,
           .hint = "Name each part once"};
 }
 
+Error incomplete(const std::filesystem::path& folder, std::string what) {
+  return {.code = Errc::not_found,
+          .where = folder.string(),
+          .what = std::move(what) + " not complete",
+          .hint = "Continue it with `weft run --part K/N --resume`"};
+}
+
 /// Adds the campaigns of a part's folder.
 Status add_part(const std::filesystem::path& folder, Inputs& out) {
   const std::filesystem::path file = folder / part_file_name;
@@ -60,6 +115,8 @@ Status add_part(const std::filesystem::path& folder, Inputs& out) {
            .expected = "weft-part, version 1",
            .got = document->at("format").dump() + ", version " + document->at("version").dump()});
     const PartNumber part{document->at("part"), document->at("parts")};
+    if (!document->at("is_complete").get<bool>())
+      return tl::unexpected<Error>(incomplete(folder, "part " + to_string(part)));
     if (out.count != 0 && out.count != part.count)
       return fail({.code = Errc::invalid_argument,
                    .where = folder.string(),
@@ -69,7 +126,7 @@ Status add_part(const std::filesystem::path& folder, Inputs& out) {
     out.count = part.count;
     if (const auto [other, is_new] = out.parts.emplace(part.number, folder); !is_new)
       return tl::unexpected<Error>(given_twice("part " + to_string(part), other->second, folder));
-    for (const json& one : document->at("campaigns"))
+    for (const json& one : document->at("campaigns").get<std::vector<json>>())
       out.files.push_back({folder / one.at("folder").get<std::string>() / dataset_file_name,
                            one.at("dataset_sha256")});
   } catch (const json::exception& e) {
@@ -103,11 +160,7 @@ Result<Inputs> find_inputs(const std::vector<std::filesystem::path>& paths) {
       if (Status ok = add_part(path, out); !ok) return pass(ok.error());
     } else if (std::filesystem::is_directory(path, unseen) &&
                !std::filesystem::exists(path / dataset_file_name, unseen)) {
-      return fail({.code = Errc::not_found,
-                   .where = path.string(),
-                   .what = "part not complete",
-                   .expected = std::string(part_file_name) + " or " + dataset_file_name,
-                   .hint = "Continue it with `weft run --part K/N --resume`"});
+      return tl::unexpected<Error>(incomplete(path, "part"));
     } else {
       const bool is_folder = std::filesystem::is_directory(path, unseen);
       out.files.push_back({is_folder ? path / dataset_file_name : path, {}});
@@ -131,7 +184,9 @@ Result<Source> open_source(const Inputs::File& file) {
     return fail({.code = Errc::unsupported,
                  .where = file.path.string(),
                  .what = "data set lacks slides that a live vote ended early"});
-  return Source{file.path, std::move(*reader)};
+  Source out{file.path, reader->listed(), reader->digest().dataset_sha256};
+  out.reader.emplace(std::move(*reader));
+  return out;
 }
 
 /// The name in a rig file.
@@ -143,8 +198,8 @@ std::string rig_name(const DatasetInfo& info) {
 /// All data sets must come from one recipe, by the same software. With several rigs, only
 /// axes, rates and sensors must be the same.
 Status require_same(const Source& first, const Source& other, MergeRigs rigs) {
-  const DatasetInfo& a = first.reader.listed().info;
-  DatasetInfo b = other.reader.listed().info;
+  const DatasetInfo& a = first.listed.info;
+  DatasetInfo b = other.listed.info;
   const auto differs = [&](const char* what, std::string expected, std::string got) {
     return fail({.code = Errc::invalid_argument,
                  .where = other.file.string(),
@@ -194,7 +249,7 @@ Result<std::vector<Place>> find_trials(const recipes::Plan& plan,
                                        const std::vector<Source>& sources) {
   std::map<TrialKey, Place> found;
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    const Dataset& listed = sources[s].reader.listed();
+    const Dataset& listed = sources[s].listed;
     for (std::size_t i = 0; i < listed.records.size(); ++i) {
       const TrialSpec& spec = listed.records[i].spec;
       const auto [before, is_new] =
@@ -239,31 +294,31 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
                                   const StopRequested& stop_requested) {
   const auto found = find_inputs(inputs);
   if (!found) return pass(found.error());
-  std::vector<Source> sources;
+  Sources sources;
   for (const Inputs::File& file : found->files) {
     auto source = open_source(file);
     if (!source) return pass(source.error());
-    sources.push_back(std::move(*source));
-    if (Status same = require_same(sources.front(), sources.back(), rigs); !same)
+    sources.add(std::move(*source));
+    if (Status same = require_same(sources.all().front(), sources.all().back(), rigs); !same)
       return pass(same.error());
   }
-  const DatasetInfo& info = sources.front().reader.listed().info;
-  const auto plan = plan_of(info, sources.front().file);
+  const DatasetInfo info = sources.all().front().listed.info;
+  const auto plan = plan_of(info, sources.all().front().file);
   if (!plan) return pass(plan.error());
-  const auto places = find_trials(*plan, sources);
+  const auto places = find_trials(*plan, sources.all());
   if (!places) return pass(places.error());
   DatasetInfo merged = info;
   std::vector<std::string> names;
   if (rigs == MergeRigs::several) {
     merged.group_columns = {"rig"};
-    for (const Source& source : sources) names.push_back(rig_name(source.reader.listed().info));
+    for (const Source& source : sources.all()) names.push_back(rig_name(source.listed.info));
   }
   auto writer = DatasetWriter::create(out, merged);
   if (!writer) return pass(writer.error());
   for (std::size_t i = 0; i < places->size(); ++i) {
     if (stop_requested && stop_requested()) return pass(stopped_early(out.string()));
     const Place& place = (*places)[i];
-    auto one = sources[place.source].reader.load(place.trial);
+    auto one = sources.load(place.source, place.trial);
     if (!one) return pass(one.error());
     one->record.spec.index = static_cast<std::uint32_t>(i);
     one->trial.file = trial_name(one->record.spec);
@@ -272,7 +327,7 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
   }
   const auto digest = writer->finish({});
   if (!digest) return pass(digest.error());
-  return MergedDataset{merged, digest->dataset_sha256, places->size(), sources.size()};
+  return MergedDataset{merged, digest->dataset_sha256, places->size(), sources.all().size()};
 }
 
 }  // namespace weft::daemon

@@ -25,7 +25,7 @@ std::string to_string(const PartNumber& part);
 /// part may be empty.
 std::vector<std::size_t> fabrics_of(const PartNumber& part, std::size_t fabrics);
 
-/// The list of a finished part, beside the folders of its campaigns.
+/// The list of a part, beside the folders of its campaigns.
 inline constexpr const char* part_file_name = "part.json";
 
 /// The campaign on one fabric.
@@ -43,6 +43,7 @@ struct PartSummary {
   std::vector<PartCampaign> campaigns;  ///< complete ones, in the order of the recipe
   std::size_t trials_planned = 0;
   std::optional<CampaignSummary> incomplete;  ///< the campaign that ended the part early
+  bool is_promise_missed = false;             ///< of any campaign, see is_promise_missed()
   double virtual_s = 0, wall_s = 0;
 };
 
@@ -53,10 +54,12 @@ struct PartHooks {
   std::function<void(const std::string& fabric, std::size_t prompts)> begins;
 };
 
-/// Runs the campaigns of a part, one after the other, in folders of `request.out`, and writes
-/// part.json when all are complete. With `request.resume` complete campaigns are kept and an
-/// interrupted one is continued. The trials of a fabric do not depend on the number of parts.
-/// Errors: unsupported on a bench that is not simulated; those of run_campaign().
+/// Runs the campaigns of a part, one after the other, in folders of `request.out`. part.json lists
+/// them; it is complete when all are. With `request.resume` complete campaigns are kept. An
+/// interrupted one is set aside and run again from its first trial, because a resumed one counts
+/// the interrupted attempt. The trials of a fabric do not depend on the number of parts. Errors:
+/// unsupported on a bench that is not simulated; wrong_state if the folder has another part, or
+/// this one without `resume`; busy if another process runs it; those of run_campaign().
 Result<PartSummary> run_part(const CampaignRequest& request, const PartNumber& part,
                              const PartHooks& hooks);
 

@@ -30,6 +30,7 @@ json part_json(const PartSummary& s, const std::filesystem::path& out) {
               {"part", to_string(s.part)},
               {"out", out.string()},
               {"is_complete", !s.incomplete},
+              {"is_promise_missed", s.is_promise_missed},
               {"virtual_s", s.virtual_s},
               {"wall_s", s.wall_s},
               {"campaigns", std::move(campaigns)}};
@@ -118,7 +119,7 @@ Result<int> run_part_here(const CampaignRequest& request, const PartNumber& part
   progress.finish();
   if (!summary) return pass(summary.error());
   print(console, part_text(*summary, request.out), part_json(*summary, request.out));
-  if (!summary->incomplete) return exit_ok;
+  if (!summary->incomplete) return summary->is_promise_missed ? exit_promise_missed : exit_ok;
   console.err << "weft: part " << to_string(part) << " is incomplete ("
               << format_incomplete(*summary->incomplete)
               << "); continue it with the same command and --resume" << std::endl;
