@@ -182,6 +182,12 @@ def other_conditions(bench, root):
     shutil.copytree(d / "blocked-2of2", d / "swapped")
     shutil.copy(d / "seed-2of2/0002-silk/dataset.h5", d / "swapped/0002-silk/dataset.h5")
     bench.refuses_merge(one, "swapped", code="corrupt", where=["swapped/0002-silk/dataset.h5"])
+    shutil.copytree(d / "blocked-2of2", d / "flipped")
+    file = d / "flipped/0002-silk/dataset.h5"
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 1
+    file.write_bytes(data)
+    bench.refuses_merge(one, "flipped", code="corrupt", where=["flipped/0002-silk/dataset.h5"])
     shutil.copytree(d / "blocked-2of2", d / "unlisted")
     (d / "unlisted/part.json").unlink()
     bench.refuses_merge(one, "unlisted", code="not found", where="unlisted")
@@ -327,13 +333,16 @@ def resumed_as_another(bench):
 
 
 def stopped(bench):
-    """SIGTERM, as a cluster sends before SIGKILL: the status is 128 + 15, and --resume continues."""
+    """A second process cannot write the same part. SIGTERM, as a cluster sends before SIGKILL: the status is 128 + 15, and --resume continues."""
     t, d = bench.t, bench.d
     process = subprocess.Popen([t.weft, *bench.command("long.json", "stopped", "1/1", "--json")], cwd=d, text=True, stdout=subprocess.PIPE,
                                stderr=subprocess.DEVNULL)
     end = time.monotonic() + PATIENCE_S
     while process.poll() is None and time.monotonic() < end and complete(d / "stopped/0001-denim") < 1:
         time.sleep(0.002)
+    process.send_signal(signal.SIGSTOP)
+    t.refuses(*bench.command("long.json", "stopped", "1/1", "--resume"), cwd=d, code="busy", where=["stopped/0001-denim"])
+    process.send_signal(signal.SIGCONT)
     process.send_signal(signal.SIGTERM)
     text, _ = process.communicate(timeout=PATIENCE_S)
     ended = json.loads(text)
