@@ -1,21 +1,9 @@
 // Accessibility: no view has a serious or critical finding of axe, by day or night, on a desk or a phone. No view scrolls sideways on a phone. A
 // campaign is started by keys alone. SIMULATED.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { connected, desktop, phone, says, see, with_daemon } from './support.mjs';
+import { connected, desktop, judge, phone, says, see, with_daemon } from './support.mjs';
 
-const axe = readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
 const views = ['live', 'start', 'edit/small', 'queue', 'archive', 'run/R-000001/overview', 'run/R-000001/report', 'run/R-000001/trials', 'log'];
-
-async function judge(page, what) {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
-  const grave = violations.filter(({ impact }) => impact === 'serious' || impact === 'critical')
-    .map(({ id, nodes }) => `${what}: ${id}: ${nodes.map((node) => `${node.html} ${node.failureSummary}`).join('\n')}`);
-  assert.deepEqual(grave, []);
-  const wider = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-  assert.ok(wider <= 0, `${what} scrolls sideways by ${wider} px`);
-}
 
 /** Puts content into a view. */
 async function fill(page, view) {

@@ -193,6 +193,17 @@ export async function set_pace(page, pace) {
   await page.selectOption('#pace', String(pace));
 }
 
+/** Fails on a serious or critical finding of axe, and if the page scrolls sideways. */
+export async function judge(page, what) {
+  await page.evaluate(readFileSync(new URL('node_modules/axe-core/axe.min.js', import.meta.url), 'utf8'));
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
+  const grave = violations.filter(({ impact }) => impact === 'serious' || impact === 'critical')
+    .map(({ id, nodes }) => `${what}: ${id}: ${nodes.map((node) => `${node.html} ${node.failureSummary}`).join('\n')}`);
+  assert.deepEqual(grave, []);
+  const wider = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(wider <= 0, `${what} scrolls sideways by ${wider} px`);
+}
+
 /** Runs a test with its own daemon, and fails if a page had an error. */
 export async function with_daemon(test, ...options) {
   const daemon = await new Daemon().begin(...options);

@@ -31,6 +31,9 @@ export function clock(t_us) {
   return then.toDateString() === new Date().toDateString() ? time : `${then.toLocaleDateString('en-CA')} ${time}`;
 }
 
+/** The same without seconds. */
+export const minute = (t_us) => clock(t_us).replace(/:\d\d$/, '');
+
 /** Fixed number of digits, so that a changing value does not move its neighbours. */
 export function fixed(value, digits) {
   return Number.isFinite(value) ? value.toFixed(digits).replace('-', '−') : '–';

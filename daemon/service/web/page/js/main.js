@@ -7,6 +7,7 @@ import { byId, say } from './dom.js';
 import { begin_frames } from './frame.js';
 import { Halt } from './halt.js';
 import { Header } from './header.js';
+import { LabView } from './lab_view.js';
 import { Lease } from './lease.js';
 import { Latest, LogView } from './log_view.js';
 import { PadMap } from './pads.js';
@@ -29,7 +30,7 @@ const topics = ['run:*', 'rig', 'queue', 'lease:*', 'vote:*', 'stream:force', 's
 const most_hz = 60;
 const poll_ms = 2000;
 const gap_ms = 250;
-const views = ['live', 'start', 'edit', 'queue', 'archive', 'run', 'compare', 'log'];
+const views = ['live', 'start', 'edit', 'queue', 'archive', 'run', 'compare', 'log', 'lab'];
 const beneath = { edit: 'start', run: 'archive', compare: 'archive' }; // views below another link of the navigation
 
 class Page {
@@ -57,6 +58,7 @@ class Page {
     this.past = new RunView(this.api, this.store);
     this.compare = new CompareView(this.api);
     this.log = new LogView(this.api, this.store);
+    this.lab = new LabView(this.api, this.store, () => this.show_view());
     this.latest = new Latest(this.api, this.store);
     this.probe = new ProbeView(this.samples, this.store);
     this.pads = new PadMap(this.samples, this.store);
@@ -112,6 +114,7 @@ class Page {
       ask('session.whoami', 'me');
       this.#quietly(this.start.refresh());
     }
+    if (anew || this.store.lab === null) this.#quietly(this.lab.find());
     this.#quietly(this.lease.refresh());
     this.#quietly(this.queue.refresh());
     if (this.store.connection.state === 'full') this.#quietly(this.#all_runs().then((runs) => this.store.take_runs(runs)));
@@ -181,7 +184,7 @@ class Page {
 
   show_view() {
     const [wanted, ...more] = location.hash.slice(1).split('/').map(decoded);
-    const name = views.includes(wanted) ? wanted : 'live';
+    const name = views.includes(wanted) && !(wanted === 'lab' && this.store.lab === false) ? wanted : 'live';
     for (const view of views) {
       byId(`view-${view}`).hidden = view !== name;
       const link = document.querySelector(`nav a[href="#${view}"]`);
@@ -192,6 +195,7 @@ class Page {
     if (name === 'run' && more[0]) this.past.open(...more);
     if (name === 'compare' && more[1]) this.compare.open(...more);
     if (name === 'log') this.log.refresh();
+    if (name === 'lab') this.lab.refresh();
     if (name === 'archive') this.archive.refresh();
     if (name === 'start') this.#quietly(this.start.refresh());
     if (name === 'queue') this.#quietly(this.queue.refresh());

@@ -29,6 +29,7 @@ export class Store {
   leases = [];
   sessions = []; // session.list, as of the newest lease.list
   recipes = [];
+  lab = null; // lab.status; false without a laboratory
 
   /** `view` is called soon after any change. */
   on_change(view) {
