@@ -311,13 +311,16 @@ Status Daemon::begin_lab(const DaemonOptions& options) {
   std::error_code unknown;
   const std::string host =
       options.listen == "127.0.0.1" ? options.listen : asio::ip::host_name(unknown);
+  std::string page_url;
+  if (http_)
+    page_url = (tls_ ? "https://" : "http://") + host + ":" + std::to_string(http_->port());
   auto agent =
       lab::LabAgent::open({.address = std::move(*address),
                            .rig_name = services_.rig_name,
                            .api_address = options.port ? (tls_ ? "tls://" : "tcp://") + host + ":" +
                                                              std::to_string(server_->port())
                                                        : "unix:" + socket.string(),
-       .http_url = services_.http_url,
+                           .http_url = page_url,
                            .rig = options.rig,
                            .data = options.data,
                            .manager = manager_.get(),

@@ -370,13 +370,17 @@ json LabAgent::rigs_json() {
   const LabWorker::Rigs known = worker_->rigs();
   const LabConnection connection = worker_->connection();
   json rigs = json::array();
-  for (const RigEntry& rig : known.rigs)
+  for (const RigEntry& rig : known.rigs) {
+    // A number such as 1e999 is valid in the store, but not here.
+    json status = json::parse(rig.status_json, nullptr, false);
+    if (status.is_discarded()) status = nullptr;
     rigs.push_back({{"rig", rig.name},
                     {"address", rig.address},
                     {"bench", to_string(rig.bench)},
                     {"state", rig.state},
                     {"seen_us", rig.seen_us},
-                    {"status", json::parse(rig.status_json, nullptr, false)}});
+                    {"status", std::move(status)}});
+  }
   return {{"rigs", std::move(rigs)},
           {"read_us", known.at_us == 0 ? json() : json(known.at_us)},
           {"now_us", context_.utc_us()},
