@@ -132,12 +132,24 @@ async function check_changes(page, server) {
   server.sql(`UPDATE weft.rig SET seen_at = clock_timestamp() - interval '5 min' WHERE name = 'rig 3'`);
   await says(page, row('y-open'), /halted, needs a reset/);
   await says(page, row('rig 3'), /not seen for 5 min.*as last reported/);
-  await says(page, '#lab-count', /6 with an alarm, 1 not seen$/);
-  assert.equal((await names(page))[4], 'y-open');
+  await says(page, '#lab-count', /7 with an alarm, 1 not seen$/);
+  assert.equal((await names(page))[5], 'y-open');
   assert.equal(await page.evaluate(() => document.activeElement.closest('tr')?.dataset.rig), 'y-open');
   server.sql(`DELETE FROM weft.rig WHERE name = 'rig 5'`);
   await says(page, '#lab-count', /^99 rigs/);
   assert.equal(await page.locator(row('rig 5')).count(), 0);
+}
+
+/** The daemon's own rig, as it publishes itself: an operator step, then a halt. */
+async function check_own_rig(page, daemon) {
+  daemon.weft('start', 'people');
+  await says(page, row('bench17'), /now, since .*: Mount denim, smooth it, close the clamps/);
+  const [, , , run] = await cells(page, 'bench17');
+  assert.equal(run, 'R-000001 people awaiting operator 0 of 2 trials');
+  assert.equal(await page.getAttribute(row('bench17'), 'class'), 'lab-open');
+  daemon.weft('halt');
+  await says(page, row('bench17'), /ALARM halted, needs a reset/);
+  assert.equal(await page.getAttribute(row('bench17'), 'class'), 'lab-alarm');
 }
 
 /** Links lead to http and https only, and never to the reader's machine instead of the rig's. */
@@ -238,6 +250,8 @@ try {
     }
     server.sql(published(rigs));
     await check_links(page);
+    await check_own_rig(page, daemon);
+    server.sql(published(rigs));
     await check_changes(page, server);
     await check_asks(page);
     await check_loss(page, server);
