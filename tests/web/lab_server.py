@@ -4,6 +4,7 @@
     lab_server.py            Exit status 77 without Debian's server programs
 """
 import pathlib
+import signal
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "scenario"))
@@ -14,6 +15,7 @@ def main():
     if lab_support.programs() is None:
         print(lab_support.NOT_INSTALLED, flush=True)
         sys.exit(77)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # ends the server too
     with lab_support.Server() as server:
         server.make_lab()
         print(server.folder, flush=True)
