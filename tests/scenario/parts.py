@@ -341,7 +341,7 @@ def stopped(bench):
     while process.poll() is None and time.monotonic() < end and complete(d / "stopped/0001-denim") < 1:
         time.sleep(0.002)
     process.send_signal(signal.SIGSTOP)
-    t.refuses(*bench.command("long.json", "stopped", "1/1", "--resume"), cwd=d, code="busy", where=["stopped/0001-denim"])
+    t.refuses(*bench.command("long.json", "stopped", "1/1", "--resume"), cwd=d, code="busy", where=["stopped"])
     process.send_signal(signal.SIGCONT)
     process.send_signal(signal.SIGTERM)
     text, _ = process.communicate(timeout=PATIENCE_S)
