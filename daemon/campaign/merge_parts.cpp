@@ -99,8 +99,8 @@ Error incomplete(const std::filesystem::path& folder, std::string what) {
           .hint = "Continue it with `weft run --part K/N --resume`"};
 }
 
-/// Adds the campaigns of a part's folder.
-Status add_part(const std::filesystem::path& folder, Inputs& out) {
+/// Adds the campaigns of a part's folder. Several rigs number their parts independently.
+Status add_part(const std::filesystem::path& folder, MergeRigs rigs, Inputs& out) {
   const std::filesystem::path file = folder / part_file_name;
   const auto text = read_text_file(file, most_list_bytes);
   if (!text) return pass(text.error());
@@ -117,15 +117,18 @@ Status add_part(const std::filesystem::path& folder, Inputs& out) {
     const PartNumber part{document->at("part"), document->at("parts")};
     if (!document->at("is_complete").get<bool>())
       return tl::unexpected<Error>(incomplete(folder, "part " + to_string(part)));
-    if (out.count != 0 && out.count != part.count)
+    const bool is_numbered = rigs == MergeRigs::one;
+    if (is_numbered && out.count != 0 && out.count != part.count)
       return fail({.code = Errc::invalid_argument,
                    .where = folder.string(),
                    .what = "number of parts differs from that of the other parts",
                    .expected = std::to_string(out.count),
                    .got = std::to_string(part.count)});
-    out.count = part.count;
-    if (const auto [other, is_new] = out.parts.emplace(part.number, folder); !is_new)
-      return tl::unexpected<Error>(given_twice("part " + to_string(part), other->second, folder));
+    if (is_numbered) {
+      out.count = part.count;
+      if (const auto [other, is_new] = out.parts.emplace(part.number, folder); !is_new)
+        return tl::unexpected<Error>(given_twice("part " + to_string(part), other->second, folder));
+    }
     for (const json& one : document->at("campaigns").get<std::vector<json>>())
       out.files.push_back({folder / one.at("folder").get<std::string>() / dataset_file_name,
                            one.at("dataset_sha256")});
@@ -152,12 +155,12 @@ Status require_all_parts(const Inputs& inputs) {
                .hint = "Run it with `weft run --part`, then merge again"});
 }
 
-Result<Inputs> find_inputs(const std::vector<std::filesystem::path>& paths) {
+Result<Inputs> find_inputs(const std::vector<std::filesystem::path>& paths, MergeRigs rigs) {
   Inputs out;
   std::error_code unseen;
   for (const std::filesystem::path& path : paths) {
     if (std::filesystem::exists(path / part_file_name, unseen)) {
-      if (Status ok = add_part(path, out); !ok) return pass(ok.error());
+      if (Status ok = add_part(path, rigs, out); !ok) return pass(ok.error());
     } else if (std::filesystem::is_directory(path, unseen) &&
                !std::filesystem::exists(path / dataset_file_name, unseen)) {
       return tl::unexpected<Error>(incomplete(path, "part"));
@@ -244,45 +247,75 @@ struct Place {
 using TrialKey = std::tuple<std::string, std::string, std::uint32_t>;  ///< fabric, exploration,
                                                                        ///< repetition
 
-/// The place of each trial of the plan, in its order.
-Result<std::vector<Place>> find_trials(const recipes::Plan& plan,
-                                       const std::vector<Source>& sources) {
-  std::map<TrialKey, Place> found;
+/// The places of each trial, by the name of the rig; "" if all come from one rig.
+using FoundTrials = std::map<TrialKey, std::map<std::string, Place>>;
+
+/// `names`: of the rig of each source; empty if all come from one rig.
+Result<FoundTrials> collect_trials(const std::vector<Source>& sources,
+                                   const std::vector<std::string>& names) {
+  FoundTrials found;
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const Dataset& listed = sources[s].listed;
     for (std::size_t i = 0; i < listed.records.size(); ++i) {
       const TrialSpec& spec = listed.records[i].spec;
       const auto [before, is_new] =
-          found.emplace(TrialKey{spec.label, spec.exploration, spec.repetition}, Place{s, i});
+          found[TrialKey{spec.label, spec.exploration, spec.repetition}].emplace(
+              names.empty() ? "" : names[s], Place{s, i});
       if (!is_new)
         return tl::unexpected<Error>(given_twice(
             "fabric " + spec.label, sources[before->second.source].file, sources[s].file));
     }
   }
+  return found;
+}
+
+/// The places of the trials of the plan, in its order; of one trial in the order of the rigs'
+/// names. Each rig must have every trial of its fabrics, and some rig each fabric.
+Result<std::vector<Place>> find_trials(const recipes::Plan& plan,
+                                       const std::vector<Source>& sources,
+                                       const std::vector<std::string>& names) {
+  const auto found = collect_trials(sources, names);
+  if (!found) return pass(found.error());
+  std::map<std::string, std::set<std::string>> rigs_of;  // fabric
+  std::size_t given = 0;
+  for (const auto& [key, places] : *found) {
+    given += places.size();
+    for (const auto& [rig, place] : places) rigs_of[std::get<0>(key)].insert(rig);
+  }
   std::vector<Place> out;
   std::map<std::string, std::size_t> missing;  // trials by fabric
   for (const recipes::TrialSpec& trial : plan.trials) {
-    const auto at = found.find(
-        {plan.fabrics[trial.fabric], plan.explorations[trial.exploration].name, trial.repetition});
-    if (at == found.end())
-      ++missing[plan.fabrics[trial.fabric]];
-    else
-      out.push_back(at->second);
+    const std::string& fabric = plan.fabrics[trial.fabric];
+    const auto places =
+        found->find({fabric, plan.explorations[trial.exploration].name, trial.repetition});
+    const auto rigs = rigs_of.find(fabric);
+    if (rigs == rigs_of.end()) {
+      ++missing[fabric];
+      continue;
+    }
+    for (const std::string& rig : rigs->second)
+      if (places != found->end() && places->second.contains(rig))
+        out.push_back(places->second.at(rig));
+      else
+        ++missing[rig.empty() ? fabric : fabric + " of rig " + rig];
   }
-  if (missing.empty() && out.size() == found.size()) return out;
+  if (missing.empty() && out.size() == given) return out;
   if (missing.empty())
     return fail({.code = Errc::invalid_argument,
                  .what = "trials that the recipe does not plan",
                  .expected = std::to_string(out.size()) + " trials",
-                 .got = std::to_string(found.size())});
-  std::string names;
-  for (const auto& [fabric, trials] : missing)
-    names += (names.empty() ? "fabric " : ", fabric ") + fabric + " (" + std::to_string(trials) +
-             " trials)";
+                 .got = std::to_string(given)});
+  std::string lost;
+  std::size_t planned = out.size();
+  for (const auto& [fabric, trials] : missing) {
+    planned += trials;
+    lost += (lost.empty() ? "fabric " : ", fabric ") + fabric + " (" + std::to_string(trials) +
+            " trials)";
+  }
   return fail({.code = Errc::not_found,
-               .where = names,
+               .where = lost,
                .what = "trials missing",
-               .expected = std::to_string(plan.trials.size()) + " trials",
+               .expected = std::to_string(planned) + " trials",
                .got = std::to_string(out.size()),
                .hint = "Add the data sets of these fabrics"});
 }
@@ -292,7 +325,7 @@ Result<std::vector<Place>> find_trials(const recipes::Plan& plan,
 Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inputs,
                                   const std::filesystem::path& out, MergeRigs rigs,
                                   const StopRequested& stop_requested) {
-  const auto found = find_inputs(inputs);
+  const auto found = find_inputs(inputs, rigs);
   if (!found) return pass(found.error());
   Sources sources;
   for (const Inputs::File& file : found->files) {
@@ -305,14 +338,14 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
   const DatasetInfo info = sources.all().front().listed.info;
   const auto plan = plan_of(info, sources.all().front().file);
   if (!plan) return pass(plan.error());
-  const auto places = find_trials(*plan, sources.all());
-  if (!places) return pass(places.error());
   DatasetInfo merged = info;
   std::vector<std::string> names;
   if (rigs == MergeRigs::several) {
     merged.group_columns = {"rig"};
     for (const Source& source : sources.all()) names.push_back(rig_name(source.listed.info));
   }
+  const auto places = find_trials(*plan, sources.all(), names);
+  if (!places) return pass(places.error());
   auto writer = DatasetWriter::create(out, merged);
   if (!writer) return pass(writer.error());
   for (std::size_t i = 0; i < places->size(); ++i) {

@@ -66,7 +66,8 @@ Result<PartSummary> run_part(const CampaignRequest& request, const PartNumber& p
 /// Whether the parts come from one rig, or from several rigs of a laboratory.
 enum class MergeRigs {
   one,     ///< another rig file is refused
-  several  ///< the rig's name becomes the group column "rig"; the first rig file is recorded
+  several  ///< the rig's name becomes the group column "rig", and several rigs may have recorded
+           ///< the same fabric; the first rig file is recorded
 };
 
 struct MergedDataset {
