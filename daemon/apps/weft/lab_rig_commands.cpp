@@ -3,6 +3,7 @@
 #include <curl/curl.h>
 #include <poll.h>
 
+#include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -84,7 +85,10 @@ void add_options(CLI::App& command, FetchArgs& args) {
 /// A data set of the store.
 struct Wanted {
   std::string name;  ///< of its file: "denim"
-  std::string rig, run, sha256, folder;
+  std::string rig, run, sha256;
+  /// A copy of another rig will do. False: a simulated rig may have recorded the same samples as
+  /// another one, but the file states which rig it was.
+  bool from_any_rig = false;
 };
 
 Result<std::string> token_of(const FetchArgs& args) {
@@ -177,7 +181,7 @@ Result<std::vector<Wanted>> wanted_of_campaign(LabStore& store, std::int64_t id)
                    .what = "part not done",
                    .got = std::string(lab::to_string(part.state)),
                    .hint = "Wait until all parts are done (weft lab campaign)"});
-    out.push_back({part.fabric, part.holder, part.run, part.dataset_sha256, {}});
+    out.push_back({part.fabric, part.holder, part.run, part.dataset_sha256});
   }
   return out;
 }
@@ -189,8 +193,7 @@ Result<std::vector<Wanted>> wanted_of_digest(LabStore& store, const std::string&
   std::vector<Wanted> out;
   for (const lab::DatasetEntry& one : *datasets)
     if (std::ranges::none_of(out, [&](const Wanted& w) { return w.sha256 == one.dataset_sha256; }))
-      out.push_back({one.dataset_sha256.substr(0, 12), one.rig, one.run, one.dataset_sha256,
-                     fs::path(one.place).parent_path().string()});
+      out.push_back({one.dataset_sha256.substr(0, 12), one.rig, one.run, one.dataset_sha256, true});
   if (out.empty())
     return fail({.code = Errc::not_found,
                  .where = digest,
@@ -199,17 +202,38 @@ Result<std::vector<Wanted>> wanted_of_digest(LabStore& store, const std::string&
   return out;
 }
 
+/// The store states where a rig is; anyone who can publish a rig could ask for tokens there.
+bool is_safe_for_tokens(std::string_view url) {
+  if (url.find('@') != std::string_view::npos) return false;  // the host is what follows
+  if (url.starts_with("https://")) return true;
+  return std::ranges::any_of(
+      std::array<std::string_view, 2>{"127.0.0.1", "localhost"}, [&](std::string_view host) {
+        const std::string start = "http://" + std::string(host);
+        return url.starts_with(start) &&
+               (url.size() == start.size() || url[start.size()] == ':' || url[start.size()] == '/');
+      });
+}
+
 Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const Wanted& one,
                  const FetchArgs& args, const std::string& token, const fs::path& to) {
   const auto datasets = store.datasets(one.sha256);
   if (!datasets) return pass(datasets.error());
   std::error_code unseen;
   for (const lab::DatasetEntry& place : *datasets)  // on this machine, or in a shared folder
-    if (fs::exists(place.place, unseen) && copy_file(place.place, to, one.sha256)) return {};
+    if ((one.from_any_rig || (place.rig == one.rig && place.run == one.run)) &&
+        fs::exists(place.place, unseen) && copy_file(place.place, to, one.sha256))
+      return {};
   const auto rig = std::ranges::find(rigs, one.rig, &lab::RigEntry::name);
   const json status =
       rig == rigs.end() ? json::object() : json::parse(rig->status_json, nullptr, false);
   const std::string http = status.is_object() ? status.value("http", "") : "";
+  if (!http.empty() && !is_safe_for_tokens(http))
+    return fail({.code = Errc::invalid_argument,
+                 .where = one.rig,
+                 .what = "rig's address is not encrypted, so no token is sent to it",
+                 .expected = "https://...",
+                 .got = http,
+                 .hint = "Start its weftd with --tls-cert and --tls-key"});
   if (http.empty())
     return fail({.code = Errc::not_found,
                  .where = one.rig + " " + one.run,
@@ -243,6 +267,11 @@ Result<int> run_fetch(const FetchArgs& args, Console& console) {
   json files = json::array();
   std::string text;
   for (const Wanted& one : *wanted) {
+    if (one.name != fs::path(one.name).filename() || one.name.starts_with('.'))
+      return fail({.code = Errc::invalid_argument,
+                   .where = args.what,
+                   .what = "fabric's name is no file name",
+                   .got = shortened(one.name)});
     const fs::path to = args.out / (one.name + ".h5");
     if (Status done = fetch_one(*store, *rigs, one, args, *token, to); !done)
       return pass(done.error(), one.name);
