@@ -1,5 +1,6 @@
 #include "daemon/service/lab_agent/lab_agent.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -18,8 +19,18 @@ using runs::RunState;
 using runs::RunView;
 
 constexpr std::size_t handed_over_at_once = 20;
-constexpr std::chrono::seconds rig_period{1};
+constexpr std::chrono::seconds rig_period{1}, pause_after_refusal{5};
 constexpr const char* by_lab = "auto:lab";
+
+/// As names of recipes are: they become files.
+bool is_file_name(std::string_view text) {
+  constexpr std::size_t longest = 64;
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  return !text.empty() && text.size() <= longest && is_letter(text.front()) &&
+         std::ranges::all_of(text, [&](char c) { return is_letter(c) || c == '-' || c == '.'; });
+}
 
 std::vector<std::string> words_in(const std::string& text) {
   std::istringstream in(text);
@@ -74,7 +85,7 @@ LabAgent::LabAgent(LabAgentContext context, LabOutbox outbox)
     if (is_held(part) && is_cancelled) withdraw(by_lab);
   };
   reports.on_lost = [this](const PartLease& part, const Error& why) {
-    if (!is_held(part)) return;
+    if (!is_held(part) || is_lost_) return;
     is_lost_ = true;
     journal(part_->run == 0 ? "" : runs::run_id(part_->run), "lab.part_lost", by_lab,
             {{"campaign", campaign_text(part.campaign)}, {"error", to_string(why)}});
@@ -112,8 +123,7 @@ void LabAgent::on_run(const RunView& run) {
   const std::int64_t number = run.stored.number;
   std::string state = state_of(run) + "/" + run.stored.dataset_sha256;
   if (std::string& known = run_states_[number]; known != state) {
-    known = std::move(state);
-    static_cast<void>(outbox_.mark({number, context_.utc_us()}));
+    if (outbox_.mark(number, state, run.is_over(), context_.utc_us())) known = std::move(state);
   }
   if (part_ && part_->run == number) settle_ended();
 }
@@ -132,7 +142,7 @@ RunPublication LabAgent::publication_of(const RunView& run, const UnpublishedRun
   entry.trials_planned = static_cast<std::int64_t>(run.trials_planned);
   entry.trials_complete = static_cast<std::int64_t>(run.trials_done);
   entry.started_us = stored.created_us;
-  if (run.is_over()) entry.ended_us = change.revision_us;
+  if (run.is_over()) entry.ended_us = change.changed_us;
   entry.place = stored.folder.string();
   entry.revision_us = change.revision_us;
   return {change, std::move(entry), stored.folder, run.is_over() ? stored.dataset_sha256 : ""};
@@ -200,8 +210,9 @@ bool LabAgent::can_take_part() const {
   const runs::RunManager& manager = *context_.manager;
   const runs::ManagerStatus status = manager.status();
   return !closing_ && !accepted_by_.empty() && !part_ && !manager.active() &&
-         manager.queue().runs().empty() && !manager.queue().is_paused() && status.is_at_rest &&
-         !status.is_closing && manager.rig_state().can_move();
+         context_.now() >= claims_after_ && manager.queue().runs().empty() &&
+         !manager.queue().is_paused() && status.is_at_rest && !status.is_closing &&
+         manager.rig_state().can_move();
 }
 
 void LabAgent::tick() {
@@ -223,7 +234,15 @@ void LabAgent::on_claimed(const ClaimedPart& part) {
   if (closing_ || accepted_by_.empty() || context_.lease_user() != accepted_by_)
     return refuse(part, {.code = Errc::wrong_state, .what = "operator accepts no parts"});
   const std::string campaign = campaign_text(part.lease.campaign);
-  const std::filesystem::path folder = context_.data / "lab";
+  // The store's functions accept any name.
+  if (!is_file_name(part.campaign_name)) {
+    refused_campaigns_.insert(part.lease.campaign);
+    return refuse(part, {.code = Errc::invalid_argument,
+                         .where = campaign,
+                         .what = "name of the campaign is not a recipe's",
+                         .got = shortened(part.campaign_name)});
+  }
+  const std::filesystem::path folder = context_.data / "lab" / campaign;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   runs::RunRequest request;
@@ -278,6 +297,8 @@ void LabAgent::refuse(const ClaimedPart& part, const Error& why) {
           {{"campaign", campaign_text(part.lease.campaign)},
            {"fabric", part.fabric},
            {"error", to_string(why)}});
+  // What it gives back is offered to it again at once.
+  claims_after_ = context_.now() + pause_after_refusal;
   is_settling_ = true;
   worker_->settle(part.lease, std::nullopt);
 }
@@ -287,11 +308,14 @@ void LabAgent::settle_ended() {
   const auto run = context_.manager->get(runs::run_id(part_->run));
   if (run && !run->is_over()) return;
   if (is_lost_) return forget_part();
-  is_settling_ = true;
   if (!run || was_ended_by_person(*run)) {
+    is_settling_ = true;
     withdraw(by_lab);
     return worker_->settle(part_->lease, std::nullopt);
   }
+  // Who sees a part done can fetch its data set.
+  if (const auto waits = outbox_.has(part_->run); !waits || *waits) return;
+  is_settling_ = true;
   PartResult result;
   result.run = runs::run_id(part_->run);
   result.dataset_sha256 = run->stored.dataset_sha256;

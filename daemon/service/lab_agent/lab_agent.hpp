@@ -89,6 +89,7 @@ class LabAgent {
   bool is_lost_ = false;      ///< the part belongs to another rig now
   bool is_settling_ = false;  ///< its result is on the way to the store
   std::set<std::int64_t> refused_campaigns_;
+  std::chrono::nanoseconds claims_after_{};
   std::map<std::int64_t, std::string> run_states_;    ///< as last marked
   std::map<std::int64_t, std::int64_t> handed_over_;  ///< revision of each run
   std::string rig_sha256_;

@@ -4,9 +4,11 @@ namespace weft::daemon::lab {
 namespace {
 
 constexpr const char* schema_sql = R"sql(
-CREATE TABLE IF NOT EXISTS lab_outbox (
-  run INTEGER PRIMARY KEY, revision_us INTEGER NOT NULL
+CREATE TABLE IF NOT EXISTS lab_run (
+  run INTEGER PRIMARY KEY, state TEXT NOT NULL, changed_us INTEGER, revision_us INTEGER NOT NULL,
+  is_published INTEGER NOT NULL
 ) STRICT;
+CREATE INDEX IF NOT EXISTS lab_run_pending ON lab_run (revision_us) WHERE is_published = 0;
 CREATE TABLE IF NOT EXISTS lab_part (
   id INTEGER PRIMARY KEY CHECK (id = 1), campaign INTEGER NOT NULL, number INTEGER NOT NULL,
   token TEXT NOT NULL, campaign_name TEXT NOT NULL, fabric TEXT NOT NULL,
@@ -21,35 +23,47 @@ Result<LabOutbox> LabOutbox::open(sqlite::Database& database) {
   return LabOutbox(database);
 }
 
-Status LabOutbox::mark(const UnpublishedRun& changed) {
+Status LabOutbox::mark(std::int64_t run, std::string_view state, bool is_over,
+                       std::int64_t utc_us) {
   return database_->run(
-      "INSERT INTO lab_outbox (run, revision_us) VALUES (?, ?) "
-      "ON CONFLICT(run) DO UPDATE SET revision_us = max(revision_us + 1, excluded.revision_us)",
-      changed.run, changed.revision_us);
+      "INSERT INTO lab_run (run, state, changed_us, revision_us, is_published) "
+      "VALUES (?1, ?2, iif(?3, NULL, ?4), ?4, 0) ON CONFLICT(run) DO UPDATE SET "
+      "state = excluded.state, changed_us = ?4, is_published = 0, "
+      "revision_us = max(revision_us + 1, excluded.revision_us) WHERE state <> excluded.state",
+      run, state, static_cast<std::int64_t>(is_over), utc_us);
 }
 
 Result<std::vector<UnpublishedRun>> LabOutbox::pending(std::size_t most) {
   std::vector<UnpublishedRun> out;
-  auto rows =
-      database_->prepare("SELECT run, revision_us FROM lab_outbox ORDER BY revision_us LIMIT ?");
+  auto rows = database_->prepare(
+      "SELECT run, revision_us, changed_us FROM lab_run WHERE is_published = 0 "
+      "ORDER BY revision_us LIMIT ?");
   if (!rows) return pass(rows.error());
   const Status done =
       rows->bind_all(static_cast<std::int64_t>(most)).each([&](const sqlite::Statement& row) {
-        out.push_back({row.integer(0), row.integer(1)});
+        out.push_back({row.integer(0), row.integer(1),
+                       row.is_null(2) ? std::nullopt : std::optional(row.integer(2))});
       });
   if (!done) return pass(done.error());
   return out;
 }
 
 Result<std::int64_t> LabOutbox::count() {
-  const auto found = database_->integer("SELECT count(*) FROM lab_outbox");
+  const auto found = database_->integer("SELECT count(*) FROM lab_run WHERE is_published = 0");
   if (!found) return pass(found.error());
   return found->value_or(0);
 }
 
+Result<bool> LabOutbox::has(std::int64_t run) {
+  const auto found = database_->integer(
+      "SELECT count(*) FROM lab_run WHERE is_published = 0 AND run = " + std::to_string(run));
+  if (!found) return pass(found.error());
+  return found->value_or(0) > 0;
+}
+
 Status LabOutbox::on_published(const UnpublishedRun& published) {
-  return database_->run("DELETE FROM lab_outbox WHERE run = ? AND revision_us <= ?", published.run,
-                        published.revision_us);
+  return database_->run("UPDATE lab_run SET is_published = 1 WHERE run = ? AND revision_us <= ?",
+                        published.run, published.revision_us);
 }
 
 Result<std::optional<HeldPart>> LabOutbox::part() {

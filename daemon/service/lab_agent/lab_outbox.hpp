@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/service/lab/lab_store.hpp"
@@ -15,7 +16,8 @@ namespace weft::daemon::lab {
 /// A run that the store does not know in its newest state.
 struct UnpublishedRun {
   std::int64_t run = 0;
-  std::int64_t revision_us = 0;  ///< UTC of the change
+  std::int64_t revision_us = 0;                 ///< UTC of the change
+  std::optional<std::int64_t> changed_us = {};  ///< the same; empty: before the laboratory's time
 };
 
 /// The part that this rig holds.
@@ -32,10 +34,13 @@ class LabOutbox {
   /// `database` must outlive it; makes the missing tables.
   static Result<LabOutbox> open(sqlite::Database& database);
 
-  Status mark(const UnpublishedRun& changed);
+  /// To be published, if `state` is not the one of the last call. `is_over`: a run that is over
+  /// when it is seen first has ended at an unknown time.
+  Status mark(std::int64_t run, std::string_view state, bool is_over, std::int64_t utc_us);
   /// The oldest change first.
   Result<std::vector<UnpublishedRun>> pending(std::size_t most);
   Result<std::int64_t> count();
+  Result<bool> has(std::int64_t run);
   /// A run that has changed again meanwhile stays.
   Status on_published(const UnpublishedRun& published);
 

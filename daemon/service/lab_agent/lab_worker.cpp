@@ -21,10 +21,11 @@ bool is_due(std::chrono::nanoseconds last, std::chrono::nanoseconds period) {
   return last.count() == 0 || steady_wall_now() - last >= period;
 }
 
-/// Errors after which the same call may succeed later.
-bool is_temporary(const Error& error) {
-  return error.code == Errc::io || error.code == Errc::timeout || error.code == Errc::busy ||
-         error.code == Errc::no_space;
+/// Whether the store has refused a call for good, whatever changes: the lease is lost (WL001) or
+/// the values are wrong. A missing right or a read-only copy can be mended by an administrator.
+bool is_refused_for_good(const Error& error, std::string_view sqlstate) {
+  if (sqlstate.empty()) return error.code == Errc::invalid_argument;
+  return sqlstate.starts_with("WL") || sqlstate.starts_with("22") || sqlstate.starts_with("23");
 }
 
 bool is_same(const RigEntry& a, const RigEntry& b) {
@@ -134,6 +135,7 @@ bool LabWorker::connect(const std::stop_token& stop) {
     }
   }
   note(done);
+  published_rig_.reset();  // it may be another database now
   if (done) return true;
   if (!store_) wait(stop, claim_period);
   return false;
@@ -159,10 +161,13 @@ Status LabWorker::round() {
     const std::lock_guard lock(mutex_);
     wishes = wishes_;
   }
-  Status done = publish_rig(wishes);
-  for (const auto& [number, run] : wishes.runs)
+  Status done = renew(wishes);
+  if (done) done = publish_rig(wishes);
+  for (const auto& [number, run] : wishes.runs) {
     if (done) done = publish_one(run);
-  if (done) done = settle_or_renew(wishes);
+    if (done) done = renew(wishes);
+  }
+  if (done) done = settle(wishes);
   if (done) done = claim(wishes);
   if (done) done = read_rigs(wishes);
   return done;
@@ -197,7 +202,7 @@ Status LabWorker::publish_one(const RunPublication& run) {
           {run.entry.rig, run.entry.run, sha256_hex(*certificate), *certificate});
   }
   // What the store refuses for good would block all that follows.
-  if (!done && is_temporary(done.error())) return done;
+  if (!done && !is_refused_for_good(done.error(), store_->sqlstate())) return done;
   {
     const std::lock_guard lock(mutex_);
     const auto waiting = wishes_.runs.find(run.change.run);
@@ -209,19 +214,21 @@ Status LabWorker::publish_one(const RunPublication& run) {
   return {};
 }
 
-Status LabWorker::settle_or_renew(const Wishes& wishes) {
-  if (wishes.settlement) {
-    const auto& [part, result] = *wishes.settlement;
-    const Status done = result ? store_->finish(part, *result) : store_->give_back(part);
-    if (!done && is_temporary(done.error())) return done;
-    {
-      const std::lock_guard lock(mutex_);
-      wishes_.settlement.reset();
-    }
-    renewing_.reset();
-    context_.post([this, held = part, done] { reports_.on_settled(held, done); });
-    return {};
+Status LabWorker::settle(const Wishes& wishes) {
+  if (!wishes.settlement) return {};
+  const auto& [part, result] = *wishes.settlement;
+  const Status done = result ? store_->finish(part, *result) : store_->give_back(part);
+  if (!done && !is_refused_for_good(done.error(), store_->sqlstate())) return done;
+  {
+    const std::lock_guard lock(mutex_);
+    wishes_.settlement.reset();
   }
+  renewing_.reset();
+  context_.post([this, held = part, done] { reports_.on_settled(held, done); });
+  return {};
+}
+
+Status LabWorker::renew(const Wishes& wishes) {
   if (!wishes.held) return {};
   if (!renewing_ || !is_same(*renewing_, *wishes.held)) {  // just claimed, or after a restart
     renewing_ = wishes.held;
@@ -229,7 +236,8 @@ Status LabWorker::settle_or_renew(const Wishes& wishes) {
   }
   if (!is_due(renewed_, context_.lease / 3)) return {};
   const auto renewed = store_->renew(*wishes.held, context_.lease);
-  if (!renewed && is_temporary(renewed.error())) return pass(renewed.error());
+  if (!renewed && !is_refused_for_good(renewed.error(), store_->sqlstate()))
+    return pass(renewed.error());
   renewed_ = steady_wall_now();
   if (renewed) {
     context_.post([this, part = *wishes.held, cancelled = renewed->is_cancelled] {

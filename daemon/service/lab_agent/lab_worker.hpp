@@ -99,7 +99,8 @@ class LabWorker {
   Status round();
   Status publish_rig(const Wishes& wishes);
   Status publish_one(const RunPublication& run);
-  Status settle_or_renew(const Wishes& wishes);
+  Status renew(const Wishes& wishes);
+  Status settle(const Wishes& wishes);
   Status claim(const Wishes& wishes);
   Status read_rigs(const Wishes& wishes);
   void wait(const std::stop_token& stop, std::chrono::milliseconds longest);
