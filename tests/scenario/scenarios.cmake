@@ -438,3 +438,8 @@ weft_waits(4 scenario_apt_client scenario_modbus_clients scenario_weftd_end scen
 add_test(NAME scenario_lab_store
          COMMAND ${WEFT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenario/lab_store.py $<TARGET_FILE:weft> $<TARGET_FILE:test_daemon_service> ${PROJECT_SOURCE_DIR})
 set_tests_properties(scenario_lab_store PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+
+# A campaign over three rigs and the store, with faults. Its leases are short, so it has the processors almost for itself.
+add_test(NAME scenario_lab_rigs
+         COMMAND ${WEFT_PYTHON} ${cli_tests}/lab_rigs.py $<TARGET_FILE:weft> $<TARGET_FILE:weftd> ${PROJECT_SOURCE_DIR})
+set_tests_properties(scenario_lab_rigs PROPERTIES SKIP_RETURN_CODE 77 PROCESSORS 6 COST 900 TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -297,7 +297,7 @@ void LabAgent::refuse(const ClaimedPart& part, const Error& why) {
           {{"campaign", campaign_text(part.lease.campaign)},
            {"fabric", part.fabric},
            {"error", to_string(why)}});
-  // What it gives back is offered to it again at once.
+  // A part that it gives back is offered to it again at once.
   claims_after_ = context_.now() + pause_after_refusal;
   is_settling_ = true;
   worker_->settle(part.lease, std::nullopt);
@@ -313,7 +313,7 @@ void LabAgent::settle_ended() {
     withdraw(by_lab);
     return worker_->settle(part_->lease, std::nullopt);
   }
-  // Who sees a part done can fetch its data set.
+  // The data set of a part that is done can be fetched.
   if (const auto waits = outbox_.has(part_->run); !waits || *waits) return;
   is_settling_ = true;
   PartResult result;

@@ -1,6 +1,6 @@
 #pragma once
-// What a daemon still owes the laboratory's store, in its own weftd.sqlite: it survives a restart
-// and a store that cannot be reached.
+// The publications that a daemon still owes the laboratory's store, in its own weftd.sqlite: they
+// survive a restart and a store that cannot be reached.
 
 #include <cstdint>
 #include <optional>

@@ -201,7 +201,7 @@ Status LabWorker::publish_one(const RunPublication& run) {
       done = store_->publish_certificate(
           {run.entry.rig, run.entry.run, sha256_hex(*certificate), *certificate});
   }
-  // What the store refuses for good would block all that follows.
+  // A publication that is refused for good would block all that follow.
   if (!done && !is_refused_for_good(done.error(), store_->sqlstate())) return done;
   {
     const std::lock_guard lock(mutex_);

@@ -64,7 +64,7 @@ class LabWorker {
   void publish(RunPublication run);
   /// Nothing: no part is claimed.
   void set_claim(std::optional<RigCapabilities> can);
-  /// The part whose lease is renewed; nothing: none.
+  /// The part that is renewed; nothing: none.
   void set_held(std::optional<PartLease> part);
   /// Tried until the store answers. Without a result the part is given back.
   void settle(const PartLease& part, std::optional<PartResult> result);
@@ -82,7 +82,7 @@ class LabWorker {
     PartLease part;
     std::optional<PartResult> result;
   };
-  /// What the server's thread wants.
+  /// Orders of the server's thread.
   struct Wishes {
     std::optional<RigEntry> rig;
     std::map<std::int64_t, RunPublication> runs;
