@@ -3,7 +3,7 @@
 
     lab_rigs.py WEFT WEFTD SOURCE_ROOT [--seeds N] [--first SEED] [--repetitions N] [--only FAULT,...] [--whole]
 
---seeds N: each kind of fault at N seeded moments (2: both ways of each). --repetitions N: of a fault's campaign (1). --whole: only khan2016 (680 trials) over
+--seeds N: each kind of fault at N seeded moments (2). --repetitions N: of a fault's campaign (1). --whole: only khan2016 (680 trials) over
 three rigs, once undisturbed and N times with a kill and a restart of the store.
 """
 import argparse
@@ -203,6 +203,7 @@ class Lab:
         del recipe["$schema"]
         recipe["fabrics"] = recipe["fabrics"][:FABRICS]
         self.recipe = self.write_recipe({**recipe, "name": "short", "repetitions": REPETITIONS})
+        self.single = self.write_recipe({**recipe, "name": "single", "fabrics": recipe["fabrics"][:1], "repetitions": REPETITIONS})
         self.disturbed = self.write_recipe({**recipe, "name": "disturbed", "repetitions": repetitions})
         self.fetched = 0
         self.references = {}
@@ -321,7 +322,7 @@ class Lab:
         listed = self.command("runs", "--rig", rig.name, "--limit", "1000", uri=self.uri("reader"))["runs"]
         stored = {run["run"]: run["state"] for run in listed}
         assert stored == local, (rig.name, stored, local)
-        assert set(local.values()) <= {"complete", "interrupted"}, (rig.name, local)
+        assert set(local.values()) <= {"complete", "interrupted", "stopped"}, (rig.name, local)
         assert {run["bench"] for run in listed} <= {"simulated"}, listed
 
 
@@ -416,16 +417,18 @@ def moment_on(lab, rng, campaign):
     return found
 
 
-def killed(lab, rng, campaign, back):
+def killed(lab, rng, campaign, way):
+    """The daemon is killed and comes back, is gone until the end, or is ended by its service manager."""
     rig = moment_on(lab, rng, campaign)
-    rig.end(signal.SIGKILL)
-    if back:
+    status = rig.end(signal.SIGTERM if way == "ended" else signal.SIGKILL)
+    assert status == (0 if way == "ended" else -signal.SIGKILL), status
+    if way == "back":
         time.sleep(rng.uniform(0, 2 * LEASE_S))
         rig.start()
         rig.look_after()
         rig.accept()
     lab.await_done(campaign)
-    if not back:
+    if way != "back":
         rig.start()
         rig.look_after()
     return rig
@@ -442,8 +445,8 @@ def restarted(lab, rng, campaign, mode):
     return rig
 
 
-def withdrawn(lab, rng, campaign, expires):
-    rig = moment_on(lab, rng, campaign)
+def withdrawn(lab, rng, campaign, way):
+    expires, rig = way == "expiry", moment_on(lab, rng, campaign)
     held = rig.part()
     if expires:
         rig.client.call("lease.renew", lease=rig.lease, ttl_ms=1000)
@@ -498,7 +501,7 @@ def cut_off(lab, rng, campaign, how):
     return rig
 
 
-FAULTS = [(killed, (True, False)), (restarted, ("fast", "immediate")), (withdrawn, (False, True)), (cut_off, ("link", "stop"))]
+FAULTS = [(killed, ("ended", "gone", "back")), (restarted, ("fast", "immediate")), (withdrawn, ("order", "expiry")), (cut_off, ("link", "stop"))]
 
 
 def faults(lab, seeds, only=None):
@@ -506,7 +509,7 @@ def faults(lab, seeds, only=None):
         for number, (fault, ways) in enumerate(FAULTS):
             if only and fault.__name__ not in only:
                 continue
-            way = ways[(seed + number) % 2]
+            way = ways[(seed + number) % len(ways)]
             for rig in lab.rigs.values():
                 rig.pace(PACE)
                 rig.accept()
@@ -564,6 +567,56 @@ def without_the_store(lab):
         error = lab.command("fetch", digest, "--out", lab.folder / "clear", uri=lab.uri("reader"), expect=1, env={"WEFT_TOKEN": "wft_any"})["error"]
         assert error["code"] == "invalid argument" and error["got"] == address, error
     print("SIMULATED: a rig without its store publishes later", flush=True)
+
+
+def given_back(lab):
+    """A person stops the run of a part: another rig records it. A recipe that fits no rig is refused once by each."""
+    a, b = lab.rigs["a"], lab.rigs["b"]
+    a.pace(100)
+    a.accept()
+    campaign = lab.submit(lab.single, rigs="a,b")
+    run = until(a.in_a_trial, a.status)["run"]
+    a.client.call("run.stop", run=run)
+    until(lambda: lab.part_rows(campaign)[0][1:] == ("queued", "a", "1"), lambda: lab.part_rows(campaign))
+    assert a.status()["accepted_by"] is None, a.status()
+    b.accept()
+    lab.await_done(campaign)
+    parts, _ = lab.check(campaign, lab.single)
+    assert [(part["rig"], part["attempt"]) for part in parts] == [("b", 2)], parts
+    recipe = json.loads(lab.single.read_text())
+    recipe["name"] = "fast"
+    for exploration in recipe["explorations"].values():
+        exploration["phases"][2]["speed_mm_s"] = 90
+    a.accept()
+    campaign = lab.submit(lab.write_recipe(recipe), rigs="a,b")
+    for rig in (a, b):
+        until(lambda: any(line["data"]["campaign"] == campaign for line in rig.journal("lab.part_refused")), rig.status, 20)
+    attempts = int(lab.part_rows(campaign)[0][3])
+    time.sleep(7)
+    assert lab.part_rows(campaign)[0][1] == "queued" and int(lab.part_rows(campaign)[0][3]) <= max(attempts, 2), lab.part_rows(campaign)
+    lab.command("cancel", campaign, uri=lab.uri("submit"))
+    a.withdraw(), b.withdraw()
+    print("SIMULATED: parts that a person stops or that fit no rig are given back", flush=True)
+
+
+def finished_late(lab):
+    """The run of a part ends without the store, then the daemon dies: after its restart it still finishes the part, which no other rig could take."""
+    a = lab.rigs["a"]
+    a.pace(100)
+    a.accept()
+    campaign = lab.submit(lab.single, rigs="a")
+    run = until(a.in_a_trial, a.status)["run"]
+    a.cut_off()
+    a.pace(PACE)
+    assert a.client.call("run.wait", run=run)["outcome"] == "complete"
+    a.end(signal.SIGKILL)
+    until(lambda: lab.campaign(campaign)["parts"][0]["lease_expired"], lambda: lab.campaign(campaign), 20)
+    a.join()
+    a.start()
+    lab.await_done(campaign)
+    parts, _ = lab.check(campaign, lab.single)
+    assert [(part["rig"], part["attempt"], part["run"]) for part in parts] == [("a", 1, run)], parts
+    print("SIMULATED: a part is finished after an outage and a restart", flush=True)
 
 
 def rights(lab):
@@ -727,6 +780,8 @@ def main():
             for rig in lab.rigs.values():
                 rig.withdraw()
             faults(lab, range(args.first, args.first + args.seeds), args.only.split(",") if args.only else None)
+            given_back(lab)
+            finished_late(lab)
             rights(lab)
             without_the_store(lab)
             secrets(lab, watch)
