@@ -137,6 +137,41 @@ def check_library(server):
                         "WEFT_LAB_TEST_START": pg_ctl + " start >/dev/null"})
 
 
+def check_defaults(server):
+    """A session's isolation and durability do not come from the defaults of database or login: two last parts at once would leave a campaign running."""
+    server.sql("CREATE TABLE public.seen (text text); CREATE FUNCTION public.look() RETURNS trigger LANGUAGE plpgsql SECURITY DEFINER AS $$ BEGIN "
+               "INSERT INTO public.seen VALUES (current_setting('transaction_isolation') || ', ' || current_setting('synchronous_commit')); RETURN NEW; "
+               "END $$; CREATE TRIGGER look AFTER INSERT ON weft.campaign FOR EACH ROW EXECUTE FUNCTION public.look()")
+    server.sql("ALTER DATABASE lab SET default_transaction_isolation = 'repeatable read'; ALTER ROLE ada SET synchronous_commit = off")
+    weft("submit", "khan2016", "--rigs", "r1", uri=server.uri("ada"))
+    assert server.sql("SELECT * FROM public.seen") == "read committed, on"
+    server.sql("ALTER DATABASE lab RESET ALL; ALTER ROLE ada RESET ALL; DROP TRIGGER look ON weft.campaign; DROP FUNCTION public.look; DROP TABLE public.seen")
+    server.sql("CREATE DATABASE latin ENCODING 'LATIN1' LC_COLLATE 'C' LC_CTYPE 'C' TEMPLATE template0")
+    assert "not UTF8" in weft("install", uri=server.uri("admin", "latin"), expect=1)
+
+
+def check_hostile_rows(server):
+    """One rig's or submitter's row does not spoil the answers to others; a run's row is not overwritten by another run."""
+    status = "SELECT weft.publish_rig('r3', '', 'real', 'safe', '', '{}')"
+    assert server.psql("r3", status.format('{"x": [' + ", ".join(["1e130000"] * 9) + "]}"))[2] == "23514"
+    server.sql(status.format('{"x": 1e400, "http": 5}'), "r3")
+    listed = {rig["rig"]: rig["status"] for rig in json.loads(weft("rigs", "--json", uri=server.uri("eve")))["rigs"]}
+    assert listed["r3"] == {}, listed
+    submit = "SELECT weft.submit_campaign('x', '{{}}', repeat('a', 64), 1, '{}', '{{velvet}}', '{{r3}}', NULL)"
+    assert server.psql("ada", submit.format('{"a": "' + 70_000 * "b" + '"}'))[2] == "23514"
+    campaign = server.sql(submit.format('{"a": 1e400}'), "ada")
+    assert json.loads(weft("campaign", campaign, "--json", uri=server.uri("eve")))["parameters"] == {}
+    server.sql(f"SELECT weft.cancel_campaign({campaign})", "ada")
+    run = "SELECT weft.publish_run('r3', 'R-000001', '{}', '', 1, '{{velvet}}', 'real', '{}', 9, 9, {}, NULL, '', {})"
+    server.sql(run.format("first", "running", 1_000_000, 1), "r3")
+    assert server.psql("r3", run.format("other", "running", 2_000_000, 2))[2] == "WL002"
+    server.sql(run.format("first", "complete", 1_000_000, 3), "r3")
+    assert server.sql("SELECT recipe, state, started_at FROM weft.run WHERE rig = 'r3' AND run = 'R-000001'") == "first|complete|1970-01-01 00:00:01+00"
+    server.sql("SELECT weft.publish_dataset('r3', 'R-000001', repeat('d', 64), 1, 1, '/no/dataset.h5')", "r3")
+    server.sql(status.format('{"http": 5}'), "r3")
+    assert "cannot be reached" in weft("fetch", "dddd", "--out", str(server.folder / "out"), uri=server.uri("eve"), expect=1)
+
+
 def check_commands(server):
     """`weft lab` as a person uses it; simulated benches are marked in text and JSON."""
     for login in ("r1", "r2"):
@@ -289,6 +324,8 @@ def main():
         check_roles(server)
         check_library(server)
         check_commands(server)
+        check_defaults(server)
+        check_hostile_rows(server)
     check_tls()
     print("lab store: installation, roles, leases, commands and TLS as expected")
 

@@ -226,7 +226,8 @@ Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const 
   const auto rig = std::ranges::find(rigs, one.rig, &lab::RigEntry::name);
   const json status =
       rig == rigs.end() ? json::object() : json::parse(rig->status_json, nullptr, false);
-  const std::string http = status.is_object() ? status.value("http", "") : "";
+  const bool has_http = status.is_object() && status.contains("http") && status["http"].is_string();
+  const std::string http = has_http ? status["http"].get<std::string>() : "";
   if (!http.empty() && !is_safe_for_tokens(http))
     return fail({.code = Errc::invalid_argument,
                  .where = one.rig,

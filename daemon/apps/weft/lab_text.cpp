@@ -22,10 +22,14 @@ std::string minute_text(std::int64_t us) {
   return utc_text(us).substr(0, characters);
 }
 
-/// The status as an object; empty if a rig published something else.
+/// Empty for anything else, also for a number that PostgreSQL accepts and a double cannot be.
+json object_of(const std::string& text) {
+  json object = json::parse(text, nullptr, false);
+  return object.is_object() ? object : json::object();
+}
+
 json status_of(const RigEntry& rig) {
-  json status = json::parse(rig.status_json, nullptr, false);
-  return status.is_object() ? status : json::object();
+  return object_of(rig.status_json);
 }
 
 std::string word_of(const json& status, const char* key) {
@@ -173,7 +177,7 @@ json to_json(const LabCampaign& campaign, const std::map<std::string, BenchKind>
           {"state", campaign.state},
           {"recipe_sha256", campaign.recipe_sha256},
           {"seed", campaign.seed ? json(*campaign.seed) : json()},
-          {"parameters", json::parse(campaign.parameters_json, nullptr, false)},
+          {"parameters", object_of(campaign.parameters_json)},
           {"submitted_by", campaign.submitted_by},
           {"submitted_us", campaign.submitted_us},
           {"parts", std::move(parts)}};

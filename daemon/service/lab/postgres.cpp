@@ -44,7 +44,7 @@ constexpr std::array<Meaning, 17> meanings{{
     {"42501", Errc::wrong_state,
      "The administrator of the store grants roles: GRANT weft_reader, weft_submitter or weft_rig "
      "TO your login"},
-    {"WL001", Errc::wrong_state, ""},
+    {"WL", Errc::wrong_state, ""},
     {"57014", Errc::timeout, "Repeat later, or narrow the question"},
     {"55P03", Errc::busy, "Repeat later: another session changes the same row"},
     {"40", Errc::busy, "Repeat: another session changed the same rows"},
@@ -88,7 +88,9 @@ std::string session_options(const PostgresLimits& limits) {
   return "-c statement_timeout=" + in_milliseconds(limits.statement) +
          " -c lock_timeout=" + in_milliseconds(limits.lock) +
          " -c idle_in_transaction_session_timeout=60000 -c search_path=pg_catalog"
-         " -c TimeZone=UTC -c standard_conforming_strings=on -c jit=off";
+         " -c TimeZone=UTC -c standard_conforming_strings=on -c jit=off"
+         // Two finishes at once must see each other, and what was acknowledged must stay.
+         " -c default_transaction_isolation=read\\ committed -c synchronous_commit=on";
 }
 
 std::string connect_hint(const std::string& reason) {

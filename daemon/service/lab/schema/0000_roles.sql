@@ -5,6 +5,10 @@ DO $body$
 DECLARE
   wanted text;
 BEGIN
+  IF current_setting('server_encoding') <> 'UTF8' THEN
+    RAISE EXCEPTION 'encoding of the database is not UTF8' USING ERRCODE = '0A000',
+      HINT = 'CREATE DATABASE lab ENCODING ''UTF8'' TEMPLATE template0';
+  END IF;
   FOREACH wanted IN ARRAY ARRAY['weft_owner', 'weft_reader', 'weft_submitter', 'weft_rig'] LOOP
     CONTINUE WHEN EXISTS (SELECT FROM pg_roles WHERE rolname = wanted);
     BEGIN

@@ -25,7 +25,8 @@ CREATE TABLE weft.rig (
   state text NOT NULL,
   seen_at timestamptz NOT NULL,
   rig_sha256 weft.digest,
-  status jsonb NOT NULL CHECK (jsonb_typeof(status) = 'object' AND pg_column_size(status) < 65536)
+  -- Of the text: a stored 1e130000 has a few bytes, but its text has 130 001.
+  status jsonb NOT NULL CHECK (jsonb_typeof(status) = 'object' AND octet_length(status::text) < 65536)
 );
 COMMENT ON TABLE weft.rig IS 'One row for each rig that has published itself';
 COMMENT ON COLUMN weft.rig.login IS 'login that owns the name: session_user of its first publication';
@@ -121,7 +122,7 @@ CREATE TABLE weft.campaign (
   recipe_text text NOT NULL CHECK (octet_length(recipe_text) <= 1048576),
   recipe_sha256 weft.digest NOT NULL,
   seed bigint,
-  parameters json NOT NULL,
+  parameters json NOT NULL CHECK (octet_length(parameters::text) < 65536),
   submitted_by text NOT NULL,
   submitted_at timestamptz NOT NULL,
   submission text,
@@ -239,6 +240,11 @@ DECLARE
   unit CONSTANT interval := '1 microsecond';
 BEGIN
   PERFORM weft.require_rig(new_rig);
+  -- A rig whose memory was lost, or a second daemon with its name, begins again with R-000001.
+  IF EXISTS (SELECT FROM weft.run r WHERE r.rig = new_rig AND r.run = new_run AND r.started_at <> epoch + started_us * unit) THEN
+    RAISE EXCEPTION 'run % of rig % is another one in the store', new_run, new_rig USING ERRCODE = 'WL002',
+      HINT = 'Give a rig with a new weftd.sqlite a new name and login';
+  END IF;
   INSERT INTO weft.run AS r (rig, run, recipe, recipe_sha256, seed, fabrics, bench, state, trials_planned,
                              trials_complete, started_at, ended_at, place, revision, search_text)
   VALUES (new_rig, new_run, new_recipe, NULLIF(new_recipe_sha256, ''), new_seed, new_fabrics, new_bench, new_state,
@@ -248,9 +254,9 @@ BEGIN
     SET recipe = EXCLUDED.recipe, recipe_sha256 = EXCLUDED.recipe_sha256, seed = EXCLUDED.seed,
         fabrics = EXCLUDED.fabrics, bench = EXCLUDED.bench, state = EXCLUDED.state,
         trials_planned = EXCLUDED.trials_planned, trials_complete = EXCLUDED.trials_complete,
-        started_at = EXCLUDED.started_at, ended_at = EXCLUDED.ended_at, place = EXCLUDED.place,
+        ended_at = EXCLUDED.ended_at, place = EXCLUDED.place,
         revision = EXCLUDED.revision, search_text = EXCLUDED.search_text
-    WHERE r.revision < EXCLUDED.revision;
+    WHERE r.revision < EXCLUDED.revision AND r.started_at = EXCLUDED.started_at;
 END
 $body$;
 
