@@ -274,6 +274,12 @@ class Lab:
         files = self.command("fetch", campaign, "--out", out, uri=self.uri("reader"), env=env)["files"]
         return out, files
 
+    def tokens(self, rig, token):
+        """Environment with one rig's token for `weft lab fetch`."""
+        file = self.folder / "tokens.txt"
+        file.write_text(f"{rig} {token}\n")
+        return {"WEFT_LAB_TOKENS": str(file)}
+
     def check(self, campaign, recipe=None, env=None):
         """Every trial once and equal to the one-rig run; every rig at rest, with nothing unpublished; every run in the store with its final state."""
         recipe = recipe or self.recipe
@@ -354,10 +360,13 @@ def over_http(lab, campaign, parts):
     """The store's path of one rig's files is not there: they come over HTTP with a token, and only with it."""
     of_b = [part["fabric"] for part in parts if part["rig"] == "b"]
     lab.server.sql("UPDATE weft.dataset d SET place = '/nowhere' || d.place FROM weft.run r WHERE r.id = d.run_id AND r.rig = 'b'")
-    refused = lab.run("lab", "fetch", campaign, "--out", lab.folder / "refused", "--lab", lab.uri("reader"), env={"WEFT_TOKEN": "wft_wrong"})
+    refused = lab.run("lab", "fetch", campaign, "--out", lab.folder / "refused", "--lab", lab.uri("reader"),
+                      env=lab.tokens("b", "wft_wrong"))
+    elsewhere = lab.command("fetch", campaign, "--out", lab.folder / "refused", uri=lab.uri("reader"), expect=1, env=lab.tokens("a", lab.rigs["a"].token))
+    assert elsewhere["error"]["code"] == "not found" and "b" in elsewhere["error"]["where"], elsewhere
     assert refused.returncode == 1 and "wft_wrong" not in refused.stdout + refused.stderr, refused
     assert of_b and not any((lab.folder / f"refused/{fabric}.h5").exists() for fabric in of_b), list((lab.folder / "refused").iterdir())
-    lab.check(campaign, env={"WEFT_TOKEN": lab.rigs["b"].token})
+    lab.check(campaign, env=lab.tokens("b", lab.rigs["b"].token))
     lab.server.sql("UPDATE weft.dataset d SET place = substr(d.place, 9) FROM weft.run r WHERE r.id = d.run_id AND r.rig = 'b'")
     # A fabric's name that would leave the folder is refused.
     number = f"campaign = {int(campaign[2:])} AND fabric = "
@@ -564,7 +573,7 @@ def without_the_store(lab):
     lab.server.sql("UPDATE weft.dataset d SET place = '/nowhere' || d.place FROM weft.run r WHERE r.id = d.run_id AND r.rig = 'd'")
     for address in ("http://192.0.2.1:1", "http://127.0.0.1:1@192.0.2.1:1"):
         lab.server.sql(f"UPDATE weft.rig SET status = jsonb_build_object('http', '{address}') WHERE name = 'd'")
-        error = lab.command("fetch", digest, "--out", lab.folder / "clear", uri=lab.uri("reader"), expect=1, env={"WEFT_TOKEN": "wft_any"})["error"]
+        error = lab.command("fetch", digest, "--out", lab.folder / "clear", uri=lab.uri("reader"), expect=1, env=lab.tokens("d", "wft_any"))["error"]
         assert error["code"] == "invalid argument" and error["got"] == address, error
     print("SIMULATED: a rig without its store publishes later", flush=True)
 

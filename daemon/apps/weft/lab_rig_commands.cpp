@@ -5,7 +5,9 @@
 
 #include <array>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "daemon/apps/weft/daemon_call.hpp"
 #include "daemon/apps/weft/lab_text.hpp"
@@ -77,7 +79,7 @@ void add_options(CLI::App& command, FetchArgs& args) {
   command.add_option("--lab", args.uri,
                      "connect to this store: postgresql://USER@HOST/DATABASE (or WEFT_LAB)");
   command.add_option("--token-file", args.token_file,
-                     "read the token for the rigs from this file (or WEFT_TOKEN)");
+                     "read tokens from this file, a line RIG TOKEN for each (or WEFT_LAB_TOKENS)");
   command.add_option("--tls-ca", args.tls_ca,
                      "trust these CAs for the rigs (PEM); else the system's");
 }
@@ -91,12 +93,32 @@ struct Wanted {
   bool from_any_rig = false;
 };
 
-Result<std::string> token_of(const FetchArgs& args) {
-  if (args.token_file.empty()) return from_environment("WEFT_TOKEN");
-  auto text = read_text_file(args.token_file);
-  if (!text) return text;
-  while (!text->empty() && static_cast<unsigned char>(text->back()) <= ' ') text->pop_back();
-  return text;
+/// Tokens by rig. Each goes to that rig only: any rig's login could publish an address of its own
+/// to collect tokens of others.
+using Tokens = std::map<std::string, std::string>;
+
+Result<Tokens> read_tokens(const FetchArgs& args) {
+  Tokens out;
+  const fs::path file =
+      args.token_file.empty() ? fs::path(from_environment("WEFT_LAB_TOKENS")) : args.token_file;
+  if (file.empty()) return out;
+  const auto text = read_text_file(file);
+  if (!text) return pass(text.error());
+  std::istringstream lines(*text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    std::istringstream words(line);
+    std::string rig, token, more;
+    if (!(words >> rig)) continue;
+    if (!(words >> token) || words >> more)
+      return fail({.code = Errc::parse,
+                   .where = file.string() + ":" + std::to_string(number),
+                   .what = "line is not a rig and its token",
+                   .expected = "RIG TOKEN"});
+    out[rig] = token;
+  }
+  return out;
 }
 
 /// Compares the digest in the file; each trial is compared when the file is read whole.
@@ -215,7 +237,7 @@ bool is_safe_for_tokens(std::string_view url) {
 }
 
 Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const Wanted& one,
-                 const FetchArgs& args, const std::string& token, const fs::path& to) {
+                 const FetchArgs& args, const Tokens& tokens, const fs::path& to) {
   const auto datasets = store.datasets(one.sha256);
   if (!datasets) return pass(datasets.error());
   std::error_code unseen;
@@ -242,8 +264,15 @@ Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const 
                  .expected = "a shared folder, or a rig with --http",
                  .hint = "Run this command on the machine of the rig"});
   AtomicFile atomic(to);
-  if (Status got = download(http + "/data/" + one.run + "/" + dataset_file_name, token, args.tls_ca,
-                            atomic.temporary());
+  const auto token = tokens.find(one.rig);
+  if (token == tokens.end())
+    return fail(
+        {.code = Errc::not_found,
+         .where = one.rig,
+         .what = "no token for this rig",
+         .hint = "Add a line RIG TOKEN to the file of --token-file; an observer's is enough"});
+  if (Status got = download(http + "/data/" + one.run + "/" + dataset_file_name, token->second,
+                            args.tls_ca, atomic.temporary());
       !got)
     return got;
   if (Status same = require_digest(atomic.temporary(), one.sha256); !same)
@@ -254,8 +283,8 @@ Status fetch_one(LabStore& store, const std::vector<lab::RigEntry>& rigs, const 
 Result<int> run_fetch(const FetchArgs& args, Console& console) {
   auto address = lab::LabAddress::parse(args.uri.empty() ? from_environment("WEFT_LAB") : args.uri);
   if (!address) return pass(address.error(), "--lab");
-  const auto token = token_of(args);
-  if (!token) return pass(token.error());
+  const auto tokens = read_tokens(args);
+  if (!tokens) return pass(tokens.error());
   auto store = LabStore::open(std::move(*address), "lab fetch");
   if (!store) return pass(store.error());
   const auto id = lab::campaign_number(args.what);
@@ -274,7 +303,7 @@ Result<int> run_fetch(const FetchArgs& args, Console& console) {
                    .what = "fabric's name is no file name",
                    .got = shortened(one.name)});
     const fs::path to = args.out / (one.name + ".h5");
-    if (Status done = fetch_one(*store, *rigs, one, args, *token, to); !done)
+    if (Status done = fetch_one(*store, *rigs, one, args, *tokens, to); !done)
       return pass(done.error(), one.name);
     files.push_back({{"file", to.string()},
                      {"rig", one.rig},

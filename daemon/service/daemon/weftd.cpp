@@ -329,12 +329,12 @@ Status Daemon::begin_lab(const DaemonOptions& options) {
                            .utc_us = [this] { return utc_us(); },
                            .now = services_.now,
                            .rig_text = [this] { return rig_text(); },
-                           .lease_user =
-                               [this] {
-                                 const auto held =
-                                     leases_.holder("rig:" + services_.rig_name, steady_wall_now());
-                                 return held ? held->user : std::string();
-                               },
+                           .lease_holder = [this]() -> lab::LabAgentContext::LeaseHolder {
+                             const auto held =
+                                 leases_.holder("rig:" + services_.rig_name, steady_wall_now());
+                             if (!held) return {};
+                             return {held->id, held->user};
+                           },
                            .background = services_.change_background,
                            .lease = options.lab_lease});
   if (!agent) return pass(agent.error());

@@ -18,9 +18,11 @@ using nlohmann::json;
 using runs::RunState;
 using runs::RunView;
 
-constexpr std::size_t handed_over_at_once = 20;
+constexpr std::size_t sent_at_once = 20;
 constexpr std::chrono::seconds rig_period{1}, pause_after_refusal{5};
 constexpr const char* by_lab = "auto:lab";
+/// A part is settled this long after its run, even if the store has refused to list the run.
+constexpr std::chrono::seconds longest_publication{120};
 
 /// As names of recipes are: they become files.
 bool is_file_name(std::string_view text) {
@@ -74,11 +76,16 @@ LabAgent::LabAgent(LabAgentContext context, LabOutbox outbox)
     : context_(std::move(context)), outbox_(std::move(outbox)) {
   if (const auto text = read_text_file(context_.rig)) rig_sha256_ = sha256_hex(*text);
   LabReports reports;
-  reports.on_published = [this](const UnpublishedRun& run) {
+  reports.on_published = [this](const UnpublishedRun& run, const Status& done) {
     static_cast<void>(outbox_.on_published(run));
-    if (const auto handed = handed_over_.find(run.run);
-        handed != handed_over_.end() && handed->second == run.revision_us)
-      handed_over_.erase(handed);
+    if (!done) {
+      ++publications_refused_;
+      newest_refusal_ = to_string(done.error());
+      journal(runs::run_id(run.run), "lab.publish_refused", by_lab, {{"error", newest_refusal_}});
+    }
+    if (const auto sent_run = sent_.find(run.run);
+        sent_run != sent_.end() && sent_run->second == run.revision_us)
+      sent_.erase(sent_run);
   };
   reports.on_claimed = [this](const ClaimedPart& part) { on_claimed(part); };
   reports.on_renewed = [this](const PartLease& part, bool is_cancelled) {
@@ -148,20 +155,20 @@ RunPublication LabAgent::publication_of(const RunView& run, const UnpublishedRun
   return {change, std::move(entry), stored.folder, run.is_over() ? stored.dataset_sha256 : ""};
 }
 
-void LabAgent::hand_over_runs() {
-  if (handed_over_.size() >= handed_over_at_once) return;
-  const auto pending = outbox_.pending(handed_over_at_once);
+void LabAgent::send_changed_runs() {
+  if (sent_.size() >= sent_at_once) return;
+  const auto pending = outbox_.pending(sent_at_once);
   if (!pending) return;
   for (const UnpublishedRun& change : *pending) {
-    if (const auto handed = handed_over_.find(change.run);
-        handed != handed_over_.end() && handed->second == change.revision_us)
+    if (const auto sent_run = sent_.find(change.run);
+        sent_run != sent_.end() && sent_run->second == change.revision_us)
       continue;
     const auto run = context_.manager->get(runs::run_id(change.run));
     if (!run) {  // removed from the catalogue
       static_cast<void>(outbox_.on_published(change));
       continue;
     }
-    handed_over_[change.run] = change.revision_us;
+    sent_[change.run] = change.revision_us;
     worker_->publish(publication_of(*run, change));
   }
 }
@@ -170,9 +177,9 @@ void LabAgent::publish_rig() {
   const auto now = context_.now();
   if (rig_published_ && now - *rig_published_ < rig_period) return;
   rig_published_ = now;
-  json status{{"run", nullptr},          {"trial", nullptr},        {"trials", nullptr},
-              {"eta_s", nullptr},        {"next_action", nullptr},  {"next_action_us", nullptr},
-              {"alarms", json::array()}, {"accepts", accepted_by_}, {"part", nullptr}};
+  json status{{"run", nullptr},          {"trial", nullptr},          {"trials", nullptr},
+              {"eta_s", nullptr},        {"next_action", nullptr},    {"next_action_us", nullptr},
+              {"alarms", json::array()}, {"accepts", accepted_.user}, {"part", nullptr}};
   const runs::RigState& rig = context_.manager->rig_state();
   const std::string state = context_.rig_text();
   if (rig.is_latched())
@@ -206,22 +213,25 @@ void LabAgent::publish_rig() {
                     .status_json = status.dump()});
 }
 
-bool LabAgent::can_take_part() const {
+bool LabAgent::is_accepted() const {
+  return !accepted_.lease.empty() && context_.lease_holder().lease == accepted_.lease;
+}
+
+bool LabAgent::is_free() const {
   const runs::RunManager& manager = *context_.manager;
   const runs::ManagerStatus status = manager.status();
-  return !closing_ && !accepted_by_.empty() && !part_ && !manager.active() &&
-         context_.now() >= claims_after_ && manager.queue().runs().empty() &&
+  return !closing_ && !manager.active() && manager.queue().runs().empty() &&
          !manager.queue().is_paused() && status.is_at_rest && !status.is_closing &&
          manager.rig_state().can_move();
 }
 
 void LabAgent::tick() {
-  if (!accepted_by_.empty() && context_.lease_user() != accepted_by_ && !part_) withdraw(by_lab);
+  if (!is_accepted()) withdraw(by_lab);  // a running part goes on
   publish_rig();
-  hand_over_runs();
+  send_changed_runs();
   if (part_ && part_->run == 0 && is_lost_) forget_part();
   if (part_) settle_ended();
-  if (can_take_part())
+  if (is_accepted() && is_free() && !part_ && context_.now() >= claims_after_)
     worker_->set_claim(RigCapabilities{{}, {refused_campaigns_.begin(), refused_campaigns_.end()}});
   else
     worker_->set_claim(std::nullopt);
@@ -231,7 +241,7 @@ void LabAgent::on_claimed(const ClaimedPart& part) {
   part_ = HeldPart{part.lease, part.campaign_name, part.fabric, part.attempt, 0};
   is_lost_ = is_settling_ = false;
   if (Status kept = outbox_.set_part(part_); !kept) return refuse(part, kept.error());
-  if (closing_ || accepted_by_.empty() || context_.lease_user() != accepted_by_)
+  if (closing_ || !is_accepted())
     return refuse(part, {.code = Errc::wrong_state, .what = "operator accepts no parts"});
   const std::string campaign = campaign_text(part.lease.campaign);
   // The store's functions accept any name.
@@ -250,7 +260,7 @@ void LabAgent::on_claimed(const ClaimedPart& part) {
   request.seed = part.seed;
   request.name = campaign;
   request.by = "lab:" + campaign;
-  request.user = accepted_by_;
+  request.user = accepted_.user;
   request.keep_going = true;
   request.only_fabric = part.fabric;
   if (part.parameters_json != "{}") request.parameters_json = part.parameters_json;
@@ -279,8 +289,10 @@ void LabAgent::start(const ClaimedPart& part, const runs::RunRequest& request,
     refused_campaigns_.insert(part.lease.campaign);
     return refuse(part, checked.error());
   }
-  if (closing_ || context_.manager->active() || !context_.manager->rig_state().can_move())
-    return refuse(part, {.code = Errc::wrong_state, .what = "rig is no longer free"});
+  // The check took a while: nothing moves without the lease that accepted it.
+  if (!is_accepted())
+    return refuse(part, {.code = Errc::wrong_state, .what = "operator accepts no parts"});
+  if (!is_free()) return refuse(part, {.code = Errc::wrong_state, .what = "rig is no longer free"});
   const auto run = context_.manager->submit(request, checked);
   if (!run) return refuse(part, run.error());
   part_->run = run->stored.number;
@@ -289,7 +301,7 @@ void LabAgent::start(const ClaimedPart& part, const runs::RunRequest& request,
           {{"campaign", campaign_text(part.lease.campaign)},
            {"fabric", part.fabric},
            {"attempt", part.attempt},
-           {"accepted_by", accepted_by_}});
+           {"accepted_by", accepted_.user}});
 }
 
 void LabAgent::refuse(const ClaimedPart& part, const Error& why) {
@@ -313,20 +325,25 @@ void LabAgent::settle_ended() {
     withdraw(by_lab);
     return worker_->settle(part_->lease, std::nullopt);
   }
-  // The data set of a part that is done can be fetched.
-  if (const auto waits = outbox_.has(part_->run); !waits || *waits) return;
+  // The data set of a part that is done can be fetched, unless its publication does not succeed.
+  if (!ended_at_) ended_at_ = context_.now();
+  const auto waits = outbox_.has(part_->run);
+  if ((!waits || *waits) && context_.now() - *ended_at_ < longest_publication) return;
   is_settling_ = true;
   PartResult result;
   result.run = runs::run_id(part_->run);
   result.dataset_sha256 = run->stored.dataset_sha256;
   result.is_done = run->stored.has_all() && !result.dataset_sha256.empty();
-  if (!result.is_done)
+  if (!result.is_done) {
     result.error = run->stored.error.empty() ? "not every trial is complete" : run->stored.error;
+    withdraw(by_lab);  // a defective rig must not fail all parts
+  }
   worker_->settle(part_->lease, result);
 }
 
 void LabAgent::forget_part() {
   part_.reset();
+  ended_at_.reset();
   is_lost_ = is_settling_ = false;
   static_cast<void>(outbox_.set_part(std::nullopt));
 }
@@ -346,25 +363,26 @@ void LabAgent::close() {
   worker_->set_claim(std::nullopt);
 }
 
-Status LabAgent::accept(const std::string& user) {
-  const std::string holder = context_.lease_user();
-  if (holder != user)
+Status LabAgent::accept(const std::string& lease) {
+  const LabAgentContext::LeaseHolder holder = context_.lease_holder();
+  if (holder.lease != lease)
     return fail({.code = Errc::wrong_state,
                  .where = "lease",
-                 .what = "parts are accepted by the holder of the rig's lease only",
-                 .expected = user,
-                 .got = holder.empty() ? "no holder" : holder,
+                 .what = "parts are accepted under the present lease of the rig only",
+                 .expected = lease,
+                 .got = holder.lease.empty() ? "no lease" : holder.lease,
                  .hint = "Acquire the lease first and keep it"});
-  if (accepted_by_ == user) return {};
-  accepted_by_ = user;
+  if (accepted_.lease == lease) return {};
+  accepted_ = holder;
   rig_published_.reset();
-  journal("", "lab.accepted", user, {{"store", context_.address.text()}});
+  journal("", "lab.accepted", holder.user,
+          {{"store", context_.address.text()}, {"lease", holder.lease}});
   return {};
 }
 
 void LabAgent::withdraw(std::string_view by) {
-  if (accepted_by_.empty()) return;
-  accepted_by_.clear();
+  if (accepted_.lease.empty()) return;
+  accepted_ = {};
   rig_published_.reset();
   journal("", "lab.withdrawn", by, json::object());
 }
@@ -378,7 +396,9 @@ json LabAgent::status_json() {
            {"error", connection.error.empty() ? json() : json(connection.error)},
            {"reached_us", connection.since_us == 0 ? json() : json(connection.since_us)},
            {"unpublished", unpublished ? json(*unpublished) : json()},
-           {"accepted_by", accepted_by_.empty() ? json() : json(accepted_by_)},
+           {"refused", publications_refused_},
+           {"newest_refusal", newest_refusal_.empty() ? json() : json(newest_refusal_)},
+           {"accepted_by", accepted_.user.empty() ? json() : json(accepted_.user)},
            {"part", nullptr}};
   if (part_)
     out["part"] = {{"campaign", campaign_text(part_->lease.campaign)},
@@ -394,17 +414,13 @@ json LabAgent::rigs_json() {
   const LabWorker::Rigs known = worker_->rigs();
   const LabConnection connection = worker_->connection();
   json rigs = json::array();
-  for (const RigEntry& rig : known.rigs) {
-    // A number such as 1e999 is valid in the store, but not here.
-    json status = json::parse(rig.status_json, nullptr, false);
-    if (status.is_discarded()) status = nullptr;
+  for (const RigEntry& rig : known.rigs)
     rigs.push_back({{"rig", rig.name},
                     {"address", rig.address},
                     {"bench", to_string(rig.bench)},
                     {"state", rig.state},
                     {"seen_us", rig.seen_us},
-                    {"status", std::move(status)}});
-  }
+                    {"status", json::parse(rig.status_json)}});  // as bounded_status() wrote it
   return {{"rigs", std::move(rigs)},
           {"read_us", known.at_us == 0 ? json() : json(known.at_us)},
           {"now_us", context_.utc_us()},

@@ -28,8 +28,11 @@ struct LabAgentContext {
   std::function<std::int64_t()> utc_us;
   std::function<std::chrono::nanoseconds()> now;
   std::function<std::string()> rig_text;  ///< as in `rig.state`
-  /// The user that holds the lease of the rig now; empty: none.
-  std::function<std::string()> lease_user;
+  /// The present lease of the rig: its id and its user; empty: none.
+  struct LeaseHolder {
+    std::string lease, user;
+  };
+  std::function<LeaseHolder()> lease_holder;
   /// Runs work on another thread, then its report on the server's thread; see api::Services.
   std::function<bool(std::function<std::function<void()>()>, std::function<void(const Error&)>)>
       background;
@@ -51,9 +54,9 @@ class LabAgent {
   /// Call when the daemon ends: gives the part back if its run has not begun.
   void close();
 
-  /// This rig takes parts from now on, as long as `user` holds its lease. Errors: wrong_state, if
-  /// another user holds it or none.
-  Status accept(const std::string& user);
+  /// This rig takes parts from now on, until this lease of it ends. Errors: wrong_state, if it is
+  /// not the present one.
+  Status accept(const std::string& lease);
   /// No further part is taken; a running one goes on.
   void withdraw(std::string_view by);
 
@@ -65,9 +68,12 @@ class LabAgent {
  private:
   LabAgent(LabAgentContext context, LabOutbox outbox);
   /// Sends what the outbox holds to the worker.
-  void hand_over_runs();
+  void send_changed_runs();
   void publish_rig();
-  [[nodiscard]] bool can_take_part() const;
+  /// True while the lease that accepted parts is the present one.
+  [[nodiscard]] bool is_accepted() const;
+  /// True if a run would start at once.
+  [[nodiscard]] bool is_free() const;
   void on_claimed(const ClaimedPart& part);
   void start(const ClaimedPart& part, const runs::RunRequest& request,
              const runs::Checked& checked);
@@ -84,14 +90,17 @@ class LabAgent {
 
   const LabAgentContext context_;
   LabOutbox outbox_;
-  std::string accepted_by_;  ///< user; empty: no part is taken
+  LabAgentContext::LeaseHolder accepted_;  ///< empty: no part is taken
+  std::uint64_t publications_refused_ = 0;
+  std::string newest_refusal_;
+  std::optional<std::chrono::nanoseconds> ended_at_;  ///< the part's run, as first noticed
   std::optional<HeldPart> part_;
   bool is_lost_ = false;      ///< the part belongs to another rig now
   bool is_settling_ = false;  ///< its result is on the way to the store
   std::set<std::int64_t> refused_campaigns_;
   std::chrono::nanoseconds claims_after_{};
-  std::map<std::int64_t, std::string> run_states_;    ///< as last marked
-  std::map<std::int64_t, std::int64_t> handed_over_;  ///< revision of each run
+  std::map<std::int64_t, std::string> run_states_;  ///< as last marked
+  std::map<std::int64_t, std::int64_t> sent_;       ///< revision of each run
   std::string rig_sha256_;
   std::optional<std::chrono::nanoseconds> rig_published_;
   bool closing_ = false;

@@ -1,12 +1,15 @@
 #include "daemon/service/lab_agent/lab_worker.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "daemon/base/file/read_file.hpp"
 #include "daemon/base/file/sha256.hpp"
 #include "daemon/base/loop/wall_clock.hpp"
+#include "daemon/base/text/format.hpp"
 #include "daemon/storage/certificate/certificate.hpp"
 #include "daemon/storage/dataset/dataset_reader.hpp"
+#include "protocols/base/json_text.hpp"
 
 namespace weft::daemon::lab {
 namespace {
@@ -52,6 +55,33 @@ std::vector<TrialEntry> trials_of(const DatasetReader& dataset) {
 
 }  // namespace
 
+std::string bounded_status(const std::string& status_json) {
+  using nlohmann::json;
+  constexpr std::size_t most_bytes = 65536, most_depth = 8, longest_text = 500, most_alarms = 20;
+  const auto status = parse_json(status_json, {most_bytes, most_depth});
+  if (!status || !status->is_object()) return "null";
+  json out = json::object();
+  const auto text_of = [&](const json& value) {
+    return as_utf8(value.get_ref<const std::string&>().substr(0, longest_text));
+  };
+  for (const char* key : {"run", "recipe", "run_state", "next_action", "accepts", "http"})
+    if (const auto found = status->find(key); found != status->end() && found->is_string())
+      out[key] = text_of(*found);
+  for (const char* key : {"trial", "trials", "eta_s", "next_action_us"})
+    if (const auto found = status->find(key); found != status->end() && found->is_number_integer())
+      out[key] = *found;
+  out["alarms"] = json::array();
+  if (const auto found = status->find("alarms"); found != status->end() && found->is_array())
+    for (const json& alarm : *found)
+      if (alarm.is_string() && out["alarms"].size() < most_alarms)
+        out["alarms"].push_back(text_of(alarm));
+  if (const auto part = status->find("part"); part != status->end() && part->is_object())
+    for (const char* key : {"campaign", "fabric"})
+      if (const auto found = part->find(key); found != part->end() && found->is_string())
+        out["part"][key] = text_of(*found);
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 LabWorker::LabWorker(LabWorkerContext context, LabReports reports)
     : context_(std::move(context)),
       reports_(std::move(reports)),
@@ -65,29 +95,29 @@ LabWorker::~LabWorker() {
 
 void LabWorker::set_rig(RigEntry rig) {
   const std::lock_guard lock(mutex_);
-  wishes_.rig = std::move(rig);
+  requests_.rig = std::move(rig);
 }
 
 void LabWorker::publish(RunPublication run) {
   const std::lock_guard lock(mutex_);
   const std::int64_t number = run.change.run;
-  wishes_.runs.insert_or_assign(number, std::move(run));
+  requests_.runs.insert_or_assign(number, std::move(run));
 }
 
 void LabWorker::set_claim(std::optional<RigCapabilities> can) {
   const std::lock_guard lock(mutex_);
-  wishes_.claim = std::move(can);
+  requests_.claim = std::move(can);
 }
 
 void LabWorker::set_held(std::optional<PartLease> part) {
   const std::lock_guard lock(mutex_);
-  wishes_.held = std::move(part);
+  requests_.held = std::move(part);
 }
 
 void LabWorker::settle(const PartLease& part, std::optional<PartResult> result) {
   const std::lock_guard lock(mutex_);
-  wishes_.held.reset();
-  wishes_.settlement = Settlement{part, std::move(result)};
+  requests_.held.reset();
+  requests_.settlement = Settlement{part, std::move(result)};
   changed_.notify_all();
 }
 
@@ -98,7 +128,7 @@ LabConnection LabWorker::connection() const {
 
 LabWorker::Rigs LabWorker::rigs() {
   const std::lock_guard lock(mutex_);
-  wishes_.rigs_wanted_until = steady_wall_now() + rigs_wanted_for;
+  requests_.rigs_wanted_until = steady_wall_now() + rigs_wanted_for;
   return rigs_;
 }
 
@@ -111,7 +141,7 @@ void LabWorker::note(const Status& done) {
   const std::lock_guard lock(mutex_);
   connection_.is_connected = store_ && store_->is_connected();
   if (done) {
-    connection_.error.clear();
+    connection_.error = rig_refusal_;
     connection_.since_us = context_.utc_us();
   } else {
     connection_.error = to_string(done.error());
@@ -122,7 +152,10 @@ bool LabWorker::connect(const std::stop_token& stop) {
   if (store_ && store_->is_connected()) return true;
   Status done;
   if (store_) {
-    wait(stop, store_->retry_wait());
+    // Often while a part is held: its lease must not end in the pause.
+    std::chrono::milliseconds pause_now = store_->retry_wait();
+    if (renewing_) pause_now = std::min<milliseconds>(pause_now, context_.lease / 6);
+    wait(stop, pause_now);
     if (stop.stop_requested()) return false;
     done = store_->reconnect();
   } else {
@@ -156,29 +189,33 @@ void LabWorker::work(const std::stop_token& stop) {
 }
 
 Status LabWorker::round() {
-  Wishes wishes;
+  Requests requests;
   {
     const std::lock_guard lock(mutex_);
-    wishes = wishes_;
+    requests = requests_;
   }
-  Status done = renew(wishes);
-  if (done) done = publish_rig(wishes);
-  for (const auto& [number, run] : wishes.runs) {
+  Status done = renew(requests);
+  if (done) done = settle(requests);
+  if (done) done = publish_rig(requests);
+  for (const auto& [number, run] : requests.runs) {
     if (done) done = publish_one(run);
-    if (done) done = renew(wishes);
+    if (done) done = renew(requests);
   }
-  if (done) done = settle(wishes);
-  if (done) done = claim(wishes);
-  if (done) done = read_rigs(wishes);
+  if (done) done = claim(requests);
+  if (done) done = read_rigs(requests);
   return done;
 }
 
-Status LabWorker::publish_rig(const Wishes& wishes) {
-  if (!wishes.rig) return {};
-  const bool is_new = !published_rig_ || !is_same(*published_rig_, *wishes.rig);
-  if (!is_new && !is_due(rig_published_, heartbeat)) return {};
-  if (Status done = store_->publish_rig(*wishes.rig); !done) return done;
-  published_rig_ = wishes.rig;
+Status LabWorker::publish_rig(const Requests& requests) {
+  if (!requests.rig) return {};
+  const bool is_new = !published_rig_ || !is_same(*published_rig_, *requests.rig);
+  const bool is_refused = !rig_refusal_.empty();
+  if ((!is_new || is_refused) && !is_due(rig_published_, heartbeat)) return {};
+  const Status done = store_->publish_rig(*requests.rig);
+  if (!done && !is_refused_for_good(done.error(), store_->sqlstate())) return done;
+  // A refused rig publishes and claims nothing; a part that it holds is still renewed and settled.
+  rig_refusal_ = done ? "" : to_string(done.error());
+  published_rig_ = done ? requests.rig : std::nullopt;
   rig_published_ = steady_wall_now();
   return {};
 }
@@ -205,66 +242,66 @@ Status LabWorker::publish_one(const RunPublication& run) {
   if (!done && !is_refused_for_good(done.error(), store_->sqlstate())) return done;
   {
     const std::lock_guard lock(mutex_);
-    const auto waiting = wishes_.runs.find(run.change.run);
-    if (waiting != wishes_.runs.end() &&
+    const auto waiting = requests_.runs.find(run.change.run);
+    if (waiting != requests_.runs.end() &&
         waiting->second.change.revision_us <= run.change.revision_us)
-      wishes_.runs.erase(waiting);
+      requests_.runs.erase(waiting);
   }
-  context_.post([this, change = run.change] { reports_.on_published(change); });
+  context_.post([this, change = run.change, done] { reports_.on_published(change, done); });
   return {};
 }
 
-Status LabWorker::settle(const Wishes& wishes) {
-  if (!wishes.settlement) return {};
-  const auto& [part, result] = *wishes.settlement;
+Status LabWorker::settle(const Requests& requests) {
+  if (!requests.settlement) return {};
+  const auto& [part, result] = *requests.settlement;
   const Status done = result ? store_->finish(part, *result) : store_->give_back(part);
   if (!done && !is_refused_for_good(done.error(), store_->sqlstate())) return done;
   {
     const std::lock_guard lock(mutex_);
-    wishes_.settlement.reset();
+    requests_.settlement.reset();
   }
   renewing_.reset();
   context_.post([this, held = part, done] { reports_.on_settled(held, done); });
   return {};
 }
 
-Status LabWorker::renew(const Wishes& wishes) {
-  if (!wishes.held) return {};
-  if (!renewing_ || !is_same(*renewing_, *wishes.held)) {  // just claimed, or after a restart
-    renewing_ = wishes.held;
+Status LabWorker::renew(const Requests& requests) {
+  if (!requests.held) return {};
+  if (!renewing_ || !is_same(*renewing_, *requests.held)) {  // just claimed, or after a restart
+    renewing_ = requests.held;
     renewed_ = {};
   }
   if (!is_due(renewed_, context_.lease / 3)) return {};
-  const auto renewed = store_->renew(*wishes.held, context_.lease);
+  const auto renewed = store_->renew(*requests.held, context_.lease);
   if (!renewed && !is_refused_for_good(renewed.error(), store_->sqlstate()))
     return pass(renewed.error());
   renewed_ = steady_wall_now();
   if (renewed) {
-    context_.post([this, part = *wishes.held, cancelled = renewed->is_cancelled] {
+    context_.post([this, part = *requests.held, cancelled = renewed->is_cancelled] {
       reports_.on_renewed(part, cancelled);
     });
     return {};
   }
   {
     const std::lock_guard lock(mutex_);
-    if (wishes_.held && is_same(*wishes_.held, *wishes.held)) wishes_.held.reset();
+    if (requests_.held && is_same(*requests_.held, *requests.held)) requests_.held.reset();
   }
   context_.post(
-      [this, part = *wishes.held, why = renewed.error()] { reports_.on_lost(part, why); });
+      [this, part = *requests.held, why = renewed.error()] { reports_.on_lost(part, why); });
   return {};
 }
 
-Status LabWorker::claim(const Wishes& wishes) {
-  if (!wishes.claim || wishes.settlement || wishes.held || !published_rig_) return {};
+Status LabWorker::claim(const Requests& requests) {
+  if (!requests.claim || requests.settlement || requests.held || !published_rig_) return {};
   if (!is_due(claimed_, claim_period)) return {};
-  const auto part = store_->claim(published_rig_->name, *wishes.claim, context_.lease);
+  const auto part = store_->claim(published_rig_->name, *requests.claim, context_.lease);
   if (!part) return pass(part.error());
   claimed_ = steady_wall_now();
   if (!*part) return {};
   {
     const std::lock_guard lock(mutex_);
-    wishes_.claim.reset();
-    wishes_.held = (*part)->lease;
+    requests_.claim.reset();
+    requests_.held = (*part)->lease;
   }
   renewing_ = (*part)->lease;
   renewed_ = claimed_;
@@ -272,10 +309,11 @@ Status LabWorker::claim(const Wishes& wishes) {
   return {};
 }
 
-Status LabWorker::read_rigs(const Wishes& wishes) {
-  if (wishes.rigs_wanted_until < steady_wall_now() || !is_due(rigs_read_, rigs_period)) return {};
+Status LabWorker::read_rigs(const Requests& requests) {
+  if (requests.rigs_wanted_until < steady_wall_now() || !is_due(rigs_read_, rigs_period)) return {};
   auto rigs = store_->rigs();
   if (!rigs) return pass(rigs.error());
+  for (RigEntry& rig : *rigs) rig.status_json = bounded_status(rig.status_json);
   rigs_read_ = steady_wall_now();
   const std::lock_guard lock(mutex_);
   rigs_ = {std::move(*rigs), context_.utc_us()};

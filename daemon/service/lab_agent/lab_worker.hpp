@@ -28,7 +28,8 @@ struct RunPublication {
 
 /// Called on the server's thread.
 struct LabReports {
-  std::function<void(const UnpublishedRun&)> on_published;
+  /// The store has the run, or has refused it for good.
+  std::function<void(const UnpublishedRun&, const Status&)> on_published;
   std::function<void(const ClaimedPart&)> on_claimed;
   std::function<void(const PartLease&, bool is_cancelled)> on_renewed;
   /// The lease belongs to another rig now, or was finished.
@@ -51,6 +52,10 @@ struct LabWorkerContext {
   std::function<std::int64_t()> utc_us;
   std::chrono::seconds lease{60};  ///< of a part; renewed at a third of it
 };
+
+/// Text of a rig's status with the keys, types and sizes that a daemon publishes, or "null". The
+/// store accepts any object from a rig's login.
+std::string bounded_status(const std::string& status_json);
 
 /// All functions: any thread; they return at once.
 class LabWorker {
@@ -83,7 +88,7 @@ class LabWorker {
     std::optional<PartResult> result;
   };
   /// Orders of the server's thread.
-  struct Wishes {
+  struct Requests {
     std::optional<RigEntry> rig;
     std::map<std::int64_t, RunPublication> runs;
     std::optional<RigCapabilities> claim;
@@ -97,12 +102,12 @@ class LabWorker {
   bool connect(const std::stop_token& stop);
   /// One round. False: the connection was lost.
   Status round();
-  Status publish_rig(const Wishes& wishes);
+  Status publish_rig(const Requests& requests);
   Status publish_one(const RunPublication& run);
-  Status renew(const Wishes& wishes);
-  Status settle(const Wishes& wishes);
-  Status claim(const Wishes& wishes);
-  Status read_rigs(const Wishes& wishes);
+  Status renew(const Requests& requests);
+  Status settle(const Requests& requests);
+  Status claim(const Requests& requests);
+  Status read_rigs(const Requests& requests);
   void wait(const std::stop_token& stop, std::chrono::milliseconds longest);
   void note(const Status& done);
 
@@ -110,12 +115,13 @@ class LabWorker {
   const LabReports reports_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  Wishes wishes_;
+  Requests requests_;
   LabConnection connection_;
   Rigs rigs_;
   // Only the worker's own thread uses these.
   std::optional<LabStore> store_;
   std::optional<RigEntry> published_rig_;
+  std::string rig_refusal_;  ///< why the store does not take the rig; empty: it does
   Clock rig_published_{}, renewed_{}, claimed_{}, rigs_read_{};
   std::optional<PartLease> renewing_;
   std::jthread thread_;  // last: it uses all of the above

@@ -28,7 +28,7 @@ Outcome lab_accept(const Services& services, const Call& call) {
   if (services.lab == nullptr) return without_lab();
   if (auto open = require_unlocked(services); !open) return tl::unexpected(open.error());
   if (auto held = holds_lease(services, call); !held) return tl::unexpected(held.error());
-  if (const Status done = services.lab->accept(call.caller.user); !done)
+  if (const Status done = services.lab->accept(call.params.at("lease").get<std::string>()); !done)
     return refused(done.error());
   return format_text(services.lab->status_json());
 }
@@ -41,7 +41,8 @@ Outcome lab_withdraw(const Services& services, const Call& call) {
 
 constexpr const char* status_result =
     "rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know "
-    "yet), accepted_by (user; null: no part is taken), part (campaign, number, fabric, attempt, "
+    "yet), refused (publications that the store does not take), newest_refusal, accepted_by (user; "
+    "null: no part is taken), part (campaign, number, fabric, attempt, "
     "run, is_lost; null: none)";
 
 }  // namespace
