@@ -80,6 +80,7 @@ Bounds bounds_of(FactorKind kind, const RigLimits& limits) {
 /// The same direction from 0 to below a full turn; the six digits of a cell's name decide whether
 /// it is 0.
 double within_turn(double rad) {
+  if (rad == 0) return 0;  // also -0, which would be named "-0deg"
   const double turned = rad < 0 ? rad + full_turn_rad : rad;
   const std::string name = format_factor(FactorKind::direction, turned);
   return name == format_factor(FactorKind::direction, full_turn_rad) ? 0 : turned;

@@ -288,6 +288,7 @@ TEST_CASE("Directions that cannot be are refused with a sentence") {
              Catch::Contains("direction listed twice: 360 (expected every direction once, modulo"));
   CHECK_THAT(problem_at(direction("0, 270, -90"), third), Catch::Contains("listed twice: -90"));
   CHECK_THAT(problem_at(direction("0, 90, 359.9999999"), third), Catch::Contains("listed twice"));
+  CHECK_THAT(problem_at(direction("0, 90, -0.0"), third), Catch::Contains("listed twice: -0.0"));
   CHECK_THAT(problem_at(direction("0, 90, 361"), third),
              Catch::Contains("out of range: 361 (expected -360"));
   CHECK_THAT(
