@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <span>
@@ -353,6 +354,18 @@ DatasetHasher::DatasetHasher(const DatasetInfo& info) {
 std::string DatasetHasher::add(const classifier::Trial& trial, const TrialRecord& record) {
   trials_.push_back(trial_digest(trial, record));
   return to_hex(trials_.back());
+}
+
+bool DatasetHasher::add_digest(std::string_view hex) {
+  Sha256Digest digest{};
+  if (hex.size() != 2 * digest.size()) return false;
+  for (std::size_t i = 0; i < digest.size(); ++i) {
+    const char* const byte = hex.data() + 2 * i;
+    const auto [end, error] = std::from_chars(byte, byte + 2, digest[i], 16);
+    if (error != std::errc{} || end != byte + 2) return false;
+  }
+  trials_.push_back(digest);
+  return true;
 }
 
 DatasetDigest DatasetHasher::finish() {

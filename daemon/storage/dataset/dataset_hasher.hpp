@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/base/file/sha256.hpp"
@@ -17,6 +18,8 @@ class DatasetHasher {
   explicit DatasetHasher(const DatasetInfo& info);
   /// Returns the trial's own digest.
   std::string add(const classifier::Trial& trial, const TrialRecord& record);
+  /// Adds a trial by its digest, in hexadecimal; false if it is not one.
+  bool add_digest(std::string_view hex);
   /// Call once, after the last trial.
   DatasetDigest finish();
 

@@ -27,6 +27,9 @@ class DatasetReader {
   Result<TrialData> load(std::size_t trial);
   /// The same without check_trial() and digest.
   Result<TrialData> read(std::size_t trial);
+  /// Compares the data set's digest with those of its trials and the description they belong to.
+  /// Where load() has checked every trial, the content is that of the digest. Errors: corrupt.
+  [[nodiscard]] Status check_digest() const;
 
  private:
   struct Impl;

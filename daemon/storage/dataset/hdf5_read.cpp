@@ -396,7 +396,10 @@ struct DatasetReader::Impl {
 
 DatasetReader::DatasetReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DatasetReader::DatasetReader(DatasetReader&&) noexcept = default;
-DatasetReader& DatasetReader::operator=(DatasetReader&&) noexcept = default;
+DatasetReader& DatasetReader::operator=(DatasetReader&& other) noexcept {
+  impl_.swap(other.impl_);  // the other's destructor locks the library
+  return *this;
+}
 DatasetReader::~DatasetReader() {
   const hdf5::QuietErrors quiet;  // handles close
   impl_.reset();
@@ -462,6 +465,17 @@ Result<TrialData> DatasetReader::load(std::size_t trial) {
                            trial_sha256(out->trial, out->record));
   if (!fine) return pass(fine.error(), impl_->path.string());
   return out;
+}
+
+Status DatasetReader::check_digest() const {
+  DatasetHasher hasher(impl_->listed.info);
+  bool known = true;
+  for (const std::string& trial : impl_->digest.trial_sha256)
+    known = hasher.add_digest(trial) && known;
+  const Status same = compare_digests("dataset_sha256", "data set", impl_->digest.dataset_sha256,
+                                      known ? hasher.finish().dataset_sha256 : std::string());
+  if (!same) return pass(same.error(), impl_->path.string());
+  return {};
 }
 
 namespace {

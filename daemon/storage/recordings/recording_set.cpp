@@ -323,6 +323,7 @@ Result<RecordingSet> extract_recordings(DatasetReader& file,
     if (!one) return pass(one.error());
     if (Status done = out->add(i, one->trial, one->record); !done) return pass(done.error());
   }
+  if (Status same = file.check_digest(); !same) return pass(same.error());
   return out->finish();
 }
 

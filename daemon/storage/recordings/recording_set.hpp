@@ -64,7 +64,7 @@ bool is_recordings_file(const std::filesystem::path& path);
 Result<RecordingSet> extract_recordings(const Dataset& dataset,
                                         std::optional<std::string_view> exploration = {});
 /// The same from a file, with one whole trial in memory at a time. Further errors: those of
-/// DatasetReader::load().
+/// DatasetReader::load() and check_digest().
 Result<RecordingSet> extract_recordings(DatasetReader& file,
                                         std::optional<std::string_view> exploration = {});
 

@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "daemon/analysis/handover/train.hpp"
+#include "daemon/storage/dataset/hdf5_columns.hpp"
+#include "daemon/storage/dataset/hdf5_file.hpp"
 #include "daemon/storage/recordings/import_recordings.hpp"
 #include "tests/unit/daemon/storage/support.hpp"
 
@@ -317,6 +319,24 @@ Dataset campaign() {
   out.trials.push_back(trial);
   out.records.push_back(record);
   return out;
+}
+
+TEST_CASE("Recordings of an altered bench are refused") {
+  const TemporaryFolder folder;
+  REQUIRE(write_hdf5(campaign(), folder / "d.h5"));
+  const auto read = [&] {
+    auto file = DatasetReader::open(folder / "d.h5");
+    return file ? extract_recordings(*file) : tl::unexpected<Error>(file.error());
+  };
+  REQUIRE(read());
+  {
+    const hdf5::Handle file(H5Fopen((folder / "d.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+                            H5Fclose);
+    const hdf5::Handle kind(H5Aopen(file.id(), "bench_kind", H5P_DEFAULT), H5Aclose);
+    const hdf5::Handle type(H5Aget_type(kind.id()), H5Tclose);
+    REQUIRE(H5Awrite(kind.id(), type.id(), "real\0\0\0\0\0\0\0\0") >= 0);
+  }
+  CHECK(read().error().code == Errc::corrupt);
 }
 
 TEST_CASE("Whole blocks of phase M of a campaign are used, and lost ones refused") {

@@ -191,6 +191,11 @@ TEST_CASE("a simulated set with an altered bench kind is refused") {
     REQUIRE(H5Awrite(kind.id(), type.id(), "real\0\0\0\0\0\0\0\0") >= 0);
   }
   CHECK(read_error(folder / "d.h5").where.ends_with("dataset_sha256"));
+  // The digests of its trials do not cover the bench.
+  auto reader = DatasetReader::open(folder / "d.h5");
+  REQUIRE(reader);
+  CHECK(reader->load(0));
+  CHECK(reader->check_digest().error().code == Errc::corrupt);
 }
 
 TEST_CASE("extents and phases that make no sense are refused before they are used") {
@@ -480,6 +485,7 @@ TEST_CASE("a data set is written and read trial by trial, with long columns too"
   auto reader = DatasetReader::open(folder / "d.h5");
   REQUIRE(reader);
   CHECK(reader->digest().dataset_sha256 == *digest);
+  CHECK(reader->check_digest());
   for (const std::size_t i : {std::size_t{5}, std::size_t{0}, std::size_t{3}}) {  // any order
     const auto one = reader->load(i);
     REQUIRE(one);
