@@ -114,7 +114,14 @@ Status add_part(const std::filesystem::path& folder, MergeRigs rigs, Inputs& out
            .what = "unsupported list of a part",
            .expected = "weft-part, version 1",
            .got = document->at("format").dump() + ", version " + document->at("version").dump()});
-    const PartNumber part{document->at("part"), document->at("parts")};
+    const std::string number = document->at("part").dump() + "/" + document->at("parts").dump();
+    if (!part_number_from(number))
+      return fail({.code = Errc::parse,
+                   .where = file.string(),
+                   .what = "invalid part",
+                   .expected = "K/N with K from 1 to N",
+                   .got = number});
+    const PartNumber part = *part_number_from(number);
     if (!document->at("is_complete").get<bool>())
       return tl::unexpected<Error>(incomplete(folder, "part " + to_string(part)));
     const bool is_numbered = rigs == MergeRigs::one;
@@ -174,6 +181,23 @@ Result<Inputs> find_inputs(const std::vector<std::filesystem::path>& paths, Merg
   return out;
 }
 
+/// Refuses an output that would replace a file of an input.
+Status keep_inputs(const std::vector<std::filesystem::path>& paths, const Inputs& inputs,
+                   const std::filesystem::path& out) {
+  const auto is_output = [&](const std::filesystem::path& file) {
+    std::error_code unseen;
+    return std::filesystem::equivalent(file, out, unseen);
+  };
+  if (std::ranges::none_of(inputs.files, is_output, &Inputs::File::path) &&
+      std::ranges::none_of(paths,
+                           [&](const auto& path) { return is_output(path / part_file_name); }))
+    return {};
+  return fail({.code = Errc::invalid_argument,
+               .where = out.string(),
+               .what = "output would replace a file of a part",
+               .hint = "Choose another name"});
+}
+
 Result<Source> open_source(const Inputs::File& file) {
   auto reader = DatasetReader::open(file.path);
   if (!reader) return pass(reader.error());
@@ -183,6 +207,7 @@ Result<Source> open_source(const Inputs::File& file) {
                  .what = "data set is not that of the part",
                  .expected = file.sha256,
                  .got = reader->digest().dataset_sha256});
+  if (Status same = reader->check_digest(); !same) return pass(same.error());
   if (!reader->listed().info.ended_early.empty())
     return fail({.code = Errc::unsupported,
                  .where = file.path.string(),
@@ -215,6 +240,11 @@ Status require_same(const Source& first, const Source& other, MergeRigs rigs) {
   if (a.recipe_sha256 != b.recipe_sha256)
     return differs("recipe", a.name + " " + a.recipe_sha256, b.name + " " + b.recipe_sha256);
   if (a.seed != b.seed) return differs("seed", std::to_string(a.seed), std::to_string(b.seed));
+  if (rigs == MergeRigs::several && !b.group_columns.empty())
+    return fail({.code = Errc::unsupported,
+                 .where = other.file.string(),
+                 .what = "data set is merged already; its trials would lose their rigs",
+                 .hint = "Name the parts that it was merged from"});
   if (rigs == MergeRigs::several) {
     b.rig_json = a.rig_json;
     b.rig_sha256 = a.rig_sha256;
@@ -228,6 +258,12 @@ Status require_same(const Source& first, const Source& other, MergeRigs rigs) {
 }
 
 Result<recipes::Plan> plan_of(const DatasetInfo& info, const std::filesystem::path& file) {
+  if (info.recipe_json.empty())
+    return fail({.code = Errc::unsupported,
+                 .where = file.string(),
+                 .what = "data set has no recipe, so its trials have no order to merge in",
+                 .expected = "data set of a campaign",
+                 .got = info.source});
   const auto limits = recipes::parse_rig_limits(info.rig_json);
   if (!limits) return pass(limits.error(), file.string() + ": rig");
   recipes::CheckReport report = recipes::check_recipe(info.recipe_json, *limits, info.seed);
@@ -327,6 +363,7 @@ Result<MergedDataset> merge_parts(const std::vector<std::filesystem::path>& inpu
                                   const StopRequested& stop_requested) {
   const auto found = find_inputs(inputs, rigs);
   if (!found) return pass(found.error());
+  if (Status kept = keep_inputs(inputs, *found, out); !kept) return pass(kept.error());
   Sources sources;
   for (const Inputs::File& file : found->files) {
     auto source = open_source(file);

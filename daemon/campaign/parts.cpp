@@ -41,7 +41,8 @@ Status require_simulated(const SettledRequest& settled, const CampaignRequest& r
                  .where = request.rig.string(),
                  .what = "bench cannot run a part of a campaign",
                  .expected = "simulated",
-                 .got = std::string(to_string(settled.rig.bench)),
+                 // The data of an emulated bench is simulated, too: name the mode, not the data.
+                 .got = settled.rig.mode == BenchMode::emulated ? "emulated" : "real",
                  .hint = "Parts are for simulated campaigns; leave --part out"});
   if (request.fidelity.times_real_time)
     return fail({.code = Errc::unsupported,

@@ -191,11 +191,47 @@ def other_conditions(bench, root):
     shutil.copytree(d / "blocked-2of2", d / "unlisted")
     (d / "unlisted/part.json").unlink()
     bench.refuses_merge(one, "unlisted", code="not found", where="unlisted")
-    for name, change, code in (("version", {"version": 2}, "unsupported"), ("keys", {"campaigns": 3}, "parse")):
+    for name, change, code in (("version", {"version": 2}, "unsupported"), ("keys", {"campaigns": 3}, "parse"), ("none", {"parts": 0}, "parse"),
+                               ("negative", {"parts": -1}, "parse"), ("beyond", {"part": 3}, "parse")):
         shutil.copytree(d / "blocked-2of2", d / name)
         (d / name / "part.json").write_text(json.dumps({**part_json(d / name), **change}))
         bench.refuses_merge(one, name, code=code, where=f"{name}/part.json")
     bench.refuses_merge("blocked-6of7", code="not found", where=["2/7"])
+
+
+def merge_keeps_inputs(bench):
+    """The output is never a file of an input, by whatever name; nor can a merged set lose its rigs, or its bench be altered."""
+    t, d, parts = bench.t, bench.d, []
+    for k in (1, 2):
+        shutil.copytree(d / f"blocked-{k}of2", d / f"inputs{k}")
+        parts.append(f"inputs{k}")
+    data = d / "inputs1/0001-denim/dataset.h5"
+    before = [sha256(file) for file in (data, d / "inputs1/part.json")]
+    (d / "link.h5").symlink_to(data)
+    for out in ("inputs1/0001-denim/dataset.h5", "inputs1/part.json", "link.h5"):
+        t.refuses("dataset", "merge", *parts, "-o", out, cwd=d, code="invalid argument", where=out)
+    t.expect([sha256(file) for file in (data, d / "inputs1/part.json")] == before, "a merge replaces a file of its input")
+    t.succeeds("dataset", "merge", *parts, "-o", "by-rig.h5", "--by-rig", cwd=d)
+    t.refuses("dataset", "merge", "by-rig.h5", "-o", "refused.h5", "--by-rig", cwd=d, code="unsupported", where=["by-rig.h5"])
+    try:
+        import h5py
+        import numpy
+    except ImportError:
+        return print("h5py is not installed: no part with an altered bench was merged")
+    shutil.copytree(d / "blocked-1of1", d / "inputs-one")
+    for one in (d / "inputs-one").glob("0*/dataset.h5"):
+        with h5py.File(one, "r+") as h5:
+            h5.attrs.modify("bench_kind", numpy.array(b"real", dtype=h5.attrs.get_id("bench_kind").dtype))
+    bench.refuses_merge("inputs-one", code="corrupt", where=["dataset_sha256"])
+
+
+def few_open_files(bench):
+    """A merge has few of its data sets open, however many there are."""
+    limited = f"ulimit -n 26 && exec '{bench.t.weft}' dataset merge many -o many.h5"
+    write_recipe(bench.d / "many.json", order="randomised", fabrics=json.loads(bench.rig.read_text())["fabrics"][:24], repetitions=1, both=False)
+    bench.part("many.json", "many", "1/1")
+    ran = subprocess.run(["sh", "-c", limited], cwd=bench.d, capture_output=True, text=True)
+    bench.t.expect(ran.returncode == 0, f"merge with 26 open files: {ran.returncode} {ran.stderr}")
 
 
 def run_refusals(bench, root):
@@ -418,6 +454,8 @@ def main():
         merged_file_opens(bench)
         wrong_parts(bench)
         other_conditions(bench, root)
+        merge_keeps_inputs(bench)
+        few_open_files(bench)
         run_refusals(bench, root)
         killed(bench)
         killed_between_fabrics(bench)
