@@ -49,6 +49,14 @@ Status require_simulated(const SettledRequest& settled, const CampaignRequest& r
                  .where = "--budget",
                  .what = "option depends on the speed of this machine, so parts could differ",
                  .hint = "Use --accuracy instead"});
+  const auto ends_early = [](const recipes::Exploration& one) {
+    return one.live_vote && one.live_vote->stop_early;
+  };
+  if (std::ranges::any_of(settled.checked.plan.explorations, ends_early))
+    return fail({.code = Errc::unsupported,
+                 .where = request.recipe.string(),
+                 .what = "parts of a campaign with stop_early cannot be merged",
+                 .hint = "Remove stop_early, or run the campaign without --part"});
   return {};
 }
 

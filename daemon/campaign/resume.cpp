@@ -72,12 +72,25 @@ Status same_document(const std::filesystem::path& campaign, const std::string& d
                        " --document " + document + "), or start a new campaign"});
 }
 
+/// The fabric of a campaign on one fabric, as recorded; "{}" for a whole campaign.
+Status same_part(const std::filesystem::path& campaign, const CheckedRequest& checked) {
+  const auto journal = load_journal(campaign);
+  if (!journal) return pass(journal.error());
+  std::string recorded = "{}";
+  for (const JournalEntry& line : *journal)
+    if (line.kind == part_kind) recorded = line.payload_json;
+  json requested = json::object();
+  if (checked.only_fabric) requested["fabric"] = *checked.only_fabric;
+  return same_text("fabric as its part", recorded, requested.dump());
+}
+
 Status same_request(const std::filesystem::path& campaign, const CampaignHistory& history,
                     const CheckedRequest& checked) {
   const DatasetInfo& info = history.info;
   Status same = same_document(campaign, "recipe", info.recipe_json, checked.recipe_text);
   if (same) same = same_document(campaign, "rig", info.rig_json, checked.rig_text);
   if (same) same = same_text("seed", std::to_string(info.seed), std::to_string(checked.plan.seed));
+  if (same) same = same_part(campaign, checked);
   if (same && history.progress.planned != checked.plan.trials.size())
     return fail({.code = Errc::corrupt,
                  .where = "resume",
@@ -106,18 +119,13 @@ Status same_conditions(const std::filesystem::path& campaign, const CheckedReque
                        bool left) {
   const auto journal = load_journal(campaign);
   if (!journal) return pass(journal.error());
-  std::string models = "[]", rules, part = "{}";
+  std::string models = "[]", rules;
   for (const JournalEntry& line : *journal) {
-    if (line.kind == part_kind) part = line.payload_json;
     if (line.kind == live_models_kind) models = line.payload_json;
     if (line.kind == recipes::rules_kind) rules = line.payload_json;
   }
-  json requested = json::object();
-  if (checked.only_fabric) requested["fabric"] = *checked.only_fabric;
-  Status same = same_text("fabric as its part", part, requested.dump());
-  if (same)
-    same = same_text("model for its live votes", models,
-                     live_models_json(checked.plan, checked.models));
+  const Status same =
+      same_text("model for its live votes", models, live_models_json(checked.plan, checked.models));
   return same && left ? same_rules(rules) : same;
 }
 

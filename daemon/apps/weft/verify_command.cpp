@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "daemon/analysis/handover/handover.hpp"
@@ -5,6 +6,7 @@
 #include "daemon/base/text/format.hpp"
 #include "daemon/campaign/resume.hpp"
 #include "daemon/storage/certificate/verify.hpp"
+#include "daemon/storage/recorder/recorder.hpp"
 
 namespace weft::daemon::cli {
 namespace {
@@ -31,6 +33,9 @@ bool lacks_handover(const VerifyReport& report, const std::filesystem::path& pat
   if (!report.holds() || !report.certified || report.campaign.empty() ||
       report.complete < report.planned || !std::filesystem::is_directory(path, unseen))
     return false;
+  // The data set of one fabric has no handover.
+  const auto journal = load_journal(path / campaign_file_name);
+  if (journal && std::ranges::count(*journal, part_kind, &JournalEntry::kind) > 0) return false;
   const auto wanted = load_handover_spec(path);
   return wanted && *wanted && !(*wanted)->by_default && !is_handover_done(path);
 }

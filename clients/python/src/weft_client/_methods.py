@@ -181,13 +181,13 @@ class LabMethods:
         self._call = call
 
     def accept(self, *, lease: str, idem: Optional[str] = None) -> JsonObject:
-        """Takes parts of campaigns while the caller holds the rig's lease.
+        """Takes parts of campaigns until the caller's lease of the rig ends.
 
         lease: your lease of the rig
         idem: idempotency key: a repeated request returns the first answer
-        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), accepted_by
-        (user; null: no part is taken), part (campaign, number, fabric, attempt, run, is_lost; null: none). Least role:
-        operator. Changes something.
+        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), refused
+        (publications that the store does not take), newest_refusal, accepted_by (user; null: no part is taken), part
+        (campaign, number, fabric, attempt, run, is_lost; null: none). Least role: operator. Changes something.
         """
         return self._call("lab.accept", {"lease": lease, "idem": idem})
 
@@ -202,9 +202,9 @@ class LabMethods:
     def status(self) -> JsonObject:
         """Connection to the laboratory's store, and the part that this rig has.
 
-        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), accepted_by
-        (user; null: no part is taken), part (campaign, number, fabric, attempt, run, is_lost; null: none). Least role:
-        observer.
+        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), refused
+        (publications that the store does not take), newest_refusal, accepted_by (user; null: no part is taken), part
+        (campaign, number, fabric, attempt, run, is_lost; null: none). Least role: observer.
         """
         return self._call("lab.status", {})
 
@@ -212,9 +212,9 @@ class LabMethods:
         """Takes no further part; a running one goes on.
 
         idem: idempotency key: a repeated request returns the first answer
-        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), accepted_by
-        (user; null: no part is taken), part (campaign, number, fabric, attempt, run, is_lost; null: none). Least role:
-        operator. Changes something.
+        Result: rig, store, is_connected, error, reached_us, unpublished (runs that the store does not know yet), refused
+        (publications that the store does not take), newest_refusal, accepted_by (user; null: no part is taken), part
+        (campaign, number, fabric, attempt, run, is_lost; null: none). Least role: operator. Changes something.
         """
         return self._call("lab.withdraw", {"idem": idem})
 
