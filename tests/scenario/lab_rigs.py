@@ -567,6 +567,13 @@ def without_the_store(lab):
     lab.server.sql("ALTER ROLE rig_d RESET default_transaction_read_only; SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE usename = 'rig_d'")
     lab.settled(rig)
     assert third in {run["run"] for run in lab.command("runs", "--rig", "d", uri=lab.uri("reader"))["runs"]}
+    # A store that was made anew receives all runs again.
+    of_d = "USING weft.run r WHERE r.id = run_id AND r.rig = 'd'"
+    lab.server.sql(f"DELETE FROM weft.trial {of_d}; DELETE FROM weft.certificate {of_d}; DELETE FROM weft.dataset {of_d}; DELETE FROM weft.run WHERE rig = 'd'; "
+                   "UPDATE weft.store SET id = gen_random_uuid(); SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE usename = 'rig_d'")
+    until(lambda: {run["run"] for run in lab.command("runs", "--rig", "d", uri=lab.uri("reader"))["runs"]} == {first, second, third}, rig.status, 30)
+    lab.settled(rig)
+    assert lab.server.sql("SELECT count(*) FROM weft.dataset d JOIN weft.run r ON r.id = d.run_id WHERE r.rig = 'd'") == "3"
     assert rig.end() == 0
     # No token goes to an address in the clear, whatever the store states.
     digest = lab.server.sql("SELECT d.dataset_sha256 FROM weft.dataset d JOIN weft.run r ON r.id = d.run_id WHERE r.rig = 'd' LIMIT 1")
@@ -655,11 +662,17 @@ def rights(lab):
     a.release()
     theirs = other.call("lease.acquire", ttl_ms=600_000)["lease"]
     until(lambda: a.status()["accepted_by"] is None, a.status, 5)
+    other.call("lease.release", lease=theirs)
+    # A new lease of the same user is not the one that accepted.
+    a.accept()
+    a.release()
+    a.hold(600_000)
+    until(lambda: a.status()["accepted_by"] is None, a.status, 5)
     campaign = lab.submit(rigs="a")
     time.sleep(3)
     assert {row[1:] for row in lab.part_rows(campaign)} == {("queued", "", "0")}, lab.part_rows(campaign)
     lab.command("cancel", campaign, uri=lab.uri("submit"))
-    other.call("lease.release", lease=theirs)
+    a.release()
     # A submitter's login is no way to write files on a rig.
     number = lab.sql_of("submit", f"SELECT weft.submit_campaign('../../../escaped', '{{}}', repeat('a', 64), 1, '{{}}', '{{velvet}}', '{{a}}', NULL)")
     a.accept()

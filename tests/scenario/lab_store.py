@@ -74,6 +74,14 @@ def check_roles(server):
               "campaign": "name", "part": "holder", "part_lease": "rig"}
     for rig in ("r1", "r2"):
         server.sql(f"SELECT weft.publish_rig('{rig}', 'tls://{rig}', 'simulated', 'safe', '', '{{}}')", rig)
+    # Another daemon of the same name and login is refused while the first one publishes.
+    again = "SELECT weft.publish_rig('r1', 'tls://r1', 'simulated', 'safe', '', '{{}}', '{}')"
+    server.sql(again.format("one"), "r1")
+    status, out, state = server.psql("r1", again.format("two"))
+    assert status != 0 and state == "WL003", (status, out, state)
+    server.sql(again.format("one"), "r1")
+    server.sql("UPDATE weft.rig SET seen_at = seen_at - interval '31 seconds' WHERE name = 'r1'")
+    server.sql(again.format("two"), "r1")
     publish = "SELECT weft.publish_run('{}', 'R-000001', 'made up', '', 1, '{{velvet}}', 'simulated', 'running', 9, 3, 1, NULL, '', 1)"
     server.sql(publish.format("r1"), "r1")
     submit = "SELECT weft.submit_campaign('made up', '{}', repeat('a', 64), 1, '{}', '{velvet,wool}', '{r1,r2}', NULL)"

@@ -16,12 +16,20 @@ def programs():
     return found[-1].parent if found else None
 
 
+def reachable_folder():
+    """A temporary folder that the server's user can reach: TMPDIR may be root's alone."""
+    for place in map(pathlib.Path, (tempfile.gettempdir(), "/tmp", "/var/tmp")):
+        if os.geteuid() != 0 or all(folder.stat().st_mode & 0o001 for folder in (place, *place.parents)):
+            return place
+    raise AssertionError("no temporary folder that the user postgres can reach")
+
+
 class Server:
     """The superuser is `admin`; every login is accepted on the socket without a password, unless `rules` (pg_hba.conf) state otherwise."""
 
     def __init__(self, rules="local all all trust\n", settings=""):
         self.programs = programs()
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="weft-lab-"))
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="weft-lab-", dir=reachable_folder()))
         # initdb refuses root.
         self.user = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
         if self.user:

@@ -79,6 +79,7 @@ Result<LabStore> LabStore::open(LabAddress address, std::string program,
   if (!made) return pass(made.error());
   LabStore store(std::move(address), std::move(program), limits);
   store.connection_ = std::move(*made);
+  if (Status read = store.read_id(); !read) return pass(read.error());
   return store;
 }
 
@@ -129,16 +130,24 @@ Status LabStore::reconnect() {
   }
   connection_ = std::move(*made);
   retry_wait_ = milliseconds(0);
-  return {};
+  return read_id();
 }
 
 Result<Rows> LabStore::run_bound(const std::string& sql, const std::vector<BoundText>& values) {
   return connection_->run_bound(sql.c_str(), values);
 }
 
+Status LabStore::read_id() {
+  const auto rows = run("SELECT id FROM weft.store");
+  if (!rows) return pass(rows.error());
+  id_ = rows->size() == 1 ? rows->text(0, 0) : std::string();
+  return {};
+}
+
 Status LabStore::publish_rig(const RigEntry& rig) {
-  return change("SELECT weft.publish_rig($1, $2, $3, $4, $5, $6)", rig.name, rig.address,
-                to_string(rig.bench), rig.state, rig.rig_sha256, rig.status_json);
+  return change("SELECT weft.publish_rig($1, $2, $3, $4, $5, $6, $7)", rig.name, rig.address,
+                to_string(rig.bench), rig.state, rig.rig_sha256, rig.status_json,
+                rig.instance.empty() ? std::nullopt : std::optional(rig.instance));
 }
 
 Status LabStore::publish_run(const RunEntry& run) {

@@ -27,6 +27,8 @@ struct RigEntry {
   std::string status_json = "{}";
   std::string login = {};    ///< set by the store: the login that owns the name
   std::int64_t seen_us = 0;  ///< set by the store: last publication
+  /// Memory of the publishing daemon. Another one is refused until 30 s after the last publication.
+  std::string instance = {};
 };
 
 struct RunEntry {
@@ -161,6 +163,8 @@ class LabStore {
   static Result<std::vector<int>> install(const LabAddress& address,
                                           const PostgresLimits& limits = {});
 
+  /// Identity of the store, made at its installation.
+  [[nodiscard]] const std::string& id() const { return id_; }
   [[nodiscard]] bool is_connected() const { return connection_ && connection_->is_open(); }
   /// One attempt to connect after a lost connection; channels are listened to again. A failure
   /// doubles retry_wait(), up to a minute. Does nothing while connected.
@@ -218,6 +222,7 @@ class LabStore {
   /// Connects, and compares the schema.
   static Result<Connection> connect(const LabAddress& address, std::string_view program,
                                     const PostgresLimits& limits);
+  Status read_id();
   template <class... Values>
   Result<Rows> run(const char* sql, const Values&... values) {
     return run_bound(sql, std::vector<BoundText>{bound(values)...});
@@ -234,6 +239,7 @@ class LabStore {
   std::string program_;
   PostgresLimits limits_;
   std::optional<Connection> connection_;
+  std::string id_;
   std::vector<std::string> channels_;
   std::chrono::milliseconds retry_wait_{0};
 };

@@ -75,6 +75,7 @@ Result<std::unique_ptr<LabAgent>> LabAgent::open(LabAgentContext context) {
 LabAgent::LabAgent(LabAgentContext context, LabOutbox outbox)
     : context_(std::move(context)), outbox_(std::move(outbox)) {
   if (const auto text = read_text_file(context_.rig)) rig_sha256_ = sha256_hex(*text);
+  if (auto instance = outbox_.instance()) instance_ = std::move(*instance);
   LabReports reports;
   reports.on_published = [this](const UnpublishedRun& run, const Status& done) {
     static_cast<void>(outbox_.on_published(run));
@@ -86,6 +87,12 @@ LabAgent::LabAgent(LabAgentContext context, LabOutbox outbox)
     if (const auto sent_run = sent_.find(run.run);
         sent_run != sent_.end() && sent_run->second == run.revision_us)
       sent_.erase(sent_run);
+  };
+  reports.on_connected = [this](const std::string& store) {
+    if (const auto is_other = outbox_.use_store(store); is_other && *is_other) {
+      sent_.clear();
+      journal("", "lab.store_changed", by_lab, {{"store", store}});
+    }
   };
   reports.on_claimed = [this](const ClaimedPart& part) { on_claimed(part); };
   reports.on_renewed = [this](const PartLease& part, bool is_cancelled) {
@@ -210,7 +217,8 @@ void LabAgent::publish_rig() {
                     .bench = load_bench_kind(context_.rig),
                     .state = state,
                     .rig_sha256 = rig_sha256_,
-                    .status_json = status.dump()});
+                    .status_json = status.dump(),
+                    .instance = instance_});
 }
 
 bool LabAgent::is_accepted() const {

@@ -101,7 +101,7 @@ class LabAgent {
   std::chrono::nanoseconds claims_after_{};
   std::map<std::int64_t, std::string> run_states_;  ///< as last marked
   std::map<std::int64_t, std::int64_t> sent_;       ///< revision of each run
-  std::string rig_sha256_;
+  std::string rig_sha256_, instance_;
   std::optional<std::chrono::nanoseconds> rig_published_;
   bool closing_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -9,6 +9,10 @@ CREATE TABLE IF NOT EXISTS lab_run (
   is_published INTEGER NOT NULL
 ) STRICT;
 CREATE INDEX IF NOT EXISTS lab_run_pending ON lab_run (revision_us) WHERE is_published = 0;
+CREATE TABLE IF NOT EXISTS lab_identity (
+  id INTEGER PRIMARY KEY CHECK (id = 1), instance TEXT NOT NULL, store TEXT NOT NULL
+) STRICT;
+INSERT OR IGNORE INTO lab_identity (id, instance, store) VALUES (1, lower(hex(randomblob(8))), '');
 CREATE TABLE IF NOT EXISTS lab_part (
   id INTEGER PRIMARY KEY CHECK (id = 1), campaign INTEGER NOT NULL, number INTEGER NOT NULL,
   token TEXT NOT NULL, campaign_name TEXT NOT NULL, fabric TEXT NOT NULL,
@@ -21,6 +25,27 @@ CREATE TABLE IF NOT EXISTS lab_part (
 Result<LabOutbox> LabOutbox::open(sqlite::Database& database) {
   if (Status made = database.execute(schema_sql); !made) return pass(made.error());
   return LabOutbox(database);
+}
+
+Result<std::string> LabOutbox::instance() {
+  std::string out;
+  const Status done = database_->each("SELECT instance FROM lab_identity",
+                                      [&](const sqlite::Statement& row) { out = row.text(0); });
+  if (!done) return pass(done.error());
+  return out;
+}
+
+Result<bool> LabOutbox::use_store(const std::string& store) {
+  std::string before;
+  Status done = database_->each("SELECT store FROM lab_identity",
+                                [&](const sqlite::Statement& row) { before = row.text(0); });
+  if (!done) return pass(done.error());
+  if (before == store) return false;
+  // The runs first: after a crash between the two they are marked once more.
+  done = database_->execute("UPDATE lab_run SET is_published = 0");
+  if (done) done = database_->run("UPDATE lab_identity SET store = ?", store);
+  if (!done) return pass(done.error());
+  return !before.empty();
 }
 
 Status LabOutbox::mark(std::int64_t run, std::string_view state, bool is_over,

@@ -34,6 +34,11 @@ class LabOutbox {
   /// `database` must outlive it; makes the missing tables.
   static Result<LabOutbox> open(sqlite::Database& database);
 
+  /// Random identity of this memory, made once.
+  Result<std::string> instance();
+  /// Call when connected: with another store than before, all runs are to be published again.
+  /// Returns whether that is so.
+  Result<bool> use_store(const std::string& store);
   /// To be published, if `state` is not the one of the last call. `is_over`: a run that is over
   /// when it is seen first has ended at an unknown time.
   Status mark(std::int64_t run, std::string_view state, bool is_over, std::int64_t utc_us);

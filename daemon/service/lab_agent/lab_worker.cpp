@@ -169,7 +169,10 @@ bool LabWorker::connect(const std::stop_token& stop) {
   }
   note(done);
   published_rig_.reset();  // it may be another database now
-  if (done) return true;
+  if (done) {
+    context_.post([this, id = store_->id()] { reports_.on_connected(id); });
+    return true;
+  }
   if (!store_) wait(stop, claim_period);
   return false;
 }

@@ -30,6 +30,8 @@ struct RunPublication {
 struct LabReports {
   /// The store has the run, or has refused it for good.
   std::function<void(const UnpublishedRun&, const Status&)> on_published;
+  /// After each connection, with the store's identity.
+  std::function<void(const std::string& store)> on_connected;
   std::function<void(const ClaimedPart&)> on_claimed;
   std::function<void(const PartLease&, bool is_cancelled)> on_renewed;
   /// The lease belongs to another rig now, or was finished.

@@ -17,6 +17,13 @@ CREATE TABLE weft.migration (
 );
 COMMENT ON TABLE weft.migration IS 'Versions of this schema, see daemon/service/lab/schema';
 
+-- One row. A rig that finds another id publishes all its runs again.
+CREATE TABLE weft.store (
+  id uuid PRIMARY KEY DEFAULT gen_random_uuid()
+);
+COMMENT ON TABLE weft.store IS 'Identity of this store, made at its installation';
+INSERT INTO weft.store DEFAULT VALUES;
+
 CREATE TABLE weft.rig (
   name text PRIMARY KEY CHECK (length(name) BETWEEN 1 AND 64 AND name !~ '[[:cntrl:],]'),
   login text NOT NULL UNIQUE,
@@ -24,6 +31,7 @@ CREATE TABLE weft.rig (
   bench weft.bench_kind NOT NULL,
   state text NOT NULL,
   seen_at timestamptz NOT NULL,
+  instance text,
   rig_sha256 weft.digest,
   -- Of the text: a stored 1e130000 has a few bytes, but its text has 130 001.
   status jsonb NOT NULL CHECK (jsonb_typeof(status) = 'object' AND octet_length(status::text) < 65536)
@@ -34,6 +42,7 @@ COMMENT ON COLUMN weft.rig.address IS 'of its API, such as tls://bench17:8443';
 COMMENT ON COLUMN weft.rig.bench IS 'simulated and emulated benches are "simulated"';
 COMMENT ON COLUMN weft.rig.state IS 'as rig.state of the API';
 COMMENT ON COLUMN weft.rig.seen_at IS 'last publication, on the clock of this server';
+COMMENT ON COLUMN weft.rig.instance IS 'memory (weftd.sqlite) of the daemon that published last';
 COMMENT ON COLUMN weft.rig.rig_sha256 IS 'digest of the rig file';
 COMMENT ON COLUMN weft.rig.status IS 'run, trial, trials, eta_s, next_action, alarms';
 
@@ -169,7 +178,7 @@ CREATE TABLE weft.part_lease (
 );
 COMMENT ON TABLE weft.part_lease IS 'Newest lease of each part; the token itself is with the rig only';
 
-GRANT SELECT ON weft.migration, weft.rig, weft.run, weft.dataset, weft.certificate, weft.trial, weft.campaign, weft.part
+GRANT SELECT ON weft.migration, weft.store, weft.rig, weft.run, weft.dataset, weft.certificate, weft.trial, weft.campaign, weft.part
   TO weft_reader;
 
 -- Functions. Each has a fixed search path, because it runs with the owner's rights.
@@ -203,7 +212,7 @@ END
 $body$;
 
 CREATE FUNCTION weft.publish_rig(new_name text, new_address text, new_bench text, new_state text,
-                                 new_sha256 text, new_status jsonb) RETURNS void
+                                 new_sha256 text, new_status jsonb, new_instance text DEFAULT NULL) RETURNS void
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $body$
 DECLARE
   before weft.rig;
@@ -215,11 +224,17 @@ BEGIN
       HINT = 'Each rig has a login of its own';
   END IF;
   SELECT * INTO before FROM weft.rig r WHERE r.name = new_name FOR UPDATE;
-  INSERT INTO weft.rig AS r (name, login, address, bench, state, seen_at, rig_sha256, status)
-  VALUES (new_name, session_user, new_address, new_bench, new_state, clock_timestamp(), NULLIF(new_sha256, ''), new_status)
+  IF before.login = session_user AND before.instance <> new_instance
+     AND before.seen_at > clock_timestamp() - interval '30 seconds' THEN
+    RAISE EXCEPTION 'another weftd publishes rig %', new_name USING ERRCODE = 'WL003',
+      HINT = 'End one of them, or wait 30 s after a new data folder';
+  END IF;
+  INSERT INTO weft.rig AS r (name, login, address, bench, state, seen_at, instance, rig_sha256, status)
+  VALUES (new_name, session_user, new_address, new_bench, new_state, clock_timestamp(), new_instance, NULLIF(new_sha256, ''),
+          new_status)
   ON CONFLICT (name) DO UPDATE
     SET address = EXCLUDED.address, bench = EXCLUDED.bench, state = EXCLUDED.state, seen_at = EXCLUDED.seen_at,
-        rig_sha256 = EXCLUDED.rig_sha256, status = EXCLUDED.status
+        instance = EXCLUDED.instance, rig_sha256 = EXCLUDED.rig_sha256, status = EXCLUDED.status
     WHERE r.login = session_user;
   IF NOT FOUND THEN
     PERFORM weft.require_rig(new_name);
