@@ -759,11 +759,12 @@ def whole(lab, rounds):
         began, rng = time.monotonic(), random.Random(number)
         campaign = lab.submit(recipe)
         if number > 0:
-            time.sleep(rng.uniform(1, 20))
+            done = rng.randrange(10)  # of 17 parts; a number of seconds would depend on the machine
+            until(lambda: sum(row[1] == "done" for row in lab.part_rows(campaign)) >= done, lambda: lab.part_rows(campaign))
             killed_rig = rng.choice(list(lab.rigs.values()))
             until(killed_rig.in_a_trial, killed_rig.status)
             killed_rig.end(signal.SIGKILL)
-            time.sleep(rng.uniform(0, 10))
+            time.sleep(rng.uniform(0, 3))
             lab.server.call("pg_ctl", "-D", lab.server.data, "-w", "-m", rng.choice(["fast", "immediate"]), "-l", lab.server.folder / "log", "restart")
             killed_rig.start(pace=0)
             killed_rig.look_after()
