@@ -47,7 +47,7 @@ def digest(*parts):
 def rig_rows():
     status = json.dumps({"run": "R-000099", "trial": 3, "trials": 100, "eta_s": 900, "next_action": "mount fabric007", "alarms": []})
     for i in range(RIGS):
-        yield [f"rig{i:03d}", f"login{i:03d}", f"tls://rig{i:03d}:8443", "simulated", "safe", utc(START_S), digest("rig", i), status]
+        yield [f"rig{i:03d}", f"login{i:03d}", f"tls://rig{i:03d}:8443", "simulated", "safe", utc(START_S), f"{i:016x}", digest("rig", i), status]
 
 
 def run_rows(runs, trials):
